@@ -1,0 +1,228 @@
+//! What a result leaves open. A value that had to be clamped, gated, guessed or estimated from little
+//! comes back with a [`Doubt`] that says what was seen and what to do about it, and it reaches the report.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::Band;
+
+/// One thing that a person should know before relying on a result. Its text says what was seen and what
+/// to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "doubt", rename_all = "snake_case")]
+pub enum Doubt {
+    /// Coherence is below what the estimate needs in part of the band.
+    LowCoherence {
+        /// The level asked for.
+        asked: f64,
+        /// The lowest coherence in the band.
+        lowest: f64,
+        /// Where it is lowest, in Hz.
+        at_hz: f64,
+        /// The share of the band's lines below the level, 0–1.
+        share: f64,
+    },
+    /// A coherence outside 0–1, which no pair of signals can have.
+    ImpossibleCoherence {
+        /// The frequency in Hz.
+        at_hz: f64,
+        /// The value found.
+        found: f64,
+    },
+    /// Few averages: the estimate scatters.
+    FewAverages {
+        /// The number of segments averaged.
+        averages: usize,
+        /// The number recommended.
+        recommended: usize,
+    },
+    /// The response comes so late after the drive that segments no longer hold the same event.
+    LateResponse {
+        /// The delay in s.
+        delay_s: f64,
+        /// The length of a segment in s.
+        segment_s: f64,
+    },
+    /// Frequencies in the band that the inverse gives up.
+    GivenUp {
+        /// The bands given up.
+        bands: Vec<Band>,
+        /// Their share of the band's lines, 0–1.
+        share: f64,
+    },
+    /// Samples at the limit.
+    Clipped {
+        /// What clips: a channel or the stage of the device.
+        what: String,
+        /// The share of samples at the limit, 0–1.
+        fraction: f64,
+    },
+    /// The amplifier cannot follow the drive into the capacitive load.
+    SlewLimited {
+        /// The steepest slope asked for, V/s.
+        asked_v_per_s: f64,
+        /// What the amplifier can do, V/s.
+        limit_v_per_s: f64,
+    },
+    /// No physical scale is known for a signal.
+    Uncalibrated {
+        /// The channel.
+        channel: String,
+    },
+    /// Two scales are given for one file.
+    ScaleOverridden {
+        /// The scale that was used.
+        used: String,
+        /// The scale in the sidecar that was not.
+        ignored: String,
+    },
+    /// Two signals were brought to one rate.
+    RateConverted {
+        /// What was converted.
+        what: String,
+        /// Its own rate in Hz.
+        from_hz: f64,
+        /// The rate it was brought to, in Hz.
+        to_hz: f64,
+    },
+    /// Something the file does not say was read off its content.
+    Guessed {
+        /// What was guessed, and from what.
+        what: String,
+    },
+    /// The time stamps are not evenly spaced.
+    UnevenSampling {
+        /// The largest departure from the mean step, as a share of it.
+        worst: f64,
+    },
+    /// A recording that has no end document: it was interrupted, or is still running.
+    Interrupted {
+        /// How much could be read, in s.
+        read_s: f64,
+    },
+    /// The signal uses so few steps of the converter that quantisation shows.
+    CoarseQuantisation {
+        /// The channel.
+        channel: String,
+        /// The rms level in quantisation steps.
+        rms_in_steps: f64,
+    },
+    /// The mean normal force was not what the condition says.
+    LoadOffTarget {
+        /// The mean force in N.
+        mean_n: f64,
+        /// The target in N.
+        target_n: f64,
+    },
+    /// Part of the band holds next to no target: its error in dB says nothing and is left out.
+    NoTargetPower {
+        /// The share of the band's lines left out, 0–1.
+        share: f64,
+    },
+    /// The measurement ends before the target does.
+    Cut {
+        /// How much of the target was compared, in s.
+        compared_s: f64,
+        /// How long the target is, in s.
+        target_s: f64,
+    },
+    /// Fewer than the signal's segment: too short for a stable spectrum.
+    ShortSignal {
+        /// Segments in the average.
+        segments: usize,
+    },
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |share: f64| {
+            let p = share * 100.0;
+            if p >= 1.0 || p <= 0.0 { format!("{p:.0} %") } else { format!("{p:.2} %") }
+        };
+        match self {
+            Self::LowCoherence { asked, lowest, at_hz, share } => write!(
+                f,
+                "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz): measure longer or louder, or narrow the band",
+                percent(*share)
+            ),
+            Self::ImpossibleCoherence { at_hz, found } => write!(
+                f,
+                "coherence is {found:.3} at {at_hz:.1} Hz, which no pair of signals can have: do not use this line, and ask the program that exported it"
+            ),
+            Self::FewAverages { averages, recommended } => write!(
+                f,
+                "only {averages} segments were averaged: the estimate scatters; record longer or take shorter segments ({recommended} or more)"
+            ),
+            Self::LateResponse { delay_s, segment_s } => write!(
+                f,
+                "the response comes {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; take longer segments or align the channels",
+                delay_s * 1e3,
+                percent(delay_s / segment_s)
+            ),
+            Self::GivenUp { bands, share } => {
+                write!(f, "the inverse gives up {} of the band (", percent(*share))?;
+                for (i, band) in bands.iter().take(4).enumerate() {
+                    write!(f, "{}{band}", if i > 0 { ", " } else { "" })?;
+                }
+                if bands.len() > 4 {
+                    write!(f, " and {} more", bands.len() - 4)?;
+                }
+                f.write_str(
+                    "): the device hardly answers there or was not measured well; what is felt will lack it",
+                )
+            }
+            Self::Clipped { what, fraction } => {
+                write!(f, "{} of the samples of {what} are at the limit: lower the level", percent(*fraction))
+            }
+            Self::SlewLimited { asked_v_per_s, limit_v_per_s } => write!(
+                f,
+                "the drive asks for {asked_v_per_s:.2e} V/s and the amplifier follows {limit_v_per_s:.2e} V/s into this load: high frequencies will be distorted; lower the level or the band"
+            ),
+            Self::Uncalibrated { channel } => write!(
+                f,
+                "{channel} has no physical scale (full scale = 1): give --scale or a sidecar to get m/s²"
+            ),
+            Self::ScaleOverridden { used, ignored } => write!(
+                f,
+                "the scale {used} from the command line was used, not {ignored} from the sidecar: check which is right"
+            ),
+            Self::RateConverted { what, from_hz, to_hz } => write!(
+                f,
+                "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz; the band fits both rates, nothing in it is lost"
+            ),
+            Self::Guessed { what } => write!(f, "{what}: check it, or state it in the file"),
+            Self::UnevenSampling { worst } => write!(
+                f,
+                "the time steps differ from their mean by up to {}: frequencies are only that exact",
+                percent(*worst)
+            ),
+            Self::Interrupted { read_s } => write!(
+                f,
+                "the recording has no end: it was interrupted or is still running; {read_s:.3} s could be read"
+            ),
+            Self::CoarseQuantisation { channel, rms_in_steps } => write!(
+                f,
+                "{channel} is only {rms_in_steps:.1} converter steps rms: quantisation noise shows; record with more gain"
+            ),
+            Self::LoadOffTarget { mean_n, target_n } => write!(
+                f,
+                "the mean normal force was {mean_n:.3} N, the condition says {target_n} N: repeat with the force held"
+            ),
+            Self::NoTargetPower { share } => write!(
+                f,
+                "{} of the band holds next to no target power and was left out of the error: narrow the band to the texture",
+                percent(*share)
+            ),
+            Self::Cut { compared_s, target_s } => write!(
+                f,
+                "only {compared_s:.2} s of the target's {target_s:.2} s are in the measurement: record until the playback has ended"
+            ),
+            Self::ShortSignal { segments } => write!(
+                f,
+                "the spectrum is the mean of {segments} segments: it scatters by about {:.1} dB; take a longer signal",
+                4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
+            ),
+        }
+    }
+}

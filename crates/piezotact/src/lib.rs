@@ -1,0 +1,25 @@
+//! The science of Piezotact: functions from values to values.
+//!
+//! A texture vibration and the transfer function of a device with a finger on it go in; spectra, the
+//! drive signal that makes the finger feel that texture, and the proof of how close it came, come out.
+//! Nothing here touches a file, a clock, a thread or a device: what a function needs is an argument.
+//!
+//! The modules stand in the order of the work:
+//! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
+//! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
+//! a result leaves open.
+
+pub mod device;
+pub mod doubt;
+mod fourier;
+pub mod quantity;
+pub mod recording;
+pub mod render;
+pub mod resample;
+pub mod series;
+pub mod spectrum;
+pub mod transfer;
+pub mod verify;
+
+pub use doubt::Doubt;
+pub use series::Series;

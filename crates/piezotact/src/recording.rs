@@ -1,0 +1,316 @@
+//! Several channels taken together, with what was going on and where they come from.
+
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
+use crate::series::{Series, SeriesError};
+
+/// How the finger meets the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Touch {
+    /// The person moves the finger.
+    Active,
+    /// The surface moves under a finger at rest.
+    Passive,
+    /// The finger rests on the actuator.
+    Resting,
+}
+
+/// What was going on while a recording was made; what is not known is absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Condition {
+    /// The surface sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample: Option<String>,
+    /// The participant's pseudonym.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub participant: Option<String>,
+    /// The normal force asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_n: Option<Newtons>,
+    /// The angle between finger and surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<Degrees>,
+    /// The sliding speed, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<f64>,
+    /// How the finger meets the surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touch: Option<Touch>,
+}
+
+/// Where a value comes from: which bench or file, what was done to it, with which seed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Provenance {
+    /// The bench or file it comes from, as a person would name it.
+    pub source: String,
+    /// Whether the source is a digital twin or hardware; absent for a file that does not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bench: Option<BenchKind>,
+    /// The seed of a twin or of a random drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// What was done, oldest first, each step with its parameters.
+    pub steps: Vec<String>,
+}
+
+impl Provenance {
+    /// The same provenance with one more step at its end.
+    #[must_use]
+    pub fn then(mut self, step: impl Into<String>) -> Self {
+        self.steps.push(step.into());
+        self
+    }
+}
+
+/// What kind of bench a value comes from; reports say which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BenchKind {
+    /// The digital twin.
+    Twin,
+    /// Real devices.
+    Hardware,
+}
+
+/// One channel of a recording, in SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// The name.
+    pub name: String,
+    /// The SI unit of the samples.
+    pub unit: Unit,
+    /// The samples.
+    pub samples: Vec<f64>,
+}
+
+/// Channels of equal length at one rate, with their condition and provenance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    channels: Vec<Channel>,
+    rate: SampleRate,
+    /// What was going on.
+    pub condition: Condition,
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Recording {
+    /// A recording of `channels` at `rate`.
+    ///
+    /// # Errors
+    /// [`RecordingError::NoChannel`] without channels, [`RecordingError::Length`] when two channels differ
+    /// in length, [`RecordingError::SameName`] when two share a name.
+    pub fn new(
+        channels: Vec<Channel>,
+        rate: SampleRate,
+        condition: Condition,
+        provenance: Provenance,
+    ) -> Result<Self, RecordingError> {
+        let first = channels.first().ok_or(RecordingError::NoChannel)?;
+        for (i, channel) in channels.iter().enumerate() {
+            if channel.samples.len() != first.samples.len() {
+                return Err(RecordingError::Length {
+                    first: first.name.clone(),
+                    expected: first.samples.len(),
+                    channel: channel.name.clone(),
+                    found: channel.samples.len(),
+                });
+            }
+            if channels[..i].iter().any(|other| other.name == channel.name) {
+                return Err(RecordingError::SameName { name: channel.name.clone() });
+            }
+        }
+        Ok(Self { channels, rate, condition, provenance, doubts: Vec::new() })
+    }
+
+    /// The channels.
+    #[must_use]
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The sampling rate.
+    #[must_use]
+    pub fn rate(&self) -> SampleRate {
+        self.rate
+    }
+
+    /// The length in time.
+    #[must_use]
+    pub fn duration(&self) -> Seconds {
+        self.rate.duration_of(self.len())
+    }
+
+    /// The number of samples of each channel.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.channels.first().map_or(0, |channel| channel.samples.len())
+    }
+
+    /// Whether the channels hold no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The channel called `name`; without a name the only channel, or the only one in `unit`.
+    ///
+    /// # Errors
+    /// [`RecordingError::Missing`] when no channel has that name, or [`RecordingError::Ambiguous`] when no
+    /// name was given and the choice is not clear. Both list the channels there are.
+    pub fn pick(&self, name: Option<&str>, unit: &Unit) -> Result<&Channel, RecordingError> {
+        if let Some(name) = name {
+            return self
+                .channels
+                .iter()
+                .find(|channel| channel.name == name)
+                .ok_or_else(|| RecordingError::Missing { wanted: name.into(), found: self.names() });
+        }
+        let mut of_unit = self.channels.iter().filter(|channel| channel.unit == *unit);
+        match (of_unit.next(), of_unit.next(), self.channels.as_slice()) {
+            (Some(only), None, _) | (None, _, [only]) => Ok(only),
+            _ => Err(RecordingError::Ambiguous { unit: unit.clone(), found: self.names() }),
+        }
+    }
+
+    /// The series of `Q` in the channel called `name` (or picked as in [`Self::pick`]).
+    ///
+    /// # Errors
+    /// Those of [`Self::pick`]; [`RecordingError::Unit`] when the channel holds another quantity;
+    /// [`RecordingError::Series`] when its samples make no series.
+    pub fn series<Q: Quantity>(&self, name: Option<&str>) -> Result<Series<Q>, RecordingError> {
+        let channel = self.pick(name, &Q::UNIT)?;
+        if channel.unit != Q::UNIT {
+            return Err(RecordingError::Unit {
+                channel: channel.name.clone(),
+                quantity: Q::NAME,
+                expected: Q::UNIT,
+                found: channel.unit.clone(),
+            });
+        }
+        series_of(channel, self.rate)
+    }
+
+    /// The samples of a channel whatever their unit, as a series that can be looked at but not rendered.
+    ///
+    /// # Errors
+    /// Those of [`Self::pick`]; [`RecordingError::Series`] when its samples make no series.
+    pub fn raw(&self, name: Option<&str>) -> Result<(&Channel, Series<Uncalibrated>), RecordingError> {
+        let channel = self.pick(name, &Unit::MetrePerSecondSquared)?;
+        Ok((channel, series_of(channel, self.rate)?))
+    }
+
+    fn names(&self) -> String {
+        let names: Vec<String> =
+            self.channels.iter().map(|channel| format!("{} [{}]", channel.name, channel.unit)).collect();
+        names.join(", ")
+    }
+}
+
+fn series_of<Q: Quantity>(channel: &Channel, rate: SampleRate) -> Result<Series<Q>, RecordingError> {
+    Series::new(channel.samples.clone(), rate)
+        .map_err(|source| RecordingError::Series { channel: channel.name.clone(), source })
+}
+
+/// Channels that make no recording, or a recording that lacks what is asked of it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecordingError {
+    /// There is no channel.
+    #[error("expected at least one channel, found none; check the export settings")]
+    NoChannel,
+    /// Channels of different length.
+    #[error(
+        "expected {expected} samples in every channel as in `{first}`, found {found} in `{channel}`; export them together"
+    )]
+    Length {
+        /// The first channel.
+        first: String,
+        /// Its length.
+        expected: usize,
+        /// The channel that differs.
+        channel: String,
+        /// Its length.
+        found: usize,
+    },
+    /// Two channels of one name.
+    #[error("expected channels of different names, found `{name}` twice; rename one")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// No channel of that name.
+    #[error("expected a channel `{wanted}`, found only {found}; take one of these")]
+    Missing {
+        /// The name asked for.
+        wanted: String,
+        /// The channels there are.
+        found: String,
+    },
+    /// No name was given and the choice is not clear.
+    #[error("expected one channel in {unit}, found {found}; name the one to take with --channel")]
+    Ambiguous {
+        /// The unit looked for.
+        unit: Unit,
+        /// The channels there are.
+        found: String,
+    },
+    /// The channel holds another quantity.
+    #[error(
+        "expected {quantity} in {expected}, found channel `{channel}` in {found}; take another channel or state its unit (for a WAV file: --scale)"
+    )]
+    Unit {
+        /// The channel.
+        channel: String,
+        /// The quantity wanted.
+        quantity: &'static str,
+        /// Its unit.
+        expected: Unit,
+        /// The channel's unit.
+        found: Unit,
+    },
+    /// The samples make no series.
+    #[error("channel `{channel}`: {source}")]
+    Series {
+        /// The channel.
+        channel: String,
+        /// Why.
+        source: SeriesError,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::{Acceleration, Force};
+
+    fn two() -> Recording {
+        let channel = |name: &str, unit| Channel { name: name.into(), unit, samples: vec![1.0, 2.0] };
+        Recording::new(
+            vec![channel("acc", Unit::MetrePerSecondSquared), channel("fz", Unit::Newton)],
+            SampleRate::new(5000.0).unwrap(),
+            Condition::default(),
+            Provenance::default(),
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn the_only_channel_of_a_unit_needs_no_name() {
+        assert_eq!(two().series::<Force>(None).unwrap().samples(), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_wrong_channel_is_named_with_what_there_is() {
+        let missing = two().series::<Acceleration>(Some("nail")).unwrap_err().to_string();
+        assert!(missing.contains("`nail`") && missing.contains("acc [m/s²], fz [N]"), "{missing}");
+        let unit = two().series::<Acceleration>(Some("fz")).unwrap_err().to_string();
+        assert!(unit.contains("m/s²") && unit.contains("in N"), "{unit}");
+    }
+}

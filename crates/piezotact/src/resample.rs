@@ -1,0 +1,287 @@
+//! From one sampling rate to another, without moving the signal in time.
+//!
+//! A polyphase filter with a Kaiser-windowed sinc. It knows the band that must come through, so that it is
+//! as short as that band allows: a drive that ends at 1 kHz needs 15 taps where a resampler that must keep
+//! everything needs hundreds.
+
+use std::f64::consts::PI;
+
+use crate::quantity::{Hertz, Quantity, SampleRate};
+use crate::series::Series;
+
+/// What lies outside the band after resampling is at least this far down, dB. It is below the quantisation
+/// noise of 16 bits and of every sensor here.
+pub const REJECTION_DB: f64 = 120.0;
+
+/// Outputs that are computed side by side.
+const LANES: usize = 32;
+/// The largest table of coefficients, in numbers (128 MB).
+const LARGEST_TABLE: usize = 1 << 24;
+
+/// A planned change of rate.
+#[derive(Clone)]
+pub struct Resampler {
+    from: SampleRate,
+    to: SampleRate,
+    /// Outputs and inputs of one cycle; the cycle then repeats.
+    outputs: usize,
+    inputs: usize,
+    /// Inputs before the first of a cycle that its outputs need.
+    reach: usize,
+    runs: Vec<Run>,
+    simd: pulp::Arch,
+}
+
+impl std::fmt::Debug for Resampler {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Resampler").field("from", &self.from).field("to", &self.to).finish_non_exhaustive()
+    }
+}
+
+/// Up to [`LANES`] neighbouring outputs of a cycle and the coefficients that make them.
+#[derive(Clone)]
+struct Run {
+    /// The first input it needs, counted from `reach` before the cycle's first.
+    first: usize,
+    /// How many outputs it makes.
+    outputs: usize,
+    /// The coefficient of every input for every lane.
+    taps: Vec<[f64; LANES]>,
+}
+
+impl Resampler {
+    /// A plan that keeps 0 Hz to `passband` within 1e-5 and puts everything that would fold into it below
+    /// −120 dB ([`REJECTION_DB`]).
+    ///
+    /// # Errors
+    /// [`ResampleError::Passband`] when the band does not fit both rates, [`ResampleError::Ratio`] when the
+    /// rates have no common cycle that fits into memory.
+    pub fn new(from: SampleRate, to: SampleRate, passband: Hertz) -> Result<Self, ResampleError> {
+        let nyquist = if from.hz() < to.hz() { from.nyquist() } else { to.nyquist() };
+        if !(passband.0 > 0.0 && passband.0 < nyquist.0) {
+            return Err(ResampleError::Passband { passband, from, to });
+        }
+        // What folds onto the passband starts as far above Nyquist as the passband ends below it.
+        let stop_hz = 2.0 * nyquist.0 - passband.0;
+        let cutoff_hz = 0.5 * (passband.0 + stop_hz);
+        // Kaiser's estimates of length and shape for a given rejection and transition.
+        let length_s = (REJECTION_DB - 7.95) / (2.285 * 2.0 * PI * (stop_hz - passband.0));
+        let beta = 0.1102 * (REJECTION_DB - 8.7);
+        let (up, down) = ratio(to.hz() / from.hz()).ok_or(ResampleError::Ratio { from, to })?;
+        let cycles = LANES.div_ceil(up);
+        let (outputs, inputs) = (up * cycles, down * cycles);
+        let half_taps = (0.5 * length_s * from.hz()).ceil().max(1.0) as usize;
+        if outputs.saturating_mul(2 * half_taps + 2) > LARGEST_TABLE {
+            return Err(ResampleError::Ratio { from, to });
+        }
+        let kernel = |t_s: f64| {
+            let place = 2.0 * t_s / length_s;
+            if place.abs() >= 1.0 {
+                return 0.0;
+            }
+            let x = 2.0 * cutoff_hz * t_s;
+            let sinc = if x.abs() < 1e-12 { 1.0 } else { (PI * x).sin() / (PI * x) };
+            sinc * bessel_i0(beta * (1.0 - place * place).sqrt())
+        };
+        let reach = half_taps;
+        let runs = (0..outputs)
+            .step_by(LANES)
+            .map(|start| {
+                let count = LANES.min(outputs - start);
+                let input_of = |output: usize| output * down / up;
+                let first = input_of(start) + 1;
+                let span = input_of(start + count - 1) + 2 * half_taps + 1 - first;
+                let mut taps = vec![[0.0; LANES]; span];
+                for lane in 0..count {
+                    let output = start + lane;
+                    let (base, late) = (input_of(output), output * down % up);
+                    let at = |j: usize| {
+                        let ahead = j as f64 - half_taps as f64 - late as f64 / up as f64;
+                        kernel(ahead / from.hz())
+                    };
+                    let sum: f64 = (1..=2 * half_taps).map(at).sum();
+                    for j in 1..=2 * half_taps {
+                        taps[base + j - first][lane] = at(j) / sum;
+                    }
+                }
+                Run { first, outputs: count, taps }
+            })
+            .collect();
+        Ok(Self { from, to, outputs, inputs, reach, runs, simd: pulp::Arch::new() })
+    }
+
+    /// The signal at the new rate, ⌈n·to/from⌉ samples in the unit of `samples`; before its start and after
+    /// its end it is taken to be zero.
+    #[must_use]
+    pub fn process(&self, samples: &[f64]) -> Vec<f64> {
+        let n = samples.len();
+        let wanted = (n * self.outputs).div_ceil(self.inputs);
+        let cycles = wanted.div_ceil(self.outputs);
+        let after = self.runs.iter().map(|run| run.first + run.taps.len()).max().unwrap_or(0) + self.inputs;
+        let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
+        padded[self.reach..self.reach + n].copy_from_slice(samples);
+        let mut out = Vec::with_capacity(cycles * self.outputs);
+        self.simd.dispatch(
+            #[inline(always)]
+            || {
+                for cycle in 0..cycles {
+                    for run in &self.runs {
+                        let start = cycle * self.inputs + run.first;
+                        let mut sums = [0.0; LANES];
+                        for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps) {
+                            for (sum, tap) in sums.iter_mut().zip(taps) {
+                                *sum += x * tap;
+                            }
+                        }
+                        out.extend_from_slice(&sums[..run.outputs]);
+                    }
+                }
+            },
+        );
+        out.truncate(wanted);
+        out
+    }
+
+    /// The rate that goes in and the rate that comes out.
+    #[must_use]
+    pub fn rates(&self) -> (SampleRate, SampleRate) {
+        (self.from, self.to)
+    }
+}
+
+/// `x` at the rate `to`, in the same unit and at the same times; the lowest 90 % of the narrower of the two
+/// bands come through unchanged.
+///
+/// Source: J. F. Kaiser (1974); polyphase form, Crochiere and Rabiner, Multirate Digital Signal Processing.
+///
+/// # Errors
+/// [`ResampleError::Ratio`] when the rates have no common cycle; [`ResampleError::Empty`] when nothing is left.
+pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>, ResampleError> {
+    if x.rate() == to {
+        return Ok(x.clone());
+    }
+    let passband = Hertz(0.9 * x.rate().nyquist().0.min(to.nyquist().0));
+    let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
+    Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
+}
+
+/// The smallest whole numbers whose ratio is `value` to 1e-10, by continued fractions.
+fn ratio(value: f64) -> Option<(usize, usize)> {
+    let (mut before, mut now) = ((0usize, 1usize), (1usize, 0usize));
+    let mut rest = value;
+    for _ in 0..40 {
+        let whole = rest.floor();
+        if !(0.0..1e9).contains(&whole) {
+            return None;
+        }
+        let next = (
+            (whole as usize).checked_mul(now.0)?.checked_add(before.0)?,
+            (whole as usize).checked_mul(now.1)?.checked_add(before.1)?,
+        );
+        (before, now) = (now, next);
+        if ((now.0 as f64 / now.1 as f64) / value - 1.0).abs() < 1e-10 {
+            return (now.0 > 0).then_some(now);
+        }
+        if rest <= whole {
+            return None;
+        }
+        rest = 1.0 / (rest - whole);
+    }
+    None
+}
+
+/// The modified Bessel function of the first kind and order 0, by its power series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = x * x / 4.0;
+    let (mut term, mut sum) = (1.0, 1.0);
+    for k in 1..200 {
+        term *= quarter / (k * k) as f64;
+        sum += term;
+        if term < sum * 1e-17 {
+            break;
+        }
+    }
+    sum
+}
+
+/// Why a rate cannot be changed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ResampleError {
+    /// The band does not fit.
+    #[error(
+        "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or take a higher rate"
+    )]
+    Passband {
+        /// The band's end.
+        passband: Hertz,
+        /// The rate that goes in.
+        from: SampleRate,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// No common cycle.
+    #[error(
+        "expected two rates with a simple ratio, found {from} and {to}; take a rate such as 5000, 10000, 44100 or 48000 Hz"
+    )]
+    Ratio {
+        /// The rate that goes in.
+        from: SampleRate,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// Nothing is left.
+    #[error("expected a signal longer than one sample at the new rate, found none; record longer")]
+    Empty,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hz(rate_hz: f64) -> SampleRate {
+        SampleRate::new(rate_hz).unwrap()
+    }
+
+    /// A tone in the passband comes out as the same tone, sample for sample.
+    #[test]
+    fn a_tone_stays_where_it_is() {
+        for (from, to, passband, tone_hz) in [
+            (5000.0, 48000.0, 1100.0, 997.0),
+            (48000.0, 5000.0, 2200.0, 150.0),
+            (10000.0, 1300.0, 585.0, 500.0),
+            (1300.0, 48000.0, 600.0, 590.0),
+            (5000.0, 44100.0, 2250.0, 2240.0),
+            (5000.0, 5000.0, 2000.0, 1999.0),
+            (35.714_285_714_285_715, 100.0, 12.0, 7.0),
+        ] {
+            let x: Vec<f64> = (0..6000).map(|i| (2.0 * PI * tone_hz * i as f64 / from).sin()).collect();
+            let y = Resampler::new(hz(from), hz(to), Hertz(passband)).unwrap().process(&x);
+            assert_eq!(y.len(), (6000.0 * to / from).ceil() as usize, "{from} → {to}");
+            let middle = y.len() / 4..3 * y.len() / 4;
+            let worst =
+                middle.map(|m| (y[m] - (2.0 * PI * tone_hz * m as f64 / to).sin()).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-5, "{from} → {to}: {worst:e}");
+        }
+    }
+
+    /// What would fold into the passband is gone: 120 dB, with 3 dB for the ripple of Kaiser's estimate.
+    #[test]
+    fn what_would_fold_is_gone() {
+        let x: Vec<f64> = (0..96_000).map(|i| (2.0 * PI * 2900.0 * i as f64 / 48000.0).sin()).collect();
+        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0)).unwrap().process(&x);
+        let peak = crate::series::peak(&y[2000..8000]);
+        // 2.9 kHz folds to 2.1 kHz, above the passband: the filter is in its transition there.
+        assert!(peak < 0.2, "{peak}");
+        let x: Vec<f64> = (0..96_000).map(|i| (2.0 * PI * 3100.0 * i as f64 / 48000.0).sin()).collect();
+        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0)).unwrap().process(&x);
+        let peak_db = 20.0 * crate::series::peak(&y[2000..8000]).log10();
+        assert!(peak_db < -REJECTION_DB + 3.0, "{peak_db}");
+    }
+
+    #[test]
+    fn rates_without_a_common_cycle_are_refused() {
+        let error = Resampler::new(hz(5000.0), hz(5000.000_123), Hertz(1000.0)).unwrap_err();
+        assert!(matches!(error, ResampleError::Ratio { .. }), "{error}");
+        assert!(Resampler::new(hz(5000.0), hz(1000.0), Hertz(1000.0)).is_err());
+    }
+}

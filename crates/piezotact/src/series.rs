@@ -1,0 +1,150 @@
+//! One channel of samples: a physical quantity at a uniform rate.
+
+use std::marker::PhantomData;
+
+use crate::quantity::{Decibels, Quantity, SampleRate, Seconds};
+
+/// One channel of a physical quantity `Q`, in its SI unit, at a uniform rate; every sample is finite and
+/// there is at least one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series<Q: Quantity> {
+    samples: Vec<f64>,
+    rate: SampleRate,
+    quantity: PhantomData<Q>,
+}
+
+impl<Q: Quantity> Series<Q> {
+    /// A series of `samples` in the SI unit of `Q`, taken at `rate`.
+    ///
+    /// # Errors
+    /// [`SeriesError::Empty`] without samples; [`SeriesError::NotFinite`] with the place of the first
+    /// sample that is NaN or infinite.
+    pub fn new(samples: Vec<f64>, rate: SampleRate) -> Result<Self, SeriesError> {
+        if samples.is_empty() {
+            return Err(SeriesError::Empty { quantity: Q::NAME });
+        }
+        if let Some(at) = samples.iter().position(|v| !v.is_finite()) {
+            return Err(SeriesError::NotFinite {
+                quantity: Q::NAME,
+                at,
+                time: rate.duration_of(at),
+                found: samples[at],
+            });
+        }
+        Ok(Self { samples, rate, quantity: PhantomData })
+    }
+
+    /// The samples, in the SI unit of `Q`.
+    #[must_use]
+    pub fn samples(&self) -> &[f64] {
+        &self.samples
+    }
+
+    /// Gives the samples away, in the SI unit of `Q`.
+    #[must_use]
+    pub fn into_samples(self) -> Vec<f64> {
+        self.samples
+    }
+
+    /// The sampling rate.
+    #[must_use]
+    pub fn rate(&self) -> SampleRate {
+        self.rate
+    }
+
+    /// The length in time.
+    #[must_use]
+    pub fn duration(&self) -> Seconds {
+        self.rate.duration_of(self.samples.len())
+    }
+
+    /// The root mean square about zero, in the SI unit of `Q`.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        rms(&self.samples)
+    }
+
+    /// The largest absolute sample, in the SI unit of `Q`.
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        peak(&self.samples)
+    }
+
+    /// The series at another level: every sample times 10^(dB/20).
+    #[must_use]
+    pub fn amplified(mut self, level: Decibels) -> Self {
+        let factor = level.amplitude_ratio();
+        for sample in &mut self.samples {
+            *sample *= factor;
+        }
+        self
+    }
+}
+
+/// The root mean square of `samples` about zero, in their unit; 0 for none.
+///
+/// Source: √(Σx²/n).
+#[must_use]
+pub fn rms(samples: &[f64]) -> f64 {
+    if samples.is_empty() {
+        return 0.0;
+    }
+    (samples.iter().map(|v| v * v).sum::<f64>() / samples.len() as f64).sqrt()
+}
+
+/// The largest absolute value of `samples`, in their unit; 0 for none.
+///
+/// Source: max|x|.
+#[must_use]
+pub fn peak(samples: &[f64]) -> f64 {
+    samples.iter().fold(0.0, |peak, v| v.abs().max(peak))
+}
+
+/// Samples that make no series.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SeriesError {
+    /// There is not one sample.
+    #[error(
+        "expected samples of {quantity}, found none; check that the recording was not stopped before it began"
+    )]
+    Empty {
+        /// The quantity that was wanted.
+        quantity: &'static str,
+    },
+    /// A sample is NaN or infinite.
+    #[error(
+        "expected finite samples of {quantity}, found {found} at sample {at} ({time:.3}); cut that part or repair the export"
+    )]
+    NotFinite {
+        /// The quantity that was wanted.
+        quantity: &'static str,
+        /// The index of the first such sample.
+        at: usize,
+        /// Its time from the start.
+        time: Seconds,
+        /// What stood there.
+        found: f64,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::Acceleration;
+
+    #[test]
+    fn a_series_is_finite_or_is_not() {
+        let rate = SampleRate::new(1000.0).unwrap();
+        assert!(Series::<Acceleration>::new(vec![], rate).is_err());
+        let error = Series::<Acceleration>::new(vec![0.0, f64::NAN], rate).unwrap_err();
+        assert!(error.to_string().contains("sample 1 (0.001 s)"), "{error}");
+    }
+
+    #[test]
+    fn the_rms_of_a_sine_is_its_amplitude_over_root_two() {
+        let rate = SampleRate::new(1000.0).unwrap();
+        let sine = (0..1000).map(|i| 2.0 * (i as f64 * 0.1 * std::f64::consts::TAU).sin());
+        let series = Series::<Acceleration>::new(sine.collect(), rate).unwrap();
+        assert!((series.rms() - 2f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,168 @@
+//! The inner loops of every spectral estimate: cut, detrend, window, transform, and sum.
+//!
+//! Two real segments are transformed as the real and imaginary part of one complex segment, Z = A + iB.
+//! Summed over segments nothing has to be taken apart again: |Z(k)|² + |Z(−k)|² = 2(|A|² + |B|²), and for
+//! two signals conj(Zx(k))·Zy(k) + conj of the same at −k = 2(conj(Ax)·Ay + conj(Bx)·By). So the loop over
+//! segments only multiplies and adds, and folding positive onto negative frequencies is done once at the end.
+
+use std::sync::Arc;
+
+use num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+use super::Detrend;
+
+/// A planned transform of windowed segments, with its scratch memory.
+#[derive(Clone)]
+pub(crate) struct SegmentTransform {
+    window: Vec<f64>,
+    fft: Arc<dyn Fft<f64>>,
+    scratch: Vec<Complex<f64>>,
+    detrend: Detrend,
+    simd: pulp::Arch,
+}
+
+impl std::fmt::Debug for SegmentTransform {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SegmentTransform")
+            .field("segment", &self.window.len())
+            .field("detrend", &self.detrend)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SegmentTransform {
+    pub(crate) fn new(window: Vec<f64>, detrend: Detrend) -> Self {
+        let fft = FftPlanner::new().plan_fft_forward(window.len());
+        let scratch = vec![Complex::default(); fft.get_inplace_scratch_len()];
+        Self { window, fft, scratch, detrend, simd: pulp::Arch::new() }
+    }
+
+    pub(crate) fn segment(&self) -> usize {
+        self.window.len()
+    }
+
+    /// Detrends and windows segment `a` into the real and `b` into the imaginary parts of `z`, and
+    /// transforms it. Both have the window's length.
+    pub(crate) fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
+        let (window, detrend) = (&self.window, self.detrend);
+        self.simd.dispatch(
+            #[inline(always)]
+            || {
+                let (ta, tb) = (Trend::of(a, detrend), Trend::of(b, detrend));
+                if matches!(detrend, Detrend::Linear) {
+                    for (i, (((z, a), b), w)) in z.iter_mut().zip(a).zip(b).zip(window).enumerate() {
+                        *z = Complex::new((a - ta.at(i)) * w, (b - tb.at(i)) * w);
+                    }
+                } else {
+                    for (((z, a), b), w) in z.iter_mut().zip(a).zip(b).zip(window) {
+                        *z = Complex::new((a - ta.offset) * w, (b - tb.offset) * w);
+                    }
+                }
+            },
+        );
+        self.fft.process_with_scratch(z, &mut self.scratch);
+    }
+
+    /// As [`Self::transform_pair`] with nothing in the imaginary part.
+    pub(crate) fn transform_single(&mut self, a: &[f64], z: &mut [Complex<f64>]) {
+        let trend = Trend::of(a, self.detrend);
+        for (i, ((z, a), w)) in z.iter_mut().zip(a).zip(&self.window).enumerate() {
+            *z = Complex::new((a - trend.at(i)) * w, 0.0);
+        }
+        self.fft.process_with_scratch(z, &mut self.scratch);
+    }
+
+    /// Adds the squares of the real and imaginary parts of `z` to `power`, two numbers a bin.
+    pub(crate) fn add_power(&self, z: &[Complex<f64>], power: &mut [f64]) {
+        self.simd.dispatch(
+            #[inline(always)]
+            || {
+                for (sum, part) in power.iter_mut().zip(bytemuck::cast_slice::<_, f64>(z)) {
+                    *sum += part * part;
+                }
+            },
+        );
+    }
+
+    /// Adds conj(zx)·zy to `cross`.
+    pub(crate) fn add_cross(&self, zx: &[Complex<f64>], zy: &[Complex<f64>], cross: &mut [Complex<f64>]) {
+        self.simd.dispatch(
+            #[inline(always)]
+            || {
+                for ((sum, x), y) in cross.iter_mut().zip(zx).zip(zy) {
+                    sum.re += x.re * y.re + x.im * y.im;
+                    sum.im += x.re * y.im - x.im * y.re;
+                }
+            },
+        );
+    }
+}
+
+/// What detrending takes away from a segment: `offset + slope · (i − middle)`.
+struct Trend {
+    offset: f64,
+    slope: f64,
+    middle: f64,
+}
+
+impl Trend {
+    #[inline(always)]
+    fn of(segment: &[f64], detrend: Detrend) -> Self {
+        let n = segment.len() as f64;
+        let middle = (n - 1.0) / 2.0;
+        match detrend {
+            Detrend::None => Self { offset: 0.0, slope: 0.0, middle },
+            Detrend::Constant => Self { offset: sum(segment) / n, slope: 0.0, middle },
+            Detrend::Linear => {
+                let offset = sum(segment) / n;
+                // Σ(i − middle)² = n(n² − 1)/12
+                let spread = n * (n * n - 1.0) / 12.0;
+                let tilt: f64 =
+                    segment.iter().enumerate().map(|(i, v)| (i as f64 - middle) * (v - offset)).sum();
+                Self { offset, slope: if spread > 0.0 { tilt / spread } else { 0.0 }, middle }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize) -> f64 {
+        self.offset + self.slope * (i as f64 - self.middle)
+    }
+}
+
+/// A sum in 16 independent lanes, so that it is as fast as the memory gives the numbers.
+#[inline(always)]
+fn sum(values: &[f64]) -> f64 {
+    let mut lanes = [0.0; 16];
+    let chunks = values.chunks_exact(16);
+    let rest: f64 = chunks.remainder().iter().sum();
+    for chunk in chunks {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += value;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// Folds a sum made by [`SegmentTransform::add_power`] into the n/2 + 1 bins of the real signals' |X|².
+pub(crate) fn fold_power(parts: &[f64]) -> Vec<f64> {
+    let n = parts.len() / 2;
+    let bin = |k: usize| parts[2 * k] + parts[2 * k + 1];
+    (0..=n / 2).map(|k| 0.5 * (bin(k) + bin((n - k) % n))).collect()
+}
+
+/// Folds a sum made by [`SegmentTransform::add_cross`] into the n/2 + 1 bins of the real signals' conj(X)·Y.
+pub(crate) fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let n = cross.len();
+    (0..=n / 2).map(|k| (cross[k] + cross[(n - k) % n].conj()) * 0.5).collect()
+}
+
+/// |A(k)|² and |B(k)|² of the two real segments in `z`, handed bin by bin to `take`.
+pub(crate) fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f64)) {
+    let n = z.len();
+    for k in 0..=n / 2 {
+        let mirror = z[(n - k) % n].conj();
+        take(k, ((z[k] + mirror) * 0.5).norm_sqr(), ((z[k] - mirror) * 0.5).norm_sqr());
+    }
+}

@@ -1,0 +1,405 @@
+//! Spectra: windows, Welch's averaged periodograms, and the Fourier amplitude spectrum.
+//!
+//! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
+
+mod kernel;
+mod window;
+
+use std::marker::PhantomData;
+
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use kernel::{SegmentTransform, fold_cross, fold_power};
+pub use window::{Symmetry, Window};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Quantity, SampleRate, Uncalibrated};
+use crate::series::Series;
+
+/// What is taken away from every segment before the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Detrend {
+    /// Nothing.
+    None,
+    /// The mean.
+    Constant,
+    /// The least-squares line.
+    Linear,
+}
+
+/// How the periodograms of the segments become one spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Averaging {
+    /// Their mean.
+    Mean,
+    /// Their median, corrected for its bias: robust against single disturbed segments.
+    Median,
+}
+
+/// What the values of a one-sided spectrum are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scaling {
+    /// Power spectral density, unit²/Hz: for noise-like signals.
+    Density,
+    /// Power spectrum, unit²: for the mean square of single tones.
+    Spectrum,
+}
+
+/// How a spectrum is estimated. There is no default: it is stated, and goes into the result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WelchConfig {
+    /// The window.
+    pub window: Window,
+    /// Its form.
+    pub symmetry: Symmetry,
+    /// The segment's length in samples.
+    pub segment: usize,
+    /// The share of a segment that the next one repeats, 0 ≤ overlap < 1.
+    pub overlap: f64,
+    /// What is taken away from every segment.
+    pub detrend: Detrend,
+    /// How segments are averaged.
+    pub averaging: Averaging,
+    /// What the values are.
+    pub scaling: Scaling,
+}
+
+impl WelchConfig {
+    /// Hann, 50 % overlap, constant detrend, mean, density, over segments of `segment` samples.
+    #[must_use]
+    pub fn hann(segment: usize) -> Self {
+        Self {
+            window: Window::Hann,
+            symmetry: Symmetry::Periodic,
+            segment,
+            overlap: 0.5,
+            detrend: Detrend::Constant,
+            averaging: Averaging::Mean,
+            scaling: Scaling::Density,
+        }
+    }
+
+    /// The setting that goes with the 2024 thesis' recordings: Hann, 1024 samples at 5 kHz (4.9 Hz), 50 %.
+    #[must_use]
+    pub fn thesis_2024() -> Self {
+        Self::hann(1024)
+    }
+
+    /// The step between segments in samples.
+    ///
+    /// # Errors
+    /// [`EstimateError::Config`] when the segment is shorter than 2 or the overlap is not in 0 ≤ overlap < 1.
+    pub fn hop(&self) -> Result<usize, EstimateError> {
+        if self.segment < 2 {
+            return Err(EstimateError::Config {
+                what: "a segment of 2 samples or more",
+                found: self.segment.to_string(),
+            });
+        }
+        if !(0.0..1.0).contains(&self.overlap) {
+            return Err(EstimateError::Config {
+                what: "an overlap from 0 up to, not including, 1",
+                found: self.overlap.to_string(),
+            });
+        }
+        let repeated = (self.segment as f64 * self.overlap).floor() as usize;
+        Ok((self.segment - repeated).max(1))
+    }
+}
+
+/// A one-sided spectrum of a quantity `Q`: segment/2 + 1 values from 0 Hz to half the rate, in unit²/Hz or
+/// unit² as `scaling` says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum<Q: Quantity> {
+    /// The values, from 0 Hz up.
+    pub values: Vec<f64>,
+    /// The step between values, Hz.
+    pub resolution_hz: f64,
+    /// The number of segments averaged.
+    pub averages: usize,
+    /// How it was made.
+    pub config: WelchConfig,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+    quantity: PhantomData<Q>,
+}
+
+impl<Q: Quantity> Spectrum<Q> {
+    /// The frequency of every value, Hz.
+    #[must_use]
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        frequency_axis(self.resolution_hz, self.values.len())
+    }
+}
+
+/// `bins` frequencies from 0 Hz in steps of `resolution_hz`.
+pub(crate) fn frequency_axis(resolution_hz: f64, bins: usize) -> Vec<f64> {
+    (0..bins).map(|k| k as f64 * resolution_hz).collect()
+}
+
+/// Fewer segments than this in an average is a doubt: the PSD of a random signal then scatters by more
+/// than 1.4 dB (4.34·√(1/10)).
+pub const RECOMMENDED_SEGMENTS: usize = 10;
+
+/// A planned Welch estimate: window, transform and memory, made once and used for many signals.
+#[derive(Clone, Debug)]
+pub struct WelchPlan {
+    config: WelchConfig,
+    rate: SampleRate,
+    hop: usize,
+    transform: SegmentTransform,
+    buffer: Vec<Complex<f64>>,
+    window_power: f64,
+    window_sum: f64,
+}
+
+impl WelchPlan {
+    /// A plan for signals at `rate`.
+    ///
+    /// # Errors
+    /// [`EstimateError::Config`] when the configuration cannot be.
+    pub fn new(config: &WelchConfig, rate: SampleRate) -> Result<Self, EstimateError> {
+        let hop = config.hop()?;
+        let window = config.window.coefficients(config.segment, config.symmetry);
+        Ok(Self {
+            window_power: window.iter().map(|w| w * w).sum(),
+            window_sum: window.iter().sum(),
+            buffer: vec![Complex::default(); config.segment],
+            transform: SegmentTransform::new(window, config.detrend),
+            config: config.clone(),
+            rate,
+            hop,
+        })
+    }
+
+    /// The one-sided spectrum of each of `records` taken together: the average runs over the segments of
+    /// all of them, and no segment spans two records. segment/2 + 1 values in unit²/Hz or unit².
+    ///
+    /// # Errors
+    /// [`EstimateError::TooShort`] when no record holds a segment.
+    pub fn estimate<Q: Quantity>(&mut self, records: &[&[f64]]) -> Result<Spectrum<Q>, EstimateError> {
+        let averages: usize = records.iter().map(|record| self.segments_in(record.len())).sum();
+        if averages == 0 {
+            return Err(EstimateError::TooShort {
+                expected: self.config.segment,
+                found: records.iter().map(|record| record.len()).max().unwrap_or(0),
+            });
+        }
+        let mut values = match self.config.averaging {
+            Averaging::Mean => self.mean_power(records, averages),
+            Averaging::Median => self.median_power(records, averages),
+        };
+        let scale = match self.config.scaling {
+            Scaling::Density => 1.0 / (self.rate.hz() * self.window_power),
+            Scaling::Spectrum => 1.0 / (self.window_sum * self.window_sum),
+        };
+        one_sided(&mut values, self.config.segment, scale);
+        let mut doubts = Vec::new();
+        if averages < RECOMMENDED_SEGMENTS {
+            doubts.push(Doubt::ShortSignal { segments: averages });
+        }
+        Ok(Spectrum {
+            values,
+            resolution_hz: self.rate.hz() / self.config.segment as f64,
+            averages,
+            config: self.config.clone(),
+            doubts,
+            quantity: PhantomData,
+        })
+    }
+
+    fn segments_in(&self, samples: usize) -> usize {
+        segments_in(samples, self.config.segment, self.hop)
+    }
+
+    fn mean_power(&mut self, records: &[&[f64]], averages: usize) -> Vec<f64> {
+        let mut power = vec![0.0; 2 * self.config.segment];
+        self.each_pair(records, |transform, z, _| transform.add_power(z, &mut power));
+        let mut values = fold_power(&power);
+        for value in &mut values {
+            *value /= averages as f64;
+        }
+        values
+    }
+
+    fn median_power(&mut self, records: &[&[f64]], averages: usize) -> Vec<f64> {
+        let bins = self.config.segment / 2 + 1;
+        let mut columns = vec![Vec::with_capacity(averages); bins];
+        self.each_pair(records, |_, z, both| {
+            kernel::split_power(z, |k, a, b| {
+                columns[k].push(a);
+                if both {
+                    columns[k].push(b);
+                }
+            });
+        });
+        let bias = median_bias(averages);
+        columns.iter_mut().map(|column| median(column) / bias).collect()
+    }
+
+    /// Hands the transform of every pair of segments to `take`, with whether it holds two or one.
+    fn each_pair(
+        &mut self,
+        records: &[&[f64]],
+        mut take: impl FnMut(&SegmentTransform, &[Complex<f64>], bool),
+    ) {
+        let segment = self.config.segment;
+        for record in records {
+            let count = self.segments_in(record.len());
+            let cut = |i: usize| &record[i * self.hop..i * self.hop + segment];
+            for i in (1..count).step_by(2) {
+                self.transform.transform_pair(cut(i - 1), cut(i), &mut self.buffer);
+                take(&self.transform, &self.buffer, true);
+            }
+            if count % 2 == 1 {
+                self.transform.transform_single(cut(count - 1), &mut self.buffer);
+                take(&self.transform, &self.buffer, false);
+            }
+        }
+    }
+}
+
+pub(crate) fn segments_in(samples: usize, segment: usize, hop: usize) -> usize {
+    if samples < segment { 0 } else { (samples - segment) / hop + 1 }
+}
+
+/// Scales two-sided power to one-sided: every bin that stands for two frequencies counts twice.
+pub(crate) fn one_sided(values: &mut [f64], segment: usize, scale: f64) {
+    let last = values.len() - 1;
+    for (k, value) in values.iter_mut().enumerate() {
+        let alone = k == 0 || (k == last && segment.is_multiple_of(2));
+        *value *= if alone { scale } else { 2.0 * scale };
+    }
+}
+
+/// The median; the mean of the middle two for an even count.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
+}
+
+/// The ratio of the median to the mean of `n` periodograms of noise, dimensionless.
+///
+/// Source: B. Allen et al. (2012), FINDCHIRP, appendix B: 1 + Σ 1/(2i+1) − 1/(2i), as SciPy corrects it.
+fn median_bias(n: usize) -> f64 {
+    (1..=(n.saturating_sub(1)) / 2)
+        .map(|i| 2.0 * i as f64)
+        .fold(1.0, |bias, even| bias + 1.0 / (even + 1.0) - 1.0 / even)
+}
+
+/// One-sided spectrum of `x` by Welch's method, segment/2 + 1 values from 0 Hz to half the rate, in
+/// unit²/Hz (or unit², as the configuration says).
+///
+/// Formula: mean over segments of |FFT(w·(x − trend))|² / (rate·Σw²), doubled except at 0 Hz and Nyquist.
+///
+/// Source: P. D. Welch (1967), IEEE Trans. Audio Electroacoust. 15(2).
+///
+/// # Errors
+/// [`EstimateError::TooShort`] when `x` holds no segment, [`EstimateError::Config`] when the configuration
+/// cannot be.
+///
+/// ```
+/// use piezotact::quantity::{Acceleration, SampleRate};
+/// use piezotact::spectrum::{WelchConfig, welch};
+/// let rate = SampleRate::new(5000.0).unwrap();
+/// let tone = (0..50_000).map(|i| (std::f64::consts::TAU * 250.0 * i as f64 / 5000.0).sin());
+/// let tone = piezotact::Series::<Acceleration>::new(tone.collect(), rate).unwrap();
+/// let psd = welch(&tone, &WelchConfig::thesis_2024()).unwrap();
+/// let power: f64 = psd.values.iter().sum::<f64>() * psd.resolution_hz;
+/// assert!((power - 0.5).abs() < 1e-3); // the mean square of a sine of amplitude 1
+/// ```
+pub fn welch<Q: Quantity>(x: &Series<Q>, config: &WelchConfig) -> Result<Spectrum<Q>, EstimateError> {
+    WelchPlan::new(config, x.rate())?.estimate(&[x.samples()])
+}
+
+/// One-sided amplitude spectrum of the whole of `x`: frequencies in Hz and peak amplitudes in the unit of
+/// `Q`, n/2 + 1 of each. This is the "FFT" of the thesis' figures.
+///
+/// Formula: 2|FFT(x)|/n, half of that at 0 Hz and Nyquist.
+///
+/// Source: Oppenheim and Schafer, Discrete-Time Signal Processing, chapter 8.
+#[must_use]
+pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
+    let n = x.samples().len();
+    let spectrum = crate::fourier::real_forward(x.samples());
+    let amplitudes = spectrum.iter().enumerate().map(|(k, bin)| {
+        let alone = k == 0 || 2 * k == n;
+        bin.norm() * if alone { 1.0 } else { 2.0 } / n as f64
+    });
+    (frequency_axis(x.rate().hz() / n as f64, spectrum.len()), amplitudes.collect())
+}
+
+/// The mean square of a density spectrum between two frequencies, in unit²: the sum of the bins of the
+/// band times their width.
+///
+/// Source: Parseval's theorem.
+#[must_use]
+pub fn band_power<Q: Quantity>(psd: &Spectrum<Q>, band: crate::quantity::Band) -> f64 {
+    psd.values
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| band.contains(*k as f64 * psd.resolution_hz))
+        .map(|(_, value)| value * psd.resolution_hz)
+        .sum()
+}
+
+/// The doubts about how finely a channel is quantised: samples on a grid of fewer than 50 steps rms show it.
+///
+/// `step` is the value of one converter step in the unit of the samples.
+///
+/// Source: uniform quantisation noise of step²/12; at 50 steps rms it lies 45 dB below the signal.
+#[must_use]
+pub fn quantisation_doubt(name: &str, x: &Series<Uncalibrated>, step_ratio: f64) -> Option<Doubt> {
+    let rms_in_steps = x.rms() / step_ratio;
+    (rms_in_steps < 50.0).then(|| Doubt::CoarseQuantisation { channel: name.into(), rms_in_steps })
+}
+
+/// Why a spectrum or a transfer function cannot be estimated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EstimateError {
+    /// The configuration cannot be.
+    #[error("expected {what}, found {found}")]
+    Config {
+        /// What is needed.
+        what: &'static str,
+        /// What was found.
+        found: String,
+    },
+    /// The signal holds no segment.
+    #[error(
+        "expected at least one segment of {expected} samples, found {found}; take a shorter segment or a longer recording"
+    )]
+    TooShort {
+        /// The segment's length.
+        expected: usize,
+        /// The longest record's length.
+        found: usize,
+    },
+    /// Two signals that do not belong together.
+    #[error(
+        "cannot relate {left} to {right}: {what} is {left_value} in one and {right_value} in the other; take both from one recording"
+    )]
+    Mismatch {
+        /// The first signal.
+        left: &'static str,
+        /// The second signal.
+        right: &'static str,
+        /// What differs.
+        what: &'static str,
+        /// Its value in the first.
+        left_value: String,
+        /// Its value in the second.
+        right_value: String,
+    },
+    /// A signal that is silent where it is needed.
+    #[error("expected {signal} to hold a signal, found silence; check the cable and the channel")]
+    Silent {
+        /// The signal.
+        signal: &'static str,
+    },
+}

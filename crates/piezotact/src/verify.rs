@@ -1,0 +1,460 @@
+//! How close the re-measured vibration came to its target: in spectrum, in level, and in waveform.
+//!
+//! A spectrum cannot see a wrong phase. A drive made with the conjugate of the transfer function has the
+//! right PSD and no resemblance to the target, so the waveform is always looked at too.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::fourier;
+use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, Seconds};
+use crate::series::{Series, rms};
+use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
+
+/// How a measurement is compared with its target.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerifyConfig {
+    /// The band over which they are compared.
+    pub band: Band,
+    /// The parts of it that the inverse declared achievable; empty when nothing was declared.
+    pub achievable: Vec<Band>,
+    /// How the spectra are estimated.
+    pub welch: WelchConfig,
+    /// What counts as passed.
+    pub limits: Limits,
+}
+
+/// What counts as passed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// The largest spectrum error, dB rms over the band.
+    pub error_db_rms: f64,
+    /// The lowest waveform correlation.
+    pub waveform_correlation: f64,
+}
+
+impl Limits {
+    /// 1 dB rms, which is below the 1.6 dB that can just be told apart, and a correlation of 0.95.
+    #[must_use]
+    pub fn individual_transfer_function() -> Self {
+        Self { error_db_rms: 1.0, waveform_correlation: 0.95 }
+    }
+}
+
+impl VerifyConfig {
+    /// Over `band`, Hann segments of about 5 Hz at `rate_hz`, the limits for an individual transfer function.
+    #[must_use]
+    pub fn over(band: Band, rate_hz: f64) -> Self {
+        let segment = 2f64.powf((rate_hz / 5.0).log2().round()).max(16.0) as usize;
+        Self {
+            band,
+            achievable: Vec::new(),
+            welch: WelchConfig::hann(segment),
+            limits: Limits::individual_transfer_function(),
+        }
+    }
+}
+
+/// What was measured while a drive was played.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured<'a, Q: Quantity> {
+    /// The response, in the unit of the target.
+    pub response: &'a Series<Q>,
+    /// The drive recorded beside it and the level at which the device clips (full scale = 1), where known.
+    pub drive: Option<(&'a Series<Drive>, f64)>,
+}
+
+/// How close a measurement came to its target.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// The band over which they were compared, Hz.
+    pub band_hz: Band,
+    /// Root mean square over the band's lines of the spectrum error, dB.
+    pub error_db_rms: f64,
+    /// The largest absolute error of a line in the band, dB.
+    pub error_db_max: f64,
+    /// The frequency of the largest error, Hz.
+    pub error_max_at_hz: f64,
+    /// The same rms after the level error is taken away: the error in shape alone, dB.
+    pub error_db_rms_level_matched: f64,
+    /// The parts of the band that the inverse declared achievable.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub achievable_band_hz: Vec<Band>,
+    /// The rms error over those alone, dB.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub error_db_rms_achievable: Option<f64>,
+    /// 20·log10 of the measured over the target rms in the band, dB.
+    pub level_error_db: f64,
+    /// Pearson's correlation of the band-limited waveforms after aligning the delay.
+    pub waveform_correlation: f64,
+    /// How much later the measurement is than the target, s.
+    pub delay_s: f64,
+    /// The share of samples at a limit, of the sensor or of the device, 0–1.
+    pub clipped_fraction: f64,
+    /// The lines of the spectra, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// The target's PSD, unit²/Hz.
+    pub target_psd: Vec<f64>,
+    /// The measurement's PSD, unit²/Hz.
+    pub measured_psd: Vec<f64>,
+    /// Where the measurement starts in the aligned target, and the aligned measurement's samples.
+    #[serde(skip)]
+    pub aligned: Vec<f64>,
+    /// Whether it is within the limits.
+    pub passed: bool,
+    /// The limits.
+    pub limits: Limits,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Verification {
+    /// The error of every line of the spectra, 10·log10(measured/target) in dB; NaN-free: lines without
+    /// target power are 0 and named in the doubts.
+    #[must_use]
+    pub fn error_db(&self) -> Vec<f64> {
+        self.target_psd
+            .iter()
+            .zip(&self.measured_psd)
+            .map(|(target, measured)| ratio_db(*measured, *target))
+            .collect()
+    }
+
+    /// One line that says whether it passed and why.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        format!(
+            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} (limit {})",
+            if self.passed { "passed" } else { "failed" },
+            self.judged_error_db(),
+            match self.error_db_rms_achievable {
+                Some(_) => format!("the achievable part of {}", self.band_hz),
+                None => self.band_hz.to_string(),
+            },
+            self.limits.error_db_rms,
+            self.waveform_correlation,
+            self.limits.waveform_correlation,
+        )
+    }
+
+    fn judged_error_db(&self) -> f64 {
+        self.error_db_rms_achievable.unwrap_or(self.error_db_rms)
+    }
+}
+
+fn ratio_db(measured: f64, target: f64) -> f64 {
+    if target > 0.0 { 10.0 * (measured.max(target * 1e-12) / target).log10() } else { 0.0 }
+}
+
+/// Lines this far below the band's strongest hold next to no target, dB.
+const NO_POWER_DB: f64 = -100.0;
+
+/// How close `measured` came to `target`, two series of one quantity at one rate.
+///
+/// The delay is found by cross-correlation of the band-limited waveforms, to a fraction of a sample, and
+/// taken away; then the PSDs are compared line by line and the waveforms correlated.
+///
+/// Formulas: error = 10·log10(S_measured/S_target); level = 20·log10 of the rms ratio in the band;
+/// correlation = Σtm/√(Σt²·Σm²).
+///
+/// Source: thesis section 4.2 for the comparison of spectra; generalised cross-correlation after Knapp and
+/// Carter (1976) for the delay.
+///
+/// # Errors
+/// [`VerifyError::Rate`] when the rates differ, [`VerifyError::BandAboveNyquist`],
+/// [`VerifyError::TooShort`] when they do not overlap by a segment, [`VerifyError::Silent`] when either holds
+/// nothing in the band.
+pub fn verify<Q: Quantity>(
+    target: &Series<Q>,
+    measured: Measured<'_, Q>,
+    config: &VerifyConfig,
+) -> Result<Verification, VerifyError> {
+    let (rate, response) = (target.rate(), measured.response);
+    if (response.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
+        return Err(VerifyError::Rate { target_hz: rate.hz(), measured_hz: response.rate().hz() });
+    }
+    if config.band.high().0 > rate.nyquist().0 {
+        return Err(VerifyError::BandAboveNyquist { band: config.band, highest: rate.nyquist() });
+    }
+    let aligned = align(target, response, config)?;
+    let compared = aligned.from..aligned.to;
+    if compared.len() < config.welch.segment {
+        return Err(VerifyError::TooShort { expected: config.welch.segment, found: compared.len() });
+    }
+    let wanted = &aligned.target_in_band[compared.clone()];
+    let got = &aligned.measured_in_band[compared.clone()];
+    let (level_target, level_measured) = (rms(wanted), rms(got));
+    let level_error_db = Decibels::from_amplitude_ratio(level_measured / level_target).0;
+    let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
+    let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
+
+    let mut plan = WelchPlan::new(&config.welch, rate)?;
+    let target_psd = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
+    let measured_psd = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
+    let lines =
+        errors_in_band(&target_psd.values, &measured_psd.values, target_psd.resolution_hz, config.band)?;
+    let (error_max_at_hz, largest) = lines
+        .compared
+        .iter()
+        .copied()
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        .unwrap_or((config.band.low().0, 0.0));
+    let error_db_rms = rms_of(lines.compared.iter().map(|(_, error)| *error));
+    let achievable = |frequency_hz: f64| config.achievable.iter().any(|band| band.contains(frequency_hz));
+    let reached: Vec<f64> = lines
+        .compared
+        .iter()
+        .filter(|(frequency_hz, _)| achievable(*frequency_hz))
+        .map(|(_, error)| *error)
+        .collect();
+
+    let mut doubts = target_psd.doubts.clone();
+    if lines.without_target > 0 {
+        let all = lines.without_target + lines.compared.len();
+        doubts.push(Doubt::NoTargetPower { share: lines.without_target as f64 / all as f64 });
+    }
+    if compared.len() + 1 < target.samples().len() {
+        doubts.push(Doubt::Cut {
+            compared_s: rate.duration_of(compared.len()).0,
+            target_s: target.duration().0,
+        });
+    }
+    let flat = flat_top_fraction(response.samples());
+    if flat > 0.0 {
+        doubts.push(Doubt::Clipped { what: format!("the measured {}", Q::NAME), fraction: flat });
+    }
+    let driven = measured.drive.map_or(0.0, |(drive, limit)| {
+        let beyond = drive.samples().iter().filter(|sample| sample.abs() > limit).count();
+        beyond as f64 / drive.samples().len() as f64
+    });
+    if driven > 0.0 {
+        doubts.push(Doubt::Clipped {
+            what: "the drive, beyond what the device can play".into(),
+            fraction: driven,
+        });
+    }
+    let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
+    let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
+        && waveform_correlation >= config.limits.waveform_correlation;
+    Ok(Verification {
+        band_hz: config.band,
+        error_db_rms,
+        error_db_max: largest.abs(),
+        error_max_at_hz,
+        error_db_rms_level_matched: rms_of(lines.compared.iter().map(|(_, error)| error - level_error_db)),
+        achievable_band_hz: config.achievable.clone(),
+        error_db_rms_achievable,
+        level_error_db,
+        waveform_correlation,
+        delay_s: aligned.delay.0,
+        clipped_fraction: flat.max(driven),
+        frequency_hz: frequency_axis(target_psd.resolution_hz, target_psd.values.len()),
+        target_psd: target_psd.values,
+        measured_psd: measured_psd.values,
+        aligned: aligned.measured,
+        passed,
+        limits: config.limits.clone(),
+        doubts,
+    })
+}
+
+fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
+struct LineErrors {
+    /// Frequency in Hz and error in dB of every line with target power.
+    compared: Vec<(f64, f64)>,
+    without_target: usize,
+}
+
+fn errors_in_band(
+    target: &[f64],
+    measured: &[f64],
+    resolution_hz: f64,
+    band: Band,
+) -> Result<LineErrors, VerifyError> {
+    let lines: Vec<(f64, f64, f64)> = target
+        .iter()
+        .zip(measured)
+        .enumerate()
+        .map(|(k, (t, m))| (k as f64 * resolution_hz, *t, *m))
+        .filter(|(frequency_hz, ..)| band.contains(*frequency_hz))
+        .collect();
+    let strongest = lines.iter().fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
+    if strongest <= 0.0 {
+        return Err(VerifyError::Silent { what: "the target", band });
+    }
+    let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
+    let compared: Vec<(f64, f64)> =
+        lines.iter().filter(|(_, t, _)| *t >= least).map(|(f, t, m)| (*f, ratio_db(*m, *t))).collect();
+    Ok(LineErrors { without_target: lines.len() - compared.len(), compared })
+}
+
+/// A measurement brought onto its target's time.
+struct Aligned {
+    /// How much later the measurement is.
+    delay: Seconds,
+    /// The measurement at the target's times, one sample for each of the target's.
+    measured: Vec<f64>,
+    measured_in_band: Vec<f64>,
+    target_in_band: Vec<f64>,
+    /// The part of the target that the measurement covers.
+    from: usize,
+    to: usize,
+}
+
+/// The widest edge of the band-pass that the waveforms go through before they are compared.
+const EDGE_RATIO: f64 = 0.1;
+
+fn align<Q: Quantity>(
+    target: &Series<Q>,
+    measured: &Series<Q>,
+    config: &VerifyConfig,
+) -> Result<Aligned, VerifyError> {
+    let (t, m) = (target.samples(), measured.samples());
+    let n = fourier::fast_length(t.len() + m.len());
+    let padded = |samples: &[f64]| {
+        let mut padded = samples.to_vec();
+        padded.resize(n, 0.0);
+        fourier::real_forward(&padded)
+    };
+    let rate_hz = target.rate().hz();
+    let weights: Vec<f64> =
+        (0..=n / 2).map(|k| config.band.weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)).collect();
+    let (target_bins, measured_bins) = (padded(t), padded(m));
+    for (what, bins) in [("the target", &target_bins), ("the measurement", &measured_bins)] {
+        let power: f64 = bins.iter().zip(&weights).map(|(bin, w)| bin.norm_sqr() * w).sum();
+        if power <= 0.0 {
+            return Err(VerifyError::Silent { what, band: config.band });
+        }
+    }
+    let cross: Vec<Complex<f64>> = target_bins
+        .iter()
+        .zip(&measured_bins)
+        .zip(&weights)
+        .map(|((t, m), w)| t.conj() * m * w * w)
+        .collect();
+    let correlation = fourier::real_inverse(cross.clone(), n);
+    let strongest =
+        (0..n).max_by(|&a, &b| correlation[a].abs().total_cmp(&correlation[b].abs())).unwrap_or(0);
+    let whole = if strongest > m.len() { strongest as f64 - n as f64 } else { strongest as f64 };
+    // The correlation between samples is a sum of cosines; its extreme is within half a sample.
+    let sign = correlation[strongest].signum();
+    let at = |lag: f64| {
+        cross
+            .iter()
+            .enumerate()
+            .filter(|(_, bin)| bin.norm_sqr() > 0.0)
+            .map(|(k, bin)| (bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64)).re)
+            .sum::<f64>()
+            * sign
+    };
+    let lag = golden_section_maximum(at, whole - 0.75, whole + 0.75);
+    let shifted = |in_band: bool| {
+        let bins = measured_bins.iter().zip(&weights).enumerate().map(|(k, (bin, w))| {
+            let turned = bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64);
+            if in_band { turned * w } else { turned }
+        });
+        let mut samples = fourier::real_inverse(bins.collect(), n);
+        samples.truncate(t.len());
+        samples
+    };
+    let mut target_in_band =
+        fourier::real_inverse(target_bins.iter().zip(&weights).map(|(bin, w)| bin * w).collect(), n);
+    target_in_band.truncate(t.len());
+    let from = (-lag).ceil().max(0.0) as usize;
+    let to = (m.len() as f64 - lag).floor().clamp(0.0, t.len() as f64) as usize;
+    Ok(Aligned {
+        delay: Seconds(lag / rate_hz),
+        measured: shifted(false),
+        measured_in_band: shifted(true),
+        target_in_band,
+        from: from.min(to),
+        to,
+    })
+}
+
+/// Where `f` is largest between `low` and `high`, to 1e-4 of a sample.
+fn golden_section_maximum(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut fa, mut fb) = (f(a), f(b));
+    while high - low > 1e-4 {
+        if fa > fb {
+            (high, b, fb) = (b, a, fa);
+            a = high - golden * (high - low);
+            fa = f(a);
+        } else {
+            (low, a, fa) = (a, b, fb);
+            b = low + golden * (high - low);
+            fb = f(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The share of samples that stand in runs of three or more at the same extreme value, as a clipping sensor
+/// leaves them, 0–1. Fewer than three such runs are the crests of a slow or coarsely quantised signal: 0.
+///
+/// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
+#[must_use]
+pub fn flat_top_fraction(samples: &[f64]) -> f64 {
+    let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    if low >= high {
+        return 0.0;
+    }
+    let (runs, at_limit) = samples
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() >= 3 && (run[0] <= low || run[0] >= high))
+        .fold((0, 0), |(runs, at_limit), run| (runs + 1, at_limit + run.len()));
+    if runs < 3 { 0.0 } else { at_limit as f64 / samples.len() as f64 }
+}
+
+/// Why a measurement cannot be compared with its target.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// The rates differ.
+    #[error(
+        "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; bring both to one rate"
+    )]
+    Rate {
+        /// The target's rate.
+        target_hz: f64,
+        /// The measurement's rate.
+        measured_hz: f64,
+    },
+    /// The band reaches beyond the signals.
+    #[error("cannot compare over {band}: the signals end at {highest}; lower the band's end")]
+    BandAboveNyquist {
+        /// The band asked for.
+        band: Band,
+        /// Where the signals end.
+        highest: Hertz,
+    },
+    /// Too little in common.
+    #[error(
+        "expected {expected} samples that target and measurement share, found {found}; check that they belong together"
+    )]
+    TooShort {
+        /// A segment.
+        expected: usize,
+        /// What they share.
+        found: usize,
+    },
+    /// Nothing there.
+    #[error("expected {what} to hold a signal in {band}, found none; check the channel and the band")]
+    Silent {
+        /// Which of the two.
+        what: &'static str,
+        /// The band.
+        band: Band,
+    },
+    /// The spectra cannot be estimated.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+}
