@@ -1,1 +1,20 @@
-//! x
+//! The study on disk: foreign files in, our files out. This crate reads and writes, and never computes.
+//!
+//! Everything becomes a [`Recording`](piezotact::recording::Recording) in SI units, whatever it was:
+//! [`read_recording`] looks at a file's content, not at its name. What a file does not say is never guessed
+//! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
+
+mod atomic;
+mod csv_table;
+mod error;
+mod journal;
+mod open;
+pub mod sidecar;
+mod transfer_json;
+pub mod wav;
+
+pub use atomic::write_atomically;
+pub use error::{ReadError, WriteError};
+pub use journal::{EndDocument, JournalWriter, StartDocument};
+pub use open::{Contents, FileKind, ReadOptions, read_recording};
+pub use transfer_json::{TransferDocument, read_transfer, write_transfer};

@@ -91,7 +91,9 @@ impl FromStr for AmplifierGain {
 
 /// A gain that the amplifier does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected an amplifier gain B1, B2, B3 or B4, found `{found}`; take the one set on the board")]
+#[error(
+    "expected an amplifier gain B1, B2, B3 or B4, found `{found}`; take the one set on the board"
+)]
 pub struct UnknownGain {
     /// What was found.
     pub found: String,
@@ -120,7 +122,11 @@ impl DriveSetup {
     /// The name of the limit that [`Self::drive_limit`] gives.
     #[must_use]
     pub fn limited_by(&self) -> &'static str {
-        if self.drive_limit() < 1.0 { "the amplifier" } else { "the digital full scale" }
+        if self.drive_limit() < 1.0 {
+            "the amplifier"
+        } else {
+            "the digital full scale"
+        }
     }
 
     /// The steepest slope that the amplifier can drive into the load, in full scales per second.
@@ -159,7 +165,11 @@ mod tests {
 
     #[test]
     fn eighty_nanofarads_at_b3_are_slew_limited_above_560_hz_at_full_scale() {
-        let setup = DriveSetup { gain: AmplifierGain::B3, volts_per_full_scale: 1.0, load_f: 80e-9 };
+        let setup = DriveSetup {
+            gain: AmplifierGain::B3,
+            volts_per_full_scale: 1.0,
+            load_f: 80e-9,
+        };
         let frequency_hz = setup.slew_limit_v_per_s() / (std::f64::consts::TAU * 75.0);
         assert!((frequency_hz - 562.5).abs() < 1.0, "{frequency_hz}");
     }

@@ -138,10 +138,19 @@ impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |share: f64| {
             let p = share * 100.0;
-            if p >= 1.0 || p <= 0.0 { format!("{p:.0} %") } else { format!("{p:.2} %") }
+            if p >= 1.0 || p <= 0.0 {
+                format!("{p:.0} %")
+            } else {
+                format!("{p:.2} %")
+            }
         };
         match self {
-            Self::LowCoherence { asked, lowest, at_hz, share } => write!(
+            Self::LowCoherence {
+                asked,
+                lowest,
+                at_hz,
+                share,
+            } => write!(
                 f,
                 "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz): measure longer or louder, or narrow the band",
                 percent(*share)
@@ -150,7 +159,10 @@ impl fmt::Display for Doubt {
                 f,
                 "coherence is {found:.3} at {at_hz:.1} Hz, which no pair of signals can have: do not use this line, and ask the program that exported it"
             ),
-            Self::FewAverages { averages, recommended } => write!(
+            Self::FewAverages {
+                averages,
+                recommended,
+            } => write!(
                 f,
                 "only {averages} segments were averaged: the estimate scatters; record longer or take shorter segments ({recommended} or more)"
             ),
@@ -173,9 +185,16 @@ impl fmt::Display for Doubt {
                 )
             }
             Self::Clipped { what, fraction } => {
-                write!(f, "{} of the samples of {what} are at the limit: lower the level", percent(*fraction))
+                write!(
+                    f,
+                    "{} of the samples of {what} are at the limit: lower the level",
+                    percent(*fraction)
+                )
             }
-            Self::SlewLimited { asked_v_per_s, limit_v_per_s } => write!(
+            Self::SlewLimited {
+                asked_v_per_s,
+                limit_v_per_s,
+            } => write!(
                 f,
                 "the drive asks for {asked_v_per_s:.2e} V/s and the amplifier follows {limit_v_per_s:.2e} V/s into this load: high frequencies will be distorted; lower the level or the band"
             ),
@@ -187,7 +206,11 @@ impl fmt::Display for Doubt {
                 f,
                 "the scale {used} from the command line was used, not {ignored} from the sidecar: check which is right"
             ),
-            Self::RateConverted { what, from_hz, to_hz } => write!(
+            Self::RateConverted {
+                what,
+                from_hz,
+                to_hz,
+            } => write!(
                 f,
                 "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz; the band fits both rates, nothing in it is lost"
             ),
@@ -201,7 +224,10 @@ impl fmt::Display for Doubt {
                 f,
                 "the recording has no end: it was interrupted or is still running; {read_s:.3} s could be read"
             ),
-            Self::CoarseQuantisation { channel, rms_in_steps } => write!(
+            Self::CoarseQuantisation {
+                channel,
+                rms_in_steps,
+            } => write!(
                 f,
                 "{channel} is only {rms_in_steps:.1} converter steps rms: quantisation noise shows; record with more gain"
             ),
@@ -214,7 +240,10 @@ impl fmt::Display for Doubt {
                 "{} of the band holds next to no target power and was left out of the error: narrow the band to the texture",
                 percent(*share)
             ),
-            Self::Cut { compared_s, target_s } => write!(
+            Self::Cut {
+                compared_s,
+                target_s,
+            } => write!(
                 f,
                 "only {compared_s:.2} s of the target's {target_s:.2} s are in the measurement: record until the playback has ended"
             ),

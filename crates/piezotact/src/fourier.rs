@@ -43,7 +43,9 @@ pub(crate) fn fast_length(n: usize) -> usize {
         }
         m == 1
     };
-    (n.max(2)..).find(|&m| m.is_multiple_of(2) && smooth(m)).unwrap_or(n)
+    (n.max(2)..)
+        .find(|&m| m.is_multiple_of(2) && smooth(m))
+        .unwrap_or(n)
 }
 
 #[cfg(test)]
@@ -55,12 +57,18 @@ mod tests {
         for n in [1, 2, 3, 7, 30, 49] {
             let x: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
             let back = real_inverse(real_forward(&x), n);
-            assert!(x.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-14), "{n}");
+            assert!(
+                x.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-14),
+                "{n}"
+            );
         }
     }
 
     #[test]
     fn fast_lengths() {
-        assert_eq!([1, 7, 31, 97, 50_001].map(fast_length), [2, 8, 32, 100, 51_200]);
+        assert_eq!(
+            [1, 7, 31, 97, 50_001].map(fast_length),
+            [2, 8, 32, 100, 51_200]
+        );
     }
 }

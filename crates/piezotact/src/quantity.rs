@@ -145,9 +145,14 @@ impl Band {
     /// [`QuantityError::Band`] unless 0 ≤ low < high and both are finite.
     pub fn new(low: Hertz, high: Hertz) -> Result<Self, QuantityError> {
         if low.0 >= 0.0 && low.0 < high.0 && high.0.is_finite() {
-            Ok(Self { low_hz: low.0, high_hz: high.0 })
+            Ok(Self {
+                low_hz: low.0,
+                high_hz: high.0,
+            })
         } else {
-            Err(QuantityError::Band { found: format!("{}..{}", low.0, high.0) })
+            Err(QuantityError::Band {
+                found: format!("{}..{}", low.0, high.0),
+            })
         }
     }
 
@@ -200,7 +205,14 @@ impl Band {
 impl fmt::Display for Band {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let digits = |hz: f64| if hz.fract().abs() < 1e-9 { 0 } else { 1 };
-        write!(f, "{:.*}–{:.*} Hz", digits(self.low_hz), self.low_hz, digits(self.high_hz), self.high_hz)
+        write!(
+            f,
+            "{:.*}–{:.*} Hz",
+            digits(self.low_hz),
+            self.low_hz,
+            digits(self.high_hz),
+            self.high_hz
+        )
     }
 }
 
@@ -331,8 +343,14 @@ impl fmt::Display for Unit {
 impl From<String> for Unit {
     fn from(text: String) -> Self {
         match Self::parse(&text) {
-            (unit, factor) if (factor - 1.0).abs() < f64::EPSILON && unit.symbol() != "no unit" => unit,
-            _ => Self::Other(if text == "no unit" { String::new() } else { text }),
+            (unit, factor) if (factor - 1.0).abs() < f64::EPSILON && unit.symbol() != "no unit" => {
+                unit
+            }
+            _ => Self::Other(if text == "no unit" {
+                String::new()
+            } else {
+                text
+            }),
         }
     }
 }
@@ -485,7 +503,16 @@ mod tests {
         let m: Measure = "200 m/s2".parse().unwrap();
         assert_eq!((m.value, m.unit), (200.0, Unit::MetrePerSecondSquared));
         assert_eq!("2g".parse::<Measure>().unwrap().value, 19.6133);
-        for bad in ["", "200", "m/s2", "-1 g", "nan g", "2 furlongs", "0 N", "inf N"] {
+        for bad in [
+            "",
+            "200",
+            "m/s2",
+            "-1 g",
+            "nan g",
+            "2 furlongs",
+            "0 N",
+            "inf N",
+        ] {
             assert!(bad.parse::<Measure>().is_err(), "{bad}");
         }
     }
@@ -493,7 +520,9 @@ mod tests {
     #[test]
     fn bands_read_and_refuse() {
         assert_eq!("20..1000".parse::<Band>().unwrap().high(), Hertz(1000.0));
-        for bad in ["", "20", "20-1000", "1000..20", "-1..20", "a..b", "nan..3", "3..inf", "5..5"] {
+        for bad in [
+            "", "20", "20-1000", "1000..20", "-1..20", "a..b", "nan..3", "3..inf", "5..5",
+        ] {
             assert!(bad.parse::<Band>().is_err(), "{bad}");
         }
     }

@@ -124,10 +124,18 @@ impl Recording {
                 });
             }
             if channels[..i].iter().any(|other| other.name == channel.name) {
-                return Err(RecordingError::SameName { name: channel.name.clone() });
+                return Err(RecordingError::SameName {
+                    name: channel.name.clone(),
+                });
             }
         }
-        Ok(Self { channels, rate, condition, provenance, doubts: Vec::new() })
+        Ok(Self {
+            channels,
+            rate,
+            condition,
+            provenance,
+            doubts: Vec::new(),
+        })
     }
 
     /// The channels.
@@ -151,7 +159,9 @@ impl Recording {
     /// The number of samples of each channel.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.channels.first().map_or(0, |channel| channel.samples.len())
+        self.channels
+            .first()
+            .map_or(0, |channel| channel.samples.len())
     }
 
     /// Whether the channels hold no samples.
@@ -171,12 +181,18 @@ impl Recording {
                 .channels
                 .iter()
                 .find(|channel| channel.name == name)
-                .ok_or_else(|| RecordingError::Missing { wanted: name.into(), found: self.names() });
+                .ok_or_else(|| RecordingError::Missing {
+                    wanted: name.into(),
+                    found: self.names(),
+                });
         }
         let mut of_unit = self.channels.iter().filter(|channel| channel.unit == *unit);
         match (of_unit.next(), of_unit.next(), self.channels.as_slice()) {
             (Some(only), None, _) | (None, _, [only]) => Ok(only),
-            _ => Err(RecordingError::Ambiguous { unit: unit.clone(), found: self.names() }),
+            _ => Err(RecordingError::Ambiguous {
+                unit: unit.clone(),
+                found: self.names(),
+            }),
         }
     }
 
@@ -202,21 +218,32 @@ impl Recording {
     ///
     /// # Errors
     /// Those of [`Self::pick`]; [`RecordingError::Series`] when its samples make no series.
-    pub fn raw(&self, name: Option<&str>) -> Result<(&Channel, Series<Uncalibrated>), RecordingError> {
+    pub fn raw(
+        &self,
+        name: Option<&str>,
+    ) -> Result<(&Channel, Series<Uncalibrated>), RecordingError> {
         let channel = self.pick(name, &Unit::MetrePerSecondSquared)?;
         Ok((channel, series_of(channel, self.rate)?))
     }
 
     fn names(&self) -> String {
-        let names: Vec<String> =
-            self.channels.iter().map(|channel| format!("{} [{}]", channel.name, channel.unit)).collect();
+        let names: Vec<String> = self
+            .channels
+            .iter()
+            .map(|channel| format!("{} [{}]", channel.name, channel.unit))
+            .collect();
         names.join(", ")
     }
 }
 
-fn series_of<Q: Quantity>(channel: &Channel, rate: SampleRate) -> Result<Series<Q>, RecordingError> {
-    Series::new(channel.samples.clone(), rate)
-        .map_err(|source| RecordingError::Series { channel: channel.name.clone(), source })
+fn series_of<Q: Quantity>(
+    channel: &Channel,
+    rate: SampleRate,
+) -> Result<Series<Q>, RecordingError> {
+    Series::new(channel.samples.clone(), rate).map_err(|source| RecordingError::Series {
+        channel: channel.name.clone(),
+        source,
+    })
 }
 
 /// Channels that make no recording, or a recording that lacks what is asked of it.
@@ -291,9 +318,16 @@ mod tests {
     use crate::quantity::{Acceleration, Force};
 
     fn two() -> Recording {
-        let channel = |name: &str, unit| Channel { name: name.into(), unit, samples: vec![1.0, 2.0] };
+        let channel = |name: &str, unit| Channel {
+            name: name.into(),
+            unit,
+            samples: vec![1.0, 2.0],
+        };
         Recording::new(
-            vec![channel("acc", Unit::MetrePerSecondSquared), channel("fz", Unit::Newton)],
+            vec![
+                channel("acc", Unit::MetrePerSecondSquared),
+                channel("fz", Unit::Newton),
+            ],
             SampleRate::new(5000.0).unwrap(),
             Condition::default(),
             Provenance::default(),
@@ -308,9 +342,18 @@ mod tests {
 
     #[test]
     fn a_wrong_channel_is_named_with_what_there_is() {
-        let missing = two().series::<Acceleration>(Some("nail")).unwrap_err().to_string();
-        assert!(missing.contains("`nail`") && missing.contains("acc [m/s²], fz [N]"), "{missing}");
-        let unit = two().series::<Acceleration>(Some("fz")).unwrap_err().to_string();
+        let missing = two()
+            .series::<Acceleration>(Some("nail"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            missing.contains("`nail`") && missing.contains("acc [m/s²], fz [N]"),
+            "{missing}"
+        );
+        let unit = two()
+            .series::<Acceleration>(Some("fz"))
+            .unwrap_err()
+            .to_string();
         assert!(unit.contains("m/s²") && unit.contains("in N"), "{unit}");
     }
 }

@@ -35,7 +35,11 @@ impl InverseConfig {
     /// more weakly at one frequency than at another is still inverted there to 0.8 dB.
     #[must_use]
     pub fn over(band: Band) -> Self {
-        Self { band, edge_ratio: 0.1, regularisation: 9e-6 }
+        Self {
+            band,
+            edge_ratio: 0.1,
+            regularisation: 9e-6,
+        }
     }
 }
 
@@ -148,9 +152,15 @@ pub fn invert<I: Quantity, O: Quantity>(
     config: &InverseConfig,
 ) -> Result<Vec<f64>, RenderError> {
     require_band(config.band, rate.nyquist(), "the target's rate")?;
-    require_band(config.band, Hertz(function.highest_hz()), "the transfer function")?;
+    require_band(
+        config.band,
+        Hertz(function.highest_hz()),
+        "the transfer function",
+    )?;
     if !(config.regularisation.is_finite() && config.regularisation >= 0.0) {
-        return Err(RenderError::Regularisation { found: config.regularisation });
+        return Err(RenderError::Regularisation {
+            found: config.regularisation,
+        });
     }
     let n = target.len();
     let spectrum = fourier::real_forward(target);
@@ -162,8 +172,11 @@ pub fn invert<I: Quantity, O: Quantity>(
             (weight > 0.0).then(|| (k, weight, function.at(frequency_hz)))
         })
         .collect();
-    let largest =
-        lines.iter().filter(|(_, weight, _)| *weight > 0.5).map(|(.., h)| h.norm_sqr()).fold(0.0, f64::max);
+    let largest = lines
+        .iter()
+        .filter(|(_, weight, _)| *weight > 0.5)
+        .map(|(.., h)| h.norm_sqr())
+        .fold(0.0, f64::max);
     if largest <= 0.0 {
         return Err(RenderError::NoResponse { band: config.band });
     }
@@ -177,7 +190,11 @@ pub fn invert<I: Quantity, O: Quantity>(
 
 fn require_band(band: Band, highest: Hertz, what: &'static str) -> Result<(), RenderError> {
     if band.high().0 > highest.0 * (1.0 + 1e-9) {
-        return Err(RenderError::BandAboveNyquist { band, what, highest });
+        return Err(RenderError::BandAboveNyquist {
+            band,
+            what,
+            highest,
+        });
     }
     Ok(())
 }
@@ -198,29 +215,44 @@ pub fn render<O: Quantity>(
     config: &RenderConfig,
 ) -> Result<RenderedDrive, RenderError> {
     let rate = target.rate();
-    let (before, after) = (rate.samples_in(config.modelling_delay), rate.samples_in(config.tail));
+    let (before, after) = (
+        rate.samples_in(config.modelling_delay),
+        rate.samples_in(config.tail),
+    );
     let mut padded = vec![0.0; fourier::fast_length(before + target.samples().len() + after)];
     let texture = &mut padded[before..before + target.samples().len()];
     texture.copy_from_slice(target.samples());
     fade_ends(texture, rate.samples_in(config.fade));
     let mut drive = invert(&padded, rate, function, &config.inverse)?;
     drive.truncate(before + target.samples().len() + after);
-    fade_ends(&mut drive, rate.samples_in(config.fade).min(before).min(after));
+    fade_ends(
+        &mut drive,
+        rate.samples_in(config.fade).min(before).min(after),
+    );
 
     let band = config.inverse.band;
-    let passband = Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.95 * rate.nyquist().0));
+    let passband =
+        Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.95 * rate.nyquist().0));
     let mut samples = if rate == config.output_rate {
         drive
     } else {
         Resampler::new(rate, config.output_rate, passband)?.process(&drive)
     };
 
-    let mut doubts: Vec<Doubt> = function.low_coherence(band, config.lowest_coherence).into_iter().collect();
+    let mut doubts: Vec<Doubt> = function
+        .low_coherence(band, config.lowest_coherence)
+        .into_iter()
+        .collect();
     doubts.extend(
         function
             .doubts
             .iter()
-            .filter(|doubt| matches!(doubt, Doubt::LateResponse { .. } | Doubt::FewAverages { .. }))
+            .filter(|doubt| {
+                matches!(
+                    doubt,
+                    Doubt::LateResponse { .. } | Doubt::FewAverages { .. }
+                )
+            })
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
@@ -232,7 +264,10 @@ pub fn render<O: Quantity>(
     }
     let (achievable, given_up, share) = achievable(function, config)?;
     if !given_up.is_empty() {
-        doubts.push(Doubt::GivenUp { bands: given_up.clone(), share });
+        doubts.push(Doubt::GivenUp {
+            bands: given_up.clone(),
+            share,
+        });
     }
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.headroom_db < 0.0 {
@@ -259,7 +294,10 @@ pub fn render<O: Quantity>(
     if let (Some(setup), Some(asked)) = (&function.drive, headroom.slope_v_per_s) {
         let limit = setup.slew_limit_v_per_s();
         if asked > limit {
-            doubts.push(Doubt::SlewLimited { asked_v_per_s: asked, limit_v_per_s: limit });
+            doubts.push(Doubt::SlewLimited {
+                asked_v_per_s: asked,
+                limit_v_per_s: limit,
+            });
         }
     }
     Ok(RenderedDrive {
@@ -284,7 +322,10 @@ pub fn render<O: Quantity>(
 ///
 /// # Errors
 /// [`RenderError::ConditionMismatch`] naming both gains.
-pub fn require_gain(setup: Option<&DriveSetup>, requested: AmplifierGain) -> Result<(), RenderError> {
+pub fn require_gain(
+    setup: Option<&DriveSetup>,
+    requested: AmplifierGain,
+) -> Result<(), RenderError> {
     match setup {
         Some(setup) if setup.gain == requested => Ok(()),
         measured => Err(RenderError::ConditionMismatch {
@@ -306,16 +347,26 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
     let limit = setup.map_or(1.0, DriveSetup::drive_limit);
     let peak = peak(drive);
     let beyond = drive.iter().filter(|sample| sample.abs() > limit).count();
-    let steepest = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    let steepest = drive
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .fold(0.0, f64::max);
     Headroom {
         peak,
         rms: rms(drive),
         limit,
-        limited_by: setup.map_or("the digital full scale", DriveSetup::limited_by).into(),
-        headroom_db: if peak > 0.0 { Decibels::from_amplitude_ratio(limit / peak).0 } else { f64::MAX },
+        limited_by: setup
+            .map_or("the digital full scale", DriveSetup::limited_by)
+            .into(),
+        headroom_db: if peak > 0.0 {
+            Decibels::from_amplitude_ratio(limit / peak).0
+        } else {
+            f64::MAX
+        },
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
-        slope_v_per_s: setup
-            .map(|setup| steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale),
+        slope_v_per_s: setup.map(|setup| {
+            steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
+        }),
     }
 }
 
@@ -341,7 +392,10 @@ pub fn achievable<I: Quantity, O: Quantity>(
         .map(|(k, frequency_hz)| {
             let power = function.response()[k].norm_sqr();
             let delivered = power / (power + floor);
-            (frequency_hz, delivered >= least && function.coherence()[k] >= config.lowest_coherence)
+            (
+                frequency_hz,
+                delivered >= least && function.coherence()[k] >= config.lowest_coherence,
+            )
         })
         .collect();
     let lost = reached.iter().filter(|(_, reached)| !reached).count();
@@ -351,14 +405,21 @@ pub fn achievable<I: Quantity, O: Quantity>(
     let half = function.resolution_hz() / 2.0;
     let bands = |wanted: bool| {
         let mut bands: Vec<Band> = Vec::new();
-        for run in reached.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1 == wanted) {
+        for run in reached
+            .chunk_by(|a, b| a.1 == b.1)
+            .filter(|run| run[0].1 == wanted)
+        {
             let low = (run[0].0 - half).max(band.low().0);
             let high = (run[run.len() - 1].0 + half).min(band.high().0);
             bands.extend(Band::new(Hertz(low), Hertz(high)));
         }
         bands
     };
-    Ok((bands(true), bands(false), lost as f64 / reached.len() as f64))
+    Ok((
+        bands(true),
+        bands(false),
+        lost as f64 / reached.len() as f64,
+    ))
 }
 
 /// Raised-cosine fades over `fade` samples at both ends, in place.

@@ -34,7 +34,10 @@ pub struct Resampler {
 
 impl std::fmt::Debug for Resampler {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Resampler").field("from", &self.from).field("to", &self.to).finish_non_exhaustive()
+        f.debug_struct("Resampler")
+            .field("from", &self.from)
+            .field("to", &self.to)
+            .finish_non_exhaustive()
     }
 }
 
@@ -57,7 +60,11 @@ impl Resampler {
     /// [`ResampleError::Passband`] when the band does not fit both rates, [`ResampleError::Ratio`] when the
     /// rates have no common cycle that fits into memory.
     pub fn new(from: SampleRate, to: SampleRate, passband: Hertz) -> Result<Self, ResampleError> {
-        let nyquist = if from.hz() < to.hz() { from.nyquist() } else { to.nyquist() };
+        let nyquist = if from.hz() < to.hz() {
+            from.nyquist()
+        } else {
+            to.nyquist()
+        };
         if !(passband.0 > 0.0 && passband.0 < nyquist.0) {
             return Err(ResampleError::Passband { passband, from, to });
         }
@@ -80,7 +87,11 @@ impl Resampler {
                 return 0.0;
             }
             let x = 2.0 * cutoff_hz * t_s;
-            let sinc = if x.abs() < 1e-12 { 1.0 } else { (PI * x).sin() / (PI * x) };
+            let sinc = if x.abs() < 1e-12 {
+                1.0
+            } else {
+                (PI * x).sin() / (PI * x)
+            };
             sinc * bessel_i0(beta * (1.0 - place * place).sqrt())
         };
         let reach = half_taps;
@@ -104,10 +115,22 @@ impl Resampler {
                         taps[base + j - first][lane] = at(j) / sum;
                     }
                 }
-                Run { first, outputs: count, taps }
+                Run {
+                    first,
+                    outputs: count,
+                    taps,
+                }
             })
             .collect();
-        Ok(Self { from, to, outputs, inputs, reach, runs, simd: pulp::Arch::new() })
+        Ok(Self {
+            from,
+            to,
+            outputs,
+            inputs,
+            reach,
+            runs,
+            simd: pulp::Arch::new(),
+        })
     }
 
     /// The signal at the new rate, ⌈n·to/from⌉ samples in the unit of `samples`; before its start and after
@@ -117,7 +140,13 @@ impl Resampler {
         let n = samples.len();
         let wanted = (n * self.outputs).div_ceil(self.inputs);
         let cycles = wanted.div_ceil(self.outputs);
-        let after = self.runs.iter().map(|run| run.first + run.taps.len()).max().unwrap_or(0) + self.inputs;
+        let after = self
+            .runs
+            .iter()
+            .map(|run| run.first + run.taps.len())
+            .max()
+            .unwrap_or(0)
+            + self.inputs;
         let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
         padded[self.reach..self.reach + n].copy_from_slice(samples);
         let mut out = Vec::with_capacity(cycles * self.outputs);
@@ -128,7 +157,8 @@ impl Resampler {
                     for run in &self.runs {
                         let start = cycle * self.inputs + run.first;
                         let mut sums = [0.0; LANES];
-                        for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps) {
+                        for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps)
+                        {
                             for (sum, tap) in sums.iter_mut().zip(taps) {
                                 *sum += x * tap;
                             }
@@ -254,12 +284,21 @@ mod tests {
             (5000.0, 5000.0, 2000.0, 1999.0),
             (35.714_285_714_285_715, 100.0, 12.0, 7.0),
         ] {
-            let x: Vec<f64> = (0..6000).map(|i| (2.0 * PI * tone_hz * i as f64 / from).sin()).collect();
-            let y = Resampler::new(hz(from), hz(to), Hertz(passband)).unwrap().process(&x);
-            assert_eq!(y.len(), (6000.0 * to / from).ceil() as usize, "{from} → {to}");
+            let x: Vec<f64> = (0..6000)
+                .map(|i| (2.0 * PI * tone_hz * i as f64 / from).sin())
+                .collect();
+            let y = Resampler::new(hz(from), hz(to), Hertz(passband))
+                .unwrap()
+                .process(&x);
+            assert_eq!(
+                y.len(),
+                (6000.0 * to / from).ceil() as usize,
+                "{from} → {to}"
+            );
             let middle = y.len() / 4..3 * y.len() / 4;
-            let worst =
-                middle.map(|m| (y[m] - (2.0 * PI * tone_hz * m as f64 / to).sin()).abs()).fold(0.0, f64::max);
+            let worst = middle
+                .map(|m| (y[m] - (2.0 * PI * tone_hz * m as f64 / to).sin()).abs())
+                .fold(0.0, f64::max);
             assert!(worst < 1e-5, "{from} → {to}: {worst:e}");
         }
     }
@@ -267,13 +306,21 @@ mod tests {
     /// What would fold into the passband is gone: 120 dB, with 3 dB for the ripple of Kaiser's estimate.
     #[test]
     fn what_would_fold_is_gone() {
-        let x: Vec<f64> = (0..96_000).map(|i| (2.0 * PI * 2900.0 * i as f64 / 48000.0).sin()).collect();
-        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0)).unwrap().process(&x);
+        let x: Vec<f64> = (0..96_000)
+            .map(|i| (2.0 * PI * 2900.0 * i as f64 / 48000.0).sin())
+            .collect();
+        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0))
+            .unwrap()
+            .process(&x);
         let peak = crate::series::peak(&y[2000..8000]);
         // 2.9 kHz folds to 2.1 kHz, above the passband: the filter is in its transition there.
         assert!(peak < 0.2, "{peak}");
-        let x: Vec<f64> = (0..96_000).map(|i| (2.0 * PI * 3100.0 * i as f64 / 48000.0).sin()).collect();
-        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0)).unwrap().process(&x);
+        let x: Vec<f64> = (0..96_000)
+            .map(|i| (2.0 * PI * 3100.0 * i as f64 / 48000.0).sin())
+            .collect();
+        let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0))
+            .unwrap()
+            .process(&x);
         let peak_db = 20.0 * crate::series::peak(&y[2000..8000]).log10();
         assert!(peak_db < -REJECTION_DB + 3.0, "{peak_db}");
     }

@@ -31,7 +31,11 @@ impl<Q: Quantity> Series<Q> {
                 found: samples[at],
             });
         }
-        Ok(Self { samples, rate, quantity: PhantomData })
+        Ok(Self {
+            samples,
+            rate,
+            quantity: PhantomData,
+        })
     }
 
     /// The samples, in the SI unit of `Q`.

@@ -58,7 +58,10 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
         resolution_hz: f64,
         averages: usize,
     ) -> Result<Self, EstimateError> {
-        for (name, found) in [("response power", response_power.len()), ("cross-spectrum", cross.len())] {
+        for (name, found) in [
+            ("response power", response_power.len()),
+            ("cross-spectrum", cross.len()),
+        ] {
             if found != drive_power.len() {
                 return Err(EstimateError::Mismatch {
                     left: "drive power",
@@ -70,27 +73,53 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             }
         }
         if drive_power.len() < 2 {
-            return Err(EstimateError::TooShort { expected: 2, found: drive_power.len() });
+            return Err(EstimateError::TooShort {
+                expected: 2,
+                found: drive_power.len(),
+            });
         }
-        Ok(Self { drive_power, response_power, cross, resolution_hz, averages, quantities: PhantomData })
+        Ok(Self {
+            drive_power,
+            response_power,
+            cross,
+            resolution_hz,
+            averages,
+            quantities: PhantomData,
+        })
     }
 
     /// H1 = Sxy/Sxx, one complex value a line, in units of y per x; 0 where the drive has no power.
     #[must_use]
     pub fn h1(&self) -> Vec<Complex<f64>> {
         let ratio = |(cross, power): (&Complex<f64>, &f64)| {
-            if *power > 0.0 { cross / power } else { Complex::default() }
+            if *power > 0.0 {
+                cross / power
+            } else {
+                Complex::default()
+            }
         };
-        self.cross.iter().zip(&self.drive_power).map(ratio).collect()
+        self.cross
+            .iter()
+            .zip(&self.drive_power)
+            .map(ratio)
+            .collect()
     }
 
     /// H2 = Syy/Syx with Syx = conj(Sxy), in units of y per x; 0 where the two share nothing.
     #[must_use]
     pub fn h2(&self) -> Vec<Complex<f64>> {
         let ratio = |(power, cross): (&f64, &Complex<f64>)| {
-            if cross.norm_sqr() > 0.0 { *power / cross.conj() } else { Complex::default() }
+            if cross.norm_sqr() > 0.0 {
+                *power / cross.conj()
+            } else {
+                Complex::default()
+            }
         };
-        self.response_power.iter().zip(&self.cross).map(ratio).collect()
+        self.response_power
+            .iter()
+            .zip(&self.cross)
+            .map(ratio)
+            .collect()
     }
 
     /// Coherence γ² = |Sxy|²/(Sxx·Syy), one value a line, 0–1; 0 where either has no power.
@@ -100,7 +129,13 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             .iter()
             .zip(&self.drive_power)
             .zip(&self.response_power)
-            .map(|((cross, x), y)| if *x > 0.0 && *y > 0.0 { cross.norm_sqr() / (x * y) } else { 0.0 })
+            .map(|((cross, x), y)| {
+                if *x > 0.0 && *y > 0.0 {
+                    cross.norm_sqr() / (x * y)
+                } else {
+                    0.0
+                }
+            })
             .collect()
     }
 }
@@ -165,7 +200,10 @@ impl CrossPlan {
         let n = self.transform.segment();
         let averages = segments_in(drive.len(), n, self.hop);
         if averages == 0 {
-            return Err(EstimateError::TooShort { expected: n, found: drive.len() });
+            return Err(EstimateError::TooShort {
+                expected: n,
+                found: drive.len(),
+            });
         }
         self.drive_power.fill(0.0);
         self.response_power.fill(0.0);
@@ -173,15 +211,23 @@ impl CrossPlan {
         for i in (0..averages).step_by(2) {
             let (a, b) = (i * self.hop, (i + 1) * self.hop);
             if i + 1 < averages {
-                self.transform.transform_pair(&drive[a..a + n], &drive[b..b + n], &mut self.zx);
-                self.transform.transform_pair(&response[a..a + n], &response[b..b + n], &mut self.zy);
+                self.transform
+                    .transform_pair(&drive[a..a + n], &drive[b..b + n], &mut self.zx);
+                self.transform.transform_pair(
+                    &response[a..a + n],
+                    &response[b..b + n],
+                    &mut self.zy,
+                );
             } else {
-                self.transform.transform_single(&drive[a..a + n], &mut self.zx);
-                self.transform.transform_single(&response[a..a + n], &mut self.zy);
+                self.transform
+                    .transform_single(&drive[a..a + n], &mut self.zx);
+                self.transform
+                    .transform_single(&response[a..a + n], &mut self.zy);
             }
             self.transform.add_power(&self.zx, &mut self.drive_power);
             self.transform.add_power(&self.zy, &mut self.response_power);
-            self.transform.add_cross(&self.zx, &self.zy, &mut self.cross);
+            self.transform
+                .add_cross(&self.zx, &self.zy, &mut self.cross);
         }
         let scale = self.scale / averages as f64;
         let mut drive_power = fold_power(&self.drive_power);
@@ -227,7 +273,10 @@ pub fn cross_spectra<I: Quantity, O: Quantity>(
             right_value: response.rate().to_string(),
         });
     }
-    for (signal, samples) in [("the drive", drive.samples()), ("the response", response.samples())] {
+    for (signal, samples) in [
+        ("the drive", drive.samples()),
+        ("the response", response.samples()),
+    ] {
         if samples.iter().all(|v| *v == samples[0]) {
             return Err(EstimateError::Silent { signal });
         }
@@ -285,14 +334,18 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             spectra.averages,
         )?;
         if spectra.averages < RECOMMENDED_SEGMENTS {
-            function
-                .doubts
-                .push(Doubt::FewAverages { averages: spectra.averages, recommended: RECOMMENDED_SEGMENTS });
+            function.doubts.push(Doubt::FewAverages {
+                averages: spectra.averages,
+                recommended: RECOMMENDED_SEGMENTS,
+            });
         }
         let segment = Seconds(1.0 / spectra.resolution_hz);
         let delay = function.delay();
         if delay.0 > 0.05 * segment.0 {
-            function.doubts.push(Doubt::LateResponse { delay_s: delay.0, segment_s: segment.0 });
+            function.doubts.push(Doubt::LateResponse {
+                delay_s: delay.0,
+                segment_s: segment.0,
+            });
         }
         Ok(function)
     }
@@ -313,14 +366,26 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         averages: usize,
     ) -> Result<Self, TransferError> {
         if response.len() < 2 || response.len() != coherence.len() {
-            return Err(TransferError::Lines { response: response.len(), coherence: coherence.len() });
+            return Err(TransferError::Lines {
+                response: response.len(),
+                coherence: coherence.len(),
+            });
         }
         if !(resolution_hz.is_finite() && resolution_hz > 0.0) {
-            return Err(TransferError::Resolution { found: resolution_hz });
+            return Err(TransferError::Resolution {
+                found: resolution_hz,
+            });
         }
-        let finite = |(h, c): (&Complex<f64>, &f64)| h.re.is_finite() && h.im.is_finite() && c.is_finite();
-        if let Some(line) = response.iter().zip(&coherence).position(|pair| !finite(pair)) {
-            return Err(TransferError::NotFinite { frequency_hz: line as f64 * resolution_hz });
+        let finite =
+            |(h, c): (&Complex<f64>, &f64)| h.re.is_finite() && h.im.is_finite() && c.is_finite();
+        if let Some(line) = response
+            .iter()
+            .zip(&coherence)
+            .position(|pair| !finite(pair))
+        {
+            return Err(TransferError::NotFinite {
+                frequency_hz: line as f64 * resolution_hz,
+            });
         }
         if response.iter().all(|h| h.norm_sqr() == 0.0) {
             return Err(TransferError::Zero);
@@ -391,7 +456,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The largest magnitude in `band`, in units of `O` per `I`; 0 when no line lies in it.
     #[must_use]
     pub fn peak_magnitude(&self, band: Band) -> f64 {
-        self.lines_in(band).fold(0.0, |peak, (k, _)| self.response[k].norm().max(peak))
+        self.lines_in(band)
+            .fold(0.0, |peak, (k, _)| self.response[k].norm().max(peak))
     }
 
     /// How late the response comes: the time of the largest value of the impulse response; 0 when that lies
@@ -407,9 +473,14 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The doubt about coherence below `asked` in `band`, if there is one.
     #[must_use]
     pub fn low_coherence(&self, band: Band, asked: f64) -> Option<Doubt> {
-        let lines: Vec<(f64, f64)> =
-            self.lines_in(band).map(|(k, frequency_hz)| (self.coherence[k], frequency_hz)).collect();
-        let below = lines.iter().filter(|(coherence, _)| *coherence < asked).count();
+        let lines: Vec<(f64, f64)> = self
+            .lines_in(band)
+            .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz))
+            .collect();
+        let below = lines
+            .iter()
+            .filter(|(coherence, _)| *coherence < asked)
+            .count();
         let (lowest, at_hz) = lines.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
         (below > 0).then(|| Doubt::LowCoherence {
             asked,
@@ -426,7 +497,10 @@ fn coherence_doubts(coherence: &[f64], resolution_hz: f64) -> Vec<Doubt> {
         .iter()
         .enumerate()
         .filter(|(_, found)| !possible.contains(*found))
-        .map(|(k, found)| Doubt::ImpossibleCoherence { at_hz: k as f64 * resolution_hz, found: *found })
+        .map(|(k, found)| Doubt::ImpossibleCoherence {
+            at_hz: k as f64 * resolution_hz,
+            found: *found,
+        })
         .collect()
 }
 
@@ -482,7 +556,9 @@ pub enum TransferError {
         found: f64,
     },
     /// A line is NaN or infinite.
-    #[error("expected finite values, found none at {frequency_hz:.2} Hz; measure again or cut the band")]
+    #[error(
+        "expected finite values, found none at {frequency_hz:.2} Hz; measure again or cut the band"
+    )]
     NotFinite {
         /// The line's frequency.
         frequency_hz: f64,

@@ -40,7 +40,10 @@ impl Limits {
     /// 1 dB rms, which is below the 1.6 dB that can just be told apart, and a correlation of 0.95.
     #[must_use]
     pub fn individual_transfer_function() -> Self {
-        Self { error_db_rms: 1.0, waveform_correlation: 0.95 }
+        Self {
+            error_db_rms: 1.0,
+            waveform_correlation: 0.95,
+        }
     }
 }
 
@@ -146,7 +149,11 @@ impl Verification {
 }
 
 fn ratio_db(measured: f64, target: f64) -> f64 {
-    if target > 0.0 { 10.0 * (measured.max(target * 1e-12) / target).log10() } else { 0.0 }
+    if target > 0.0 {
+        10.0 * (measured.max(target * 1e-12) / target).log10()
+    } else {
+        0.0
+    }
 }
 
 /// Lines this far below the band's strongest hold next to no target, dB.
@@ -174,15 +181,24 @@ pub fn verify<Q: Quantity>(
 ) -> Result<Verification, VerifyError> {
     let (rate, response) = (target.rate(), measured.response);
     if (response.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
-        return Err(VerifyError::Rate { target_hz: rate.hz(), measured_hz: response.rate().hz() });
+        return Err(VerifyError::Rate {
+            target_hz: rate.hz(),
+            measured_hz: response.rate().hz(),
+        });
     }
     if config.band.high().0 > rate.nyquist().0 {
-        return Err(VerifyError::BandAboveNyquist { band: config.band, highest: rate.nyquist() });
+        return Err(VerifyError::BandAboveNyquist {
+            band: config.band,
+            highest: rate.nyquist(),
+        });
     }
     let aligned = align(target, response, config)?;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
-        return Err(VerifyError::TooShort { expected: config.welch.segment, found: compared.len() });
+        return Err(VerifyError::TooShort {
+            expected: config.welch.segment,
+            found: compared.len(),
+        });
     }
     let wanted = &aligned.target_in_band[compared.clone()];
     let got = &aligned.measured_in_band[compared.clone()];
@@ -194,8 +210,12 @@ pub fn verify<Q: Quantity>(
     let mut plan = WelchPlan::new(&config.welch, rate)?;
     let target_psd = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
     let measured_psd = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
-    let lines =
-        errors_in_band(&target_psd.values, &measured_psd.values, target_psd.resolution_hz, config.band)?;
+    let lines = errors_in_band(
+        &target_psd.values,
+        &measured_psd.values,
+        target_psd.resolution_hz,
+        config.band,
+    )?;
     let (error_max_at_hz, largest) = lines
         .compared
         .iter()
@@ -203,7 +223,12 @@ pub fn verify<Q: Quantity>(
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         .unwrap_or((config.band.low().0, 0.0));
     let error_db_rms = rms_of(lines.compared.iter().map(|(_, error)| *error));
-    let achievable = |frequency_hz: f64| config.achievable.iter().any(|band| band.contains(frequency_hz));
+    let achievable = |frequency_hz: f64| {
+        config
+            .achievable
+            .iter()
+            .any(|band| band.contains(frequency_hz))
+    };
     let reached: Vec<f64> = lines
         .compared
         .iter()
@@ -214,7 +239,9 @@ pub fn verify<Q: Quantity>(
     let mut doubts = target_psd.doubts.clone();
     if lines.without_target > 0 {
         let all = lines.without_target + lines.compared.len();
-        doubts.push(Doubt::NoTargetPower { share: lines.without_target as f64 / all as f64 });
+        doubts.push(Doubt::NoTargetPower {
+            share: lines.without_target as f64 / all as f64,
+        });
     }
     if compared.len() + 1 < target.samples().len() {
         doubts.push(Doubt::Cut {
@@ -224,10 +251,17 @@ pub fn verify<Q: Quantity>(
     }
     let flat = flat_top_fraction(response.samples());
     if flat > 0.0 {
-        doubts.push(Doubt::Clipped { what: format!("the measured {}", Q::NAME), fraction: flat });
+        doubts.push(Doubt::Clipped {
+            what: format!("the measured {}", Q::NAME),
+            fraction: flat,
+        });
     }
     let driven = measured.drive.map_or(0.0, |(drive, limit)| {
-        let beyond = drive.samples().iter().filter(|sample| sample.abs() > limit).count();
+        let beyond = drive
+            .samples()
+            .iter()
+            .filter(|sample| sample.abs() > limit)
+            .count();
         beyond as f64 / drive.samples().len() as f64
     });
     if driven > 0.0 {
@@ -244,7 +278,12 @@ pub fn verify<Q: Quantity>(
         error_db_rms,
         error_db_max: largest.abs(),
         error_max_at_hz,
-        error_db_rms_level_matched: rms_of(lines.compared.iter().map(|(_, error)| error - level_error_db)),
+        error_db_rms_level_matched: rms_of(
+            lines
+                .compared
+                .iter()
+                .map(|(_, error)| error - level_error_db),
+        ),
         achievable_band_hz: config.achievable.clone(),
         error_db_rms_achievable,
         level_error_db,
@@ -262,7 +301,9 @@ pub fn verify<Q: Quantity>(
 }
 
 fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
+        (sum + value * value, count + 1)
+    });
     (sum / count.max(1) as f64).sqrt()
 }
 
@@ -285,14 +326,25 @@ fn errors_in_band(
         .map(|(k, (t, m))| (k as f64 * resolution_hz, *t, *m))
         .filter(|(frequency_hz, ..)| band.contains(*frequency_hz))
         .collect();
-    let strongest = lines.iter().fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
+    let strongest = lines
+        .iter()
+        .fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
     if strongest <= 0.0 {
-        return Err(VerifyError::Silent { what: "the target", band });
+        return Err(VerifyError::Silent {
+            what: "the target",
+            band,
+        });
     }
     let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
-    let compared: Vec<(f64, f64)> =
-        lines.iter().filter(|(_, t, _)| *t >= least).map(|(f, t, m)| (*f, ratio_db(*m, *t))).collect();
-    Ok(LineErrors { without_target: lines.len() - compared.len(), compared })
+    let compared: Vec<(f64, f64)> = lines
+        .iter()
+        .filter(|(_, t, _)| *t >= least)
+        .map(|(f, t, m)| (*f, ratio_db(*m, *t)))
+        .collect();
+    Ok(LineErrors {
+        without_target: lines.len() - compared.len(),
+        compared,
+    })
 }
 
 /// A measurement brought onto its target's time.
@@ -324,13 +376,28 @@ fn align<Q: Quantity>(
         fourier::real_forward(&padded)
     };
     let rate_hz = target.rate().hz();
-    let weights: Vec<f64> =
-        (0..=n / 2).map(|k| config.band.weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)).collect();
+    let weights: Vec<f64> = (0..=n / 2)
+        .map(|k| {
+            config
+                .band
+                .weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)
+        })
+        .collect();
     let (target_bins, measured_bins) = (padded(t), padded(m));
-    for (what, bins) in [("the target", &target_bins), ("the measurement", &measured_bins)] {
-        let power: f64 = bins.iter().zip(&weights).map(|(bin, w)| bin.norm_sqr() * w).sum();
+    for (what, bins) in [
+        ("the target", &target_bins),
+        ("the measurement", &measured_bins),
+    ] {
+        let power: f64 = bins
+            .iter()
+            .zip(&weights)
+            .map(|(bin, w)| bin.norm_sqr() * w)
+            .sum();
         if power <= 0.0 {
-            return Err(VerifyError::Silent { what, band: config.band });
+            return Err(VerifyError::Silent {
+                what,
+                band: config.band,
+            });
         }
     }
     let cross: Vec<Complex<f64>> = target_bins
@@ -340,9 +407,14 @@ fn align<Q: Quantity>(
         .map(|((t, m), w)| t.conj() * m * w * w)
         .collect();
     let correlation = fourier::real_inverse(cross.clone(), n);
-    let strongest =
-        (0..n).max_by(|&a, &b| correlation[a].abs().total_cmp(&correlation[b].abs())).unwrap_or(0);
-    let whole = if strongest > m.len() { strongest as f64 - n as f64 } else { strongest as f64 };
+    let strongest = (0..n)
+        .max_by(|&a, &b| correlation[a].abs().total_cmp(&correlation[b].abs()))
+        .unwrap_or(0);
+    let whole = if strongest > m.len() {
+        strongest as f64 - n as f64
+    } else {
+        strongest as f64
+    };
     // The correlation between samples is a sum of cosines; its extreme is within half a sample.
     let sign = correlation[strongest].signum();
     let at = |lag: f64| {
@@ -356,16 +428,26 @@ fn align<Q: Quantity>(
     };
     let lag = golden_section_maximum(at, whole - 0.75, whole + 0.75);
     let shifted = |in_band: bool| {
-        let bins = measured_bins.iter().zip(&weights).enumerate().map(|(k, (bin, w))| {
-            let turned = bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64);
-            if in_band { turned * w } else { turned }
-        });
+        let bins = measured_bins
+            .iter()
+            .zip(&weights)
+            .enumerate()
+            .map(|(k, (bin, w))| {
+                let turned = bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64);
+                if in_band { turned * w } else { turned }
+            });
         let mut samples = fourier::real_inverse(bins.collect(), n);
         samples.truncate(t.len());
         samples
     };
-    let mut target_in_band =
-        fourier::real_inverse(target_bins.iter().zip(&weights).map(|(bin, w)| bin * w).collect(), n);
+    let mut target_in_band = fourier::real_inverse(
+        target_bins
+            .iter()
+            .zip(&weights)
+            .map(|(bin, w)| bin * w)
+            .collect(),
+        n,
+    );
     target_in_band.truncate(t.len());
     let from = (-lag).ceil().max(0.0) as usize;
     let to = (m.len() as f64 - lag).floor().clamp(0.0, t.len() as f64) as usize;
@@ -404,15 +486,23 @@ fn golden_section_maximum(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
 pub fn flat_top_fraction(samples: &[f64]) -> f64 {
-    let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), v| {
+        (low.min(*v), high.max(*v))
+    });
     if low >= high {
         return 0.0;
     }
     let (runs, at_limit) = samples
         .chunk_by(|a, b| a == b)
         .filter(|run| run.len() >= 3 && (run[0] <= low || run[0] >= high))
-        .fold((0, 0), |(runs, at_limit), run| (runs + 1, at_limit + run.len()));
-    if runs < 3 { 0.0 } else { at_limit as f64 / samples.len() as f64 }
+        .fold((0, 0), |(runs, at_limit), run| {
+            (runs + 1, at_limit + run.len())
+        });
+    if runs < 3 {
+        0.0
+    } else {
+        at_limit as f64 / samples.len() as f64
+    }
 }
 
 /// Why a measurement cannot be compared with its target.
@@ -447,7 +537,9 @@ pub enum VerifyError {
         found: usize,
     },
     /// Nothing there.
-    #[error("expected {what} to hold a signal in {band}, found none; check the channel and the band")]
+    #[error(
+        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
+    )]
     Silent {
         /// Which of the two.
         what: &'static str,

@@ -23,11 +23,17 @@ use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
 const SPECTRUM_RTOL: f64 = 1e-10;
 
 fn shared(path: &str) -> Option<PathBuf> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(path);
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared")
+        .join(path);
     if file.exists() {
         return Some(file);
     }
-    assert!(std::env::var_os("CI").is_none(), "{} is missing, and CI needs it", file.display());
+    assert!(
+        std::env::var_os("CI").is_none(),
+        "{} is missing, and CI needs it",
+        file.display()
+    );
     eprintln!("skipped: {} is not there", file.display());
     None
 }
@@ -41,7 +47,10 @@ impl Npz {
     }
 
     fn real(&mut self, key: &str) -> Vec<f64> {
-        let file = self.0.by_name(&format!("{key}.npy")).unwrap_or_else(|_| panic!("no {key}"));
+        let file = self
+            .0
+            .by_name(&format!("{key}.npy"))
+            .unwrap_or_else(|_| panic!("no {key}"));
         npyz::NpyFile::new(file).unwrap().into_vec::<f64>().unwrap()
     }
 
@@ -63,8 +72,14 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], rtol: f64) {
         .zip(expected)
         .map(|(g, e)| (g - e).abs() / e.abs().max(f64::MIN_POSITIVE))
         .enumerate()
-        .fold((0, 0.0), |worst, (k, error)| if error > worst.1 { (k, error) } else { worst });
-    eprintln!("{what}: worst relative error {:.2e} at line {}", worst.1, worst.0);
+        .fold(
+            (0, 0.0),
+            |worst, (k, error)| if error > worst.1 { (k, error) } else { worst },
+        );
+    eprintln!(
+        "{what}: worst relative error {:.2e} at line {}",
+        worst.1, worst.0
+    );
     assert!(
         worst.1 <= rtol,
         "{what}: {:.3e} at line {}: {} against {}",
@@ -77,7 +92,11 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], rtol: f64) {
 
 fn assert_close_complex(what: &str, got: &[Complex<f64>], expected: &[Complex<f64>], rtol: f64) {
     assert_eq!(got.len(), expected.len(), "{what}");
-    let worst = got.iter().zip(expected).map(|(g, e)| (g - e).norm() / e.norm()).fold(0.0, f64::max);
+    let worst = got
+        .iter()
+        .zip(expected)
+        .map(|(g, e)| (g - e).norm() / e.norm())
+        .fold(0.0, f64::max);
     eprintln!("{what}: worst relative error {worst:.2e}");
     assert!(worst <= rtol, "{what}: {worst:.3e}");
 }
@@ -114,35 +133,89 @@ fn assert_driven_lines(
 
 #[test]
 fn welch_equals_scipy() {
-    let Some(mut npz) = Npz::open("reference/welch.npz") else { return };
+    let Some(mut npz) = Npz::open("reference/welch.npz") else {
+        return;
+    };
     let x = Series::<Acceleration>::new(npz.real("x"), rate()).unwrap();
     let config = WelchConfig::thesis_2024();
     let psd = welch(&x, &config).unwrap();
     assert_close("psd", &psd.values, &npz.real("psd"), SPECTRUM_RTOL);
     assert_close("f", &psd.frequencies_hz()[1..], &npz.real("f")[1..], 1e-15);
-    let median = welch(&x, &WelchConfig { averaging: Averaging::Median, ..config.clone() }).unwrap();
-    assert_close("psd_median", &median.values, &npz.real("psd_median"), SPECTRUM_RTOL);
-    let power = welch(&x, &WelchConfig { scaling: Scaling::Spectrum, ..config.clone() }).unwrap();
-    assert_close("power_spectrum", &power.values, &npz.real("power_spectrum"), SPECTRUM_RTOL);
-    let short =
-        WelchPlan::new(&config, rate()).unwrap().estimate::<Acceleration>(&[&x.samples()[..1500]]).unwrap();
-    assert_close("psd_short1500", &short.values, &npz.real("psd_short1500"), SPECTRUM_RTOL);
+    let median = welch(
+        &x,
+        &WelchConfig {
+            averaging: Averaging::Median,
+            ..config.clone()
+        },
+    )
+    .unwrap();
+    assert_close(
+        "psd_median",
+        &median.values,
+        &npz.real("psd_median"),
+        SPECTRUM_RTOL,
+    );
+    let power = welch(
+        &x,
+        &WelchConfig {
+            scaling: Scaling::Spectrum,
+            ..config.clone()
+        },
+    )
+    .unwrap();
+    assert_close(
+        "power_spectrum",
+        &power.values,
+        &npz.real("power_spectrum"),
+        SPECTRUM_RTOL,
+    );
+    let short = WelchPlan::new(&config, rate())
+        .unwrap()
+        .estimate::<Acceleration>(&[&x.samples()[..1500]])
+        .unwrap();
+    assert_close(
+        "psd_short1500",
+        &short.values,
+        &npz.real("psd_short1500"),
+        SPECTRUM_RTOL,
+    );
     assert_eq!(short.doubts, [Doubt::ShortSignal { segments: 1 }]);
 }
 
 #[test]
 fn transfer_functions_equal_scipy_and_pyfrf() {
-    let Some(mut npz) = Npz::open("reference/transfer.npz") else { return };
+    let Some(mut npz) = Npz::open("reference/transfer.npz") else {
+        return;
+    };
     let (x, y) = (npz.real("x"), npz.real("y"));
     for n in [2048, 4096] {
         let spectra: CrossSpectra<Drive, Acceleration> =
-            CrossPlan::new(&WelchConfig::hann(n), rate()).unwrap().estimate(&x, &y).unwrap();
-        assert_driven_lines(&format!("H1_{n}"), &spectra, &spectra.h1(), &npz.complex(&format!("H1_{n}")));
-        assert_driven_lines(&format!("H2_{n}"), &spectra, &spectra.h2(), &npz.complex(&format!("H2_{n}")));
-        let real =
-            |values: Vec<f64>| -> Vec<Complex<f64>> { values.into_iter().map(Complex::from).collect() };
+            CrossPlan::new(&WelchConfig::hann(n), rate())
+                .unwrap()
+                .estimate(&x, &y)
+                .unwrap();
+        assert_driven_lines(
+            &format!("H1_{n}"),
+            &spectra,
+            &spectra.h1(),
+            &npz.complex(&format!("H1_{n}")),
+        );
+        assert_driven_lines(
+            &format!("H2_{n}"),
+            &spectra,
+            &spectra.h2(),
+            &npz.complex(&format!("H2_{n}")),
+        );
+        let real = |values: Vec<f64>| -> Vec<Complex<f64>> {
+            values.into_iter().map(Complex::from).collect()
+        };
         let coherence = real(npz.real(&format!("coh_{n}")));
-        assert_driven_lines(&format!("coh_{n}"), &spectra, &real(spectra.coherence()), &coherence);
+        assert_driven_lines(
+            &format!("coh_{n}"),
+            &spectra,
+            &real(spectra.coherence()),
+            &coherence,
+        );
         let truth = npz.complex(&format!("H_true_{n}"));
         let worst_db = spectra
             .h1()
@@ -162,19 +235,43 @@ fn transfer_functions_equal_scipy_and_pyfrf() {
 
 #[test]
 fn a_symmetric_window_gives_pyfrf() {
-    let Some(mut npz) = Npz::open("reference/transfer.npz") else { return };
+    let Some(mut npz) = Npz::open("reference/transfer.npz") else {
+        return;
+    };
     let (x, y) = (npz.real("x"), npz.real("y"));
-    let config = WelchConfig { symmetry: Symmetry::Symmetric, ..WelchConfig::hann(2048) };
-    let spectra: CrossSpectra<Drive, Acceleration> =
-        CrossPlan::new(&config, rate()).unwrap().estimate(&x, &y).unwrap();
-    assert_driven_lines("pyfrf H1", &spectra, &spectra.h1(), &npz.complex("pyfrf_H1_2048"));
-    assert_driven_lines("pyfrf H2", &spectra, &spectra.h2(), &npz.complex("pyfrf_H2_2048"));
+    let config = WelchConfig {
+        symmetry: Symmetry::Symmetric,
+        ..WelchConfig::hann(2048)
+    };
+    let spectra: CrossSpectra<Drive, Acceleration> = CrossPlan::new(&config, rate())
+        .unwrap()
+        .estimate(&x, &y)
+        .unwrap();
+    assert_driven_lines(
+        "pyfrf H1",
+        &spectra,
+        &spectra.h1(),
+        &npz.complex("pyfrf_H1_2048"),
+    );
+    assert_driven_lines(
+        "pyfrf H2",
+        &spectra,
+        &spectra.h2(),
+        &npz.complex("pyfrf_H2_2048"),
+    );
 }
 
 #[test]
 fn the_drive_equals_numpy() {
-    let Some(mut npz) = Npz::open("reference/render.npz") else { return };
-    let (fiv, f_tf, h, z) = (npz.real("fiv"), npz.real("f_tf"), npz.complex("H"), npz.real("z"));
+    let Some(mut npz) = Npz::open("reference/render.npz") else {
+        return;
+    };
+    let (fiv, f_tf, h, z) = (
+        npz.real("fiv"),
+        npz.real("f_tf"),
+        npz.complex("H"),
+        npz.real("z"),
+    );
     let eps = npz.real("eps")[0];
     let function = TransferFunction::<Drive, Acceleration>::from_lines(
         h.clone(),
@@ -192,7 +289,11 @@ fn the_drive_equals_numpy() {
     };
     let drive = invert(&fiv, rate(), &function, &config).unwrap();
     let largest = z.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let worst = drive.iter().zip(&z).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let worst = drive
+        .iter()
+        .zip(&z)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
     eprintln!("z: worst error {:.2e} of its maximum", worst / largest);
     assert!(worst <= 1e-10 * largest);
 
@@ -203,36 +304,62 @@ fn the_drive_equals_numpy() {
         .process(&z[..10_000]);
     let middle = 4800..z48.len().min(ours.len()) - 4800;
     let worst = middle.map(|m| (ours[m] - z48[m]).abs()).fold(0.0, f64::max);
-    eprintln!("z48: worst difference {:.2e} of the maximum", worst / largest);
+    eprintln!(
+        "z48: worst difference {:.2e} of the maximum",
+        worst / largest
+    );
     // resample_poly's Kaiser window (beta 5) has 1e-3 of passband ripple; ours has 1e-5.
     assert!(worst < 3e-3 * largest, "{}", worst / largest);
 }
 
 #[test]
 fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_doubted() {
-    let Some(path) = shared("data/frf/vibrationtesting/case1.mat") else { return };
+    let Some(path) = shared("data/frf/vibrationtesting/case1.mat") else {
+        return;
+    };
     let mat = matfile::MatFile::parse(std::fs::File::open(path).unwrap()).unwrap();
     let real = |name: &str| -> Vec<f64> {
         match mat.find_by_name(name).unwrap().data() {
-            matfile::NumericData::Single { real, .. } => real.iter().map(|v| f64::from(*v)).collect(),
+            matfile::NumericData::Single { real, .. } => {
+                real.iter().map(|v| f64::from(*v)).collect()
+            }
             matfile::NumericData::Double { real, .. } => real.clone(),
             other => panic!("{name}: {other:?}"),
         }
     };
     let complex = |name: &str| -> Vec<Complex<f64>> {
         match mat.find_by_name(name).unwrap().data() {
-            matfile::NumericData::Double { real, imag: Some(imag) } => {
-                real.iter().zip(imag).map(|(re, im)| Complex::new(*re, *im)).collect()
-            }
-            matfile::NumericData::Single { real, imag: Some(imag) } => {
-                real.iter().zip(imag).map(|(re, im)| Complex::new(f64::from(*re), f64::from(*im))).collect()
-            }
+            matfile::NumericData::Double {
+                real,
+                imag: Some(imag),
+            } => real
+                .iter()
+                .zip(imag)
+                .map(|(re, im)| Complex::new(*re, *im))
+                .collect(),
+            matfile::NumericData::Single {
+                real,
+                imag: Some(imag),
+            } => real
+                .iter()
+                .zip(imag)
+                .map(|(re, im)| Complex::new(f64::from(*re), f64::from(*im)))
+                .collect(),
             other => panic!("{name}: {other:?}"),
         }
     };
-    let (gxx, gyy, gxy) = (real("MagSpec_chan_1"), real("MagSpec_chan_2"), complex("Hf_Cross_Spec_chan_2"));
-    let (stored_h, stored_coherence, f) = (complex("Hf_chan_2"), real("Hf_coh_chan_2"), real("Freq_domain"));
-    let spectra = CrossSpectra::<Drive, Acceleration>::from_parts(gxx, gyy, gxy, f[1] - f[0], 10).unwrap();
+    let (gxx, gyy, gxy) = (
+        real("MagSpec_chan_1"),
+        real("MagSpec_chan_2"),
+        complex("Hf_Cross_Spec_chan_2"),
+    );
+    let (stored_h, stored_coherence, f) = (
+        complex("Hf_chan_2"),
+        real("Hf_coh_chan_2"),
+        real("Freq_domain"),
+    );
+    let spectra =
+        CrossSpectra::<Drive, Acceleration>::from_parts(gxx, gyy, gxy, f[1] - f[0], 10).unwrap();
     // Single precision in the file: 6e-8 a value.
     assert_close_complex("H·Gxx = Gxy", &spectra.h1(), &stored_h, 1e-6);
     assert_close("coherence", &spectra.coherence(), &stored_coherence, 1e-6);

@@ -35,7 +35,13 @@ impl SegmentTransform {
     pub(crate) fn new(window: Vec<f64>, detrend: Detrend) -> Self {
         let fft = FftPlanner::new().plan_fft_forward(window.len());
         let scratch = vec![Complex::default(); fft.get_inplace_scratch_len()];
-        Self { window, fft, scratch, detrend, simd: pulp::Arch::new() }
+        Self {
+            window,
+            fft,
+            scratch,
+            detrend,
+            simd: pulp::Arch::new(),
+        }
     }
 
     pub(crate) fn segment(&self) -> usize {
@@ -51,7 +57,8 @@ impl SegmentTransform {
             || {
                 let (ta, tb) = (Trend::of(a, detrend), Trend::of(b, detrend));
                 if matches!(detrend, Detrend::Linear) {
-                    for (i, (((z, a), b), w)) in z.iter_mut().zip(a).zip(b).zip(window).enumerate() {
+                    for (i, (((z, a), b), w)) in z.iter_mut().zip(a).zip(b).zip(window).enumerate()
+                    {
                         *z = Complex::new((a - ta.at(i)) * w, (b - tb.at(i)) * w);
                     }
                 } else {
@@ -86,7 +93,12 @@ impl SegmentTransform {
     }
 
     /// Adds conj(zx)·zy to `cross`.
-    pub(crate) fn add_cross(&self, zx: &[Complex<f64>], zy: &[Complex<f64>], cross: &mut [Complex<f64>]) {
+    pub(crate) fn add_cross(
+        &self,
+        zx: &[Complex<f64>],
+        zy: &[Complex<f64>],
+        cross: &mut [Complex<f64>],
+    ) {
         self.simd.dispatch(
             #[inline(always)]
             || {
@@ -112,15 +124,30 @@ impl Trend {
         let n = segment.len() as f64;
         let middle = (n - 1.0) / 2.0;
         match detrend {
-            Detrend::None => Self { offset: 0.0, slope: 0.0, middle },
-            Detrend::Constant => Self { offset: sum(segment) / n, slope: 0.0, middle },
+            Detrend::None => Self {
+                offset: 0.0,
+                slope: 0.0,
+                middle,
+            },
+            Detrend::Constant => Self {
+                offset: sum(segment) / n,
+                slope: 0.0,
+                middle,
+            },
             Detrend::Linear => {
                 let offset = sum(segment) / n;
                 // Σ(i − middle)² = n(n² − 1)/12
                 let spread = n * (n * n - 1.0) / 12.0;
-                let tilt: f64 =
-                    segment.iter().enumerate().map(|(i, v)| (i as f64 - middle) * (v - offset)).sum();
-                Self { offset, slope: if spread > 0.0 { tilt / spread } else { 0.0 }, middle }
+                let tilt: f64 = segment
+                    .iter()
+                    .enumerate()
+                    .map(|(i, v)| (i as f64 - middle) * (v - offset))
+                    .sum();
+                Self {
+                    offset,
+                    slope: if spread > 0.0 { tilt / spread } else { 0.0 },
+                    middle,
+                }
             }
         }
     }
@@ -149,13 +176,17 @@ fn sum(values: &[f64]) -> f64 {
 pub(crate) fn fold_power(parts: &[f64]) -> Vec<f64> {
     let n = parts.len() / 2;
     let bin = |k: usize| parts[2 * k] + parts[2 * k + 1];
-    (0..=n / 2).map(|k| 0.5 * (bin(k) + bin((n - k) % n))).collect()
+    (0..=n / 2)
+        .map(|k| 0.5 * (bin(k) + bin((n - k) % n)))
+        .collect()
 }
 
 /// Folds a sum made by [`SegmentTransform::add_cross`] into the n/2 + 1 bins of the real signals' conj(X)·Y.
 pub(crate) fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let n = cross.len();
-    (0..=n / 2).map(|k| (cross[k] + cross[(n - k) % n].conj()) * 0.5).collect()
+    (0..=n / 2)
+        .map(|k| (cross[k] + cross[(n - k) % n].conj()) * 0.5)
+        .collect()
 }
 
 /// |A(k)|² and |B(k)|² of the two real segments in `z`, handed bin by bin to `take`.
@@ -163,6 +194,10 @@ pub(crate) fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f
     let n = z.len();
     for k in 0..=n / 2 {
         let mirror = z[(n - k) % n].conj();
-        take(k, ((z[k] + mirror) * 0.5).norm_sqr(), ((z[k] - mirror) * 0.5).norm_sqr());
+        take(
+            k,
+            ((z[k] + mirror) * 0.5).norm_sqr(),
+            ((z[k] - mirror) * 0.5).norm_sqr(),
+        );
     }
 }

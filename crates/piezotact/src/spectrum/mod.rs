@@ -14,7 +14,7 @@ pub(crate) use kernel::{SegmentTransform, fold_cross, fold_power};
 pub use window::{Symmetry, Window};
 
 use crate::doubt::Doubt;
-use crate::quantity::{Quantity, SampleRate, Uncalibrated};
+use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
 
 /// What is taken away from every segment before the window.
@@ -181,8 +181,14 @@ impl WelchPlan {
     ///
     /// # Errors
     /// [`EstimateError::TooShort`] when no record holds a segment.
-    pub fn estimate<Q: Quantity>(&mut self, records: &[&[f64]]) -> Result<Spectrum<Q>, EstimateError> {
-        let averages: usize = records.iter().map(|record| self.segments_in(record.len())).sum();
+    pub fn estimate<Q: Quantity>(
+        &mut self,
+        records: &[&[f64]],
+    ) -> Result<Spectrum<Q>, EstimateError> {
+        let averages: usize = records
+            .iter()
+            .map(|record| self.segments_in(record.len()))
+            .sum();
         if averages == 0 {
             return Err(EstimateError::TooShort {
                 expected: self.config.segment,
@@ -218,7 +224,9 @@ impl WelchPlan {
 
     fn mean_power(&mut self, records: &[&[f64]], averages: usize) -> Vec<f64> {
         let mut power = vec![0.0; 2 * self.config.segment];
-        self.each_pair(records, |transform, z, _| transform.add_power(z, &mut power));
+        self.each_pair(records, |transform, z, _| {
+            transform.add_power(z, &mut power)
+        });
         let mut values = fold_power(&power);
         for value in &mut values {
             *value /= averages as f64;
@@ -238,7 +246,10 @@ impl WelchPlan {
             });
         });
         let bias = median_bias(averages);
-        columns.iter_mut().map(|column| median(column) / bias).collect()
+        columns
+            .iter_mut()
+            .map(|column| median(column) / bias)
+            .collect()
     }
 
     /// Hands the transform of every pair of segments to `take`, with whether it holds two or one.
@@ -252,11 +263,13 @@ impl WelchPlan {
             let count = self.segments_in(record.len());
             let cut = |i: usize| &record[i * self.hop..i * self.hop + segment];
             for i in (1..count).step_by(2) {
-                self.transform.transform_pair(cut(i - 1), cut(i), &mut self.buffer);
+                self.transform
+                    .transform_pair(cut(i - 1), cut(i), &mut self.buffer);
                 take(&self.transform, &self.buffer, true);
             }
             if count % 2 == 1 {
-                self.transform.transform_single(cut(count - 1), &mut self.buffer);
+                self.transform
+                    .transform_single(cut(count - 1), &mut self.buffer);
                 take(&self.transform, &self.buffer, false);
             }
         }
@@ -264,7 +277,11 @@ impl WelchPlan {
 }
 
 pub(crate) fn segments_in(samples: usize, segment: usize, hop: usize) -> usize {
-    if samples < segment { 0 } else { (samples - segment) / hop + 1 }
+    if samples < segment {
+        0
+    } else {
+        (samples - segment) / hop + 1
+    }
 }
 
 /// Scales two-sided power to one-sided: every bin that stands for two frequencies counts twice.
@@ -280,7 +297,11 @@ pub(crate) fn one_sided(values: &mut [f64], segment: usize, scale: f64) {
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
+    if values.len() % 2 == 1 {
+        values[middle]
+    } else {
+        0.5 * (values[middle - 1] + values[middle])
+    }
 }
 
 /// The ratio of the median to the mean of `n` periodograms of noise, dimensionless.
@@ -313,7 +334,10 @@ fn median_bias(n: usize) -> f64 {
 /// let power: f64 = psd.values.iter().sum::<f64>() * psd.resolution_hz;
 /// assert!((power - 0.5).abs() < 1e-3); // the mean square of a sine of amplitude 1
 /// ```
-pub fn welch<Q: Quantity>(x: &Series<Q>, config: &WelchConfig) -> Result<Spectrum<Q>, EstimateError> {
+pub fn welch<Q: Quantity>(
+    x: &Series<Q>,
+    config: &WelchConfig,
+) -> Result<Spectrum<Q>, EstimateError> {
     WelchPlan::new(config, x.rate())?.estimate(&[x.samples()])
 }
 
@@ -331,7 +355,10 @@ pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
         let alone = k == 0 || 2 * k == n;
         bin.norm() * if alone { 1.0 } else { 2.0 } / n as f64
     });
-    (frequency_axis(x.rate().hz() / n as f64, spectrum.len()), amplitudes.collect())
+    (
+        frequency_axis(x.rate().hz() / n as f64, spectrum.len()),
+        amplitudes.collect(),
+    )
 }
 
 /// The mean square of a density spectrum between two frequencies, in unit²: the sum of the bins of the
@@ -348,15 +375,17 @@ pub fn band_power<Q: Quantity>(psd: &Spectrum<Q>, band: crate::quantity::Band) -
         .sum()
 }
 
-/// The doubts about how finely a channel is quantised: samples on a grid of fewer than 50 steps rms show it.
+/// The doubt about a channel whose `samples` (full scale = 1) are less than 50 converter steps rms, where one
+/// step is `step_ratio` of full scale: quantisation noise, step²/12, then lies less than 45 dB below the signal.
 ///
-/// `step` is the value of one converter step in the unit of the samples.
-///
-/// Source: uniform quantisation noise of step²/12; at 50 steps rms it lies 45 dB below the signal.
+/// Source: B. Widrow (1956), IRE Trans. Circuit Theory 3(4).
 #[must_use]
-pub fn quantisation_doubt(name: &str, x: &Series<Uncalibrated>, step_ratio: f64) -> Option<Doubt> {
-    let rms_in_steps = x.rms() / step_ratio;
-    (rms_in_steps < 50.0).then(|| Doubt::CoarseQuantisation { channel: name.into(), rms_in_steps })
+pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Option<Doubt> {
+    let rms_in_steps = crate::series::rms(samples) / step_ratio;
+    (rms_in_steps < 50.0).then(|| Doubt::CoarseQuantisation {
+        channel: channel.into(),
+        rms_in_steps,
+    })
 }
 
 /// Why a spectrum or a transfer function cannot be estimated.

@@ -1,0 +1,344 @@
+//! Tables of numbers as text: commas, semicolons or tabs, a header, and units in the header or in a row of
+//! their own.
+
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+
+use crate::error::ReadError;
+
+/// Names under which a column holds the time.
+const TIME_NAMES: [&str; 5] = ["time", "t", "timestamp", "zeit", "temps"];
+/// Time steps that differ by less than this from their mean are even.
+const EVEN: f64 = 0.01;
+
+/// Reads a table; the rate comes from `rate`, or else from its time column.
+pub(crate) fn read_table(
+    path: &Path,
+    bytes: &[u8],
+    rate: Option<SampleRate>,
+) -> Result<Recording, ReadError> {
+    // Lab programs write Latin-1 as often as UTF-8; only names and units can be hit by it.
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
+        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
+    };
+    let wrong =
+        |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
+    let first = text
+        .lines()
+        .find(|line| !line.trim().is_empty())
+        .unwrap_or("");
+    let delimiter = [b'\t', b';', b','].into_iter().max_by_key(|d| {
+        let count = first.bytes().filter(|b| b == d).count();
+        // On a tie the order above decides: max_by_key keeps the last, so tabs must count a little more.
+        (
+            count,
+            [b',', b';', b'\t'].iter().position(|other| other == d),
+        )
+    });
+    let delimiter = delimiter.unwrap_or(b',');
+    let decimal_comma = delimiter != b',';
+    let mut rows = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes())
+        .into_records()
+        .enumerate()
+        .filter(|(_, row)| !row.as_ref().is_ok_and(|row| row.iter().all(str::is_empty)));
+    let number = |cell: &str| -> Option<f64> {
+        if decimal_comma {
+            cell.replace(',', ".").parse().ok()
+        } else {
+            cell.parse().ok()
+        }
+    };
+
+    let header = match rows.next() {
+        Some((_, Ok(row))) => row,
+        _ => {
+            return Err(wrong(
+                "a table with a header",
+                "nothing".into(),
+                "check the file",
+            ));
+        }
+    };
+    if header.iter().all(|cell| number(cell).is_some()) {
+        return Err(wrong(
+            "a header with the names of the channels in the first row",
+            format!("numbers ({})", header.iter().next().unwrap_or("")),
+            "add a header such as `time (s),acc (m/s2)`",
+        ));
+    }
+    let mut columns: Vec<Column> = header.iter().map(Column::from_header).collect();
+    // A trailing delimiter makes an empty last column.
+    while columns.last().is_some_and(|column| column.name.is_empty()) {
+        columns.pop();
+    }
+    let width = columns.len();
+    let mut second = true;
+    let mut last_row = 1;
+    for (at, row) in rows {
+        let line = at + 1;
+        let row =
+            row.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
+        let cells: Vec<&str> = row.iter().take(width).collect();
+        if std::mem::take(&mut second) && cells.iter().all(|cell| number(cell).is_none()) {
+            for (column, unit) in columns.iter_mut().zip(&cells) {
+                column.unit = Some(unit.trim_matches(['(', ')', '[', ']']).to_owned());
+            }
+            continue;
+        }
+        if cells.len() < width {
+            return Err(wrong(
+                &format!("{width} columns in every row"),
+                format!("{} in row {line}", cells.len()),
+                "the file was cut short or a cell is missing: repair that row",
+            ));
+        }
+        for (column, cell) in columns.iter_mut().zip(&cells) {
+            match number(cell).filter(|value| value.is_finite()) {
+                Some(value) => column.values.push(value),
+                None => {
+                    let found = if cell.is_empty() {
+                        "an empty cell"
+                    } else {
+                        cell
+                    };
+                    return Err(wrong(
+                        "a number",
+                        format!("`{found}` in row {line}, column `{}`", column.name),
+                        "repair or cut that row",
+                    ));
+                }
+            }
+        }
+        last_row = line;
+    }
+    if columns
+        .first()
+        .is_none_or(|column| column.values.is_empty())
+    {
+        return Err(wrong(
+            "rows of numbers",
+            format!("none below row {last_row}"),
+            "check the export",
+        ));
+    }
+    assemble(path, columns, rate)
+}
+
+struct Column {
+    name: String,
+    unit: Option<String>,
+    values: Vec<f64>,
+}
+
+impl Column {
+    /// `acc (m/s2)`, `acc [m/s2]` or plain `acc`.
+    fn from_header(cell: &str) -> Self {
+        let parts = ['(', '['].into_iter().find_map(|open| {
+            let (name, rest) = cell.split_once(open)?;
+            Some((name.trim(), rest.trim_end_matches([')', ']']).trim()))
+        });
+        let (name, unit) = match parts {
+            Some((name, unit)) if !name.is_empty() => (name, Some(unit.to_owned())),
+            _ => (cell, None),
+        };
+        Self {
+            name: name.into(),
+            unit,
+            values: Vec::new(),
+        }
+    }
+
+    fn is_time(&self) -> bool {
+        TIME_NAMES.contains(&self.name.to_ascii_lowercase().as_str())
+    }
+}
+
+fn assemble(
+    path: &Path,
+    mut columns: Vec<Column>,
+    rate: Option<SampleRate>,
+) -> Result<Recording, ReadError> {
+    let mut doubts = Vec::new();
+    let time = columns
+        .iter()
+        .position(Column::is_time)
+        .map(|at| columns.remove(at));
+    let rate = match (rate, time) {
+        (Some(rate), _) => rate,
+        (None, Some(time)) => rate_of(path, &time, &mut doubts)?,
+        (None, None) => {
+            return Err(ReadError::content(
+                path,
+                "a time column, or a rate",
+                "neither",
+                "give the rate with --rate, for example --rate 5000",
+            ));
+        }
+    };
+    let mut channels = Vec::with_capacity(columns.len());
+    for column in columns {
+        let (unit, factor) = Unit::parse(column.unit.as_deref().unwrap_or(""));
+        if matches!(&unit, Unit::Other(text) if text.is_empty()) {
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "channel `{}` names no unit and is taken as plain numbers",
+                    column.name
+                ),
+            });
+        }
+        let samples = if factor == 1.0 {
+            column.values
+        } else {
+            column.values.iter().map(|v| v * factor).collect()
+        };
+        channels.push(Channel {
+            name: column.name,
+            unit,
+            samples,
+        });
+    }
+    let provenance = Provenance {
+        source: path.display().to_string(),
+        ..Provenance::default()
+    };
+    let mut recording =
+        Recording::new(channels, rate, Condition::default(), provenance).map_err(|source| {
+            ReadError::Recording {
+                path: path.into(),
+                source,
+            }
+        })?;
+    recording.doubts = doubts;
+    Ok(recording)
+}
+
+/// The rate that a time column stands for.
+fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<SampleRate, ReadError> {
+    let steps: Vec<f64> = time
+        .values
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .collect();
+    let count = steps.len() as f64;
+    if steps.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "two rows or more",
+            "one",
+            "record longer, or give --rate",
+        ));
+    }
+    let mean = (time.values[time.values.len() - 1] - time.values[0]) / count;
+    if let Some(at) = steps.iter().position(|step| *step <= 0.0) {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to rise from row to row", time.name),
+            format!("{} after {}", time.values[at + 1], time.values[at]),
+            "sort the rows, or give --rate",
+        ));
+    }
+    let to_seconds = match time.unit.as_deref().map(Unit::parse) {
+        Some((Unit::Second, factor)) => factor,
+        Some((unit, _)) if !unit.symbol().is_empty() && unit.symbol() != "no unit" => {
+            return Err(ReadError::content(
+                path,
+                format!("`{}` in s, ms or µs", time.name),
+                unit.symbol().to_owned(),
+                "correct its unit, or give --rate",
+            ));
+        }
+        _ => {
+            // Whole numbers that step by more than one are milliseconds; anything else is seconds.
+            let whole = time.values.iter().all(|t| t.fract() == 0.0) && mean > 1.0;
+            let (unit, factor) = if whole {
+                ("milliseconds", 1e-3)
+            } else {
+                ("seconds", 1.0)
+            };
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "`{}` names no unit and is read as {unit} (mean step {mean:.4})",
+                    time.name
+                ),
+            });
+            factor
+        }
+    };
+    let worst = steps
+        .iter()
+        .map(|step| (step / mean - 1.0).abs())
+        .fold(0.0, f64::max);
+    if worst > EVEN {
+        doubts.push(Doubt::UnevenSampling { worst });
+    }
+    SampleRate::new(1.0 / (mean * to_seconds)).map_err(|source| ReadError::Quantity {
+        path: path.into(),
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Recording, ReadError> {
+        read_table(Path::new("t.csv"), text.as_bytes(), None)
+    }
+
+    #[test]
+    fn units_stand_in_the_header_or_in_a_row() {
+        for text in [
+            "time (s),acc (g),fz [mN]\n0,1,200\n0.001,2,100\n0.002,3,0\n",
+            "time\tacc\tfz\ns\tg\tmN\n0\t1\t200\n0.001\t2\t100\n0.002\t3\t0\n\n\n",
+            "time;acc;fz\n(s);(g);(mN)\n0;1,0;200\n0,001;2,0;100\n0,002;3,0;0\n",
+            "\u{feff}time (ms), acc (g), fz (mN),\n0, 1, 200,\n1, 2, 100,\n2, 3, 0,\n",
+        ] {
+            let r = read(text).unwrap();
+            assert!((r.rate().hz() - 1000.0).abs() < 1e-9, "{text}");
+            assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared, "{text}");
+            assert!(
+                (r.channels()[0].samples[2] - 3.0 * 9.80665).abs() < 1e-12,
+                "{text}"
+            );
+            assert!((r.channels()[1].samples[0] - 0.2).abs() < 1e-12, "{text}");
+            assert_eq!(r.doubts, [], "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_place() {
+        for (text, part) in [
+            ("", "a table with a header"),
+            ("1,2\n3,4\n", "a header"),
+            ("acc (g)\n1\n2\n", "--rate"),
+            (
+                "time (s),acc (g)\n0,1\n0.1,nan\n",
+                "`nan` in row 3, column `acc`",
+            ),
+            ("time (s),acc (g)\n0,1\n0.1\n", "1 in row 3"),
+            ("time (s),acc (g)\n0,1\n0,1\n", "rise"),
+            ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
+            ("time (s),acc (g)\n", "rows of numbers"),
+            ("time (s),acc (g)\n0,1\n", "two rows"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{text:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_guess_is_a_doubt() {
+        let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
+        assert!((r.rate().hz() - 35.714).abs() < 1e-3);
+        assert_eq!(r.doubts.len(), 2, "{:?}", r.doubts);
+    }
+}

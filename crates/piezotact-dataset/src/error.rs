@@ -1,0 +1,124 @@
+//! What can go wrong with a file. Every text says what was expected, what was found, and what to do.
+
+use std::path::{Path, PathBuf};
+
+use piezotact::quantity::QuantityError;
+use piezotact::recording::RecordingError;
+
+/// Why a file cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The operating system refuses it.
+    #[error("cannot read {}: {what}; check the path", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        what: String,
+    },
+    /// The content is not what is needed.
+    #[error("{}: expected {expected}, found {found}; {todo}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+        /// What to do.
+        todo: String,
+    },
+    /// The channels make no recording.
+    #[error("{}: {source}", path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: RecordingError,
+    },
+    /// A number that cannot be what it was meant to be.
+    #[error("{}: {source}", path.display())]
+    Quantity {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: QuantityError,
+    },
+}
+
+impl ReadError {
+    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
+        let what = match error.kind() {
+            std::io::ErrorKind::NotFound => "expected a file, found none there".into(),
+            std::io::ErrorKind::PermissionDenied => "no permission".into(),
+            std::io::ErrorKind::IsADirectory => "expected a file, found a folder".into(),
+            _ => error.to_string(),
+        };
+        Self::Io {
+            path: path.into(),
+            what,
+        }
+    }
+
+    pub(crate) fn content(
+        path: &Path,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        todo: impl Into<String>,
+    ) -> Self {
+        Self::Content {
+            path: path.into(),
+            expected: expected.into(),
+            found: found.into(),
+            todo: todo.into(),
+        }
+    }
+}
+
+/// Why a file cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The operating system refuses it.
+    #[error("cannot write {}: {source}; check the folder and the space left", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// The format cannot hold it.
+    #[error("cannot write {}: expected {expected}, found {found}; {todo}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What the format holds.
+        expected: String,
+        /// What it was asked to hold.
+        found: String,
+        /// What to do.
+        todo: String,
+    },
+}
+
+impl WriteError {
+    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| Self::Io {
+            path: path.into(),
+            source,
+        }
+    }
+
+    pub(crate) fn content(
+        path: &Path,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        todo: impl Into<String>,
+    ) -> Self {
+        Self::Content {
+            path: path.into(),
+            expected: expected.into(),
+            found: found.into(),
+            todo: todo.into(),
+        }
+    }
+}

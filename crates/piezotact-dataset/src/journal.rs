@@ -1,0 +1,581 @@
+//! Our own recording format: Parquet, written through a journal so that a crash loses at most the last
+//! second.
+//!
+//! While a recording runs, `NAME.part` grows beside its place: an Arrow IPC stream whose schema carries the
+//! start document, with one batch for every chunk, on the disk before the next one is taken. When the
+//! recording ends, the journal becomes `NAME`, a Parquet file with the start and the end document in its
+//! metadata, written whole or not at all; then the journal goes. A journal without a Parquet file is a
+//! recording that was interrupted, and is read as one.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch};
+use arrow_ipc::reader::StreamReader;
+use arrow_ipc::writer::StreamWriter;
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::Compression;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use piezotact::Doubt;
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use serde::{Deserialize, Serialize};
+
+use crate::atomic::write_atomically;
+use crate::error::{ReadError, WriteError};
+use crate::sidecar::Rendering;
+
+const START_KEY: &str = "piezotact.start";
+const END_KEY: &str = "piezotact.end";
+const UNIT_KEY: &str = "unit";
+
+/// What is known before the first sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartDocument {
+    /// The version of this format.
+    #[serde(default)]
+    pub format: u32,
+    /// The rate in Hz.
+    pub rate_hz: SampleRate,
+    /// The channels' names and SI units, in their order.
+    pub channels: Vec<(String, Unit)>,
+    /// What is going on.
+    #[serde(default)]
+    pub condition: Condition,
+    /// Where it comes from.
+    #[serde(default)]
+    pub provenance: Provenance,
+    /// The drive that is being played, when there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rendering: Option<Rendering>,
+}
+
+impl StartDocument {
+    /// The version that this program writes.
+    pub const FORMAT: u32 = 1;
+}
+
+/// What is known after the last sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EndDocument {
+    /// The number of samples of each channel.
+    pub samples: usize,
+    /// What came up while recording.
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
+}
+
+/// A recording that is being written.
+pub struct JournalWriter {
+    path: PathBuf,
+    journal: PathBuf,
+    start: StartDocument,
+    stream: StreamWriter<BufWriter<File>>,
+    samples: usize,
+}
+
+impl std::fmt::Debug for JournalWriter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("JournalWriter")
+            .field("path", &self.path)
+            .field("samples", &self.samples)
+            .finish_non_exhaustive()
+    }
+}
+
+impl JournalWriter {
+    /// Begins the recording at `path`: the start document is on the disk when this returns.
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when the journal of an interrupted recording stands there, which is never
+    /// overwritten; [`WriteError::Io`] when the operating system refuses.
+    pub fn create(path: &Path, start: StartDocument) -> Result<Self, WriteError> {
+        let journal = journal_path(path);
+        let file = File::options()
+            .write(true)
+            .create_new(true)
+            .open(&journal)
+            .map_err(|error| {
+                if error.kind() == std::io::ErrorKind::AlreadyExists {
+                    WriteError::content(
+                        &journal,
+                        "a free place for the recording",
+                        "the journal of a recording that was interrupted or is still running",
+                        "keep it (it can be read as it is) by moving it away, or remove it",
+                    )
+                } else {
+                    WriteError::Io {
+                        path: journal.clone(),
+                        source: error,
+                    }
+                }
+            })?;
+        let schema = schema_of(&start).map_err(arrow_failed(&journal))?;
+        let mut stream =
+            StreamWriter::try_new(BufWriter::new(file), &schema).map_err(arrow_failed(&journal))?;
+        to_disk(&mut stream, &journal)?;
+        Ok(Self {
+            path: path.into(),
+            journal,
+            start,
+            stream,
+            samples: 0,
+        })
+    }
+
+    /// Appends one chunk, a list of samples for each channel; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when the chunk has other channels than the start document says, or lists of
+    /// different length; [`WriteError::Io`] when the operating system refuses.
+    pub fn append(&mut self, chunk: &[Vec<f64>]) -> Result<(), WriteError> {
+        let frames = chunk.first().map_or(0, Vec::len);
+        if chunk.len() != self.start.channels.len()
+            || chunk.iter().any(|channel| channel.len() != frames)
+        {
+            return Err(WriteError::content(
+                &self.path,
+                format!(
+                    "{} channels of equal length in every chunk",
+                    self.start.channels.len()
+                ),
+                format!("{}", chunk.len()),
+                "this is a fault of the bench: report it",
+            ));
+        }
+        let columns: Vec<ArrayRef> = chunk
+            .iter()
+            .map(|channel| Arc::new(Float64Array::from(channel.clone())) as ArrayRef)
+            .collect();
+        let batch = RecordBatch::try_new(
+            schema_of(&self.start).map_err(arrow_failed(&self.journal))?,
+            columns,
+        )
+        .map_err(arrow_failed(&self.journal))?;
+        self.stream
+            .write(&batch)
+            .map_err(arrow_failed(&self.journal))?;
+        to_disk(&mut self.stream, &self.journal)?;
+        self.samples += frames;
+        Ok(())
+    }
+
+    /// Ends the recording: the journal becomes the Parquet file with the end document in it.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the Parquet file cannot be written; the journal then stays and can be read.
+    pub fn finish(mut self, doubts: Vec<Doubt>) -> Result<(), WriteError> {
+        self.stream.finish().map_err(arrow_failed(&self.journal))?;
+        to_disk(&mut self.stream, &self.journal)?;
+        let end = EndDocument {
+            samples: self.samples,
+            doubts,
+        };
+        let batches = StreamReader::try_new(
+            BufReader::new(File::open(&self.journal).map_err(WriteError::io(&self.journal))?),
+            None,
+        )
+        .map_err(arrow_failed(&self.journal))?;
+        write_parquet(&self.path, &self.start, &end, batches)?;
+        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))
+    }
+}
+
+fn to_disk(stream: &mut StreamWriter<BufWriter<File>>, journal: &Path) -> Result<(), WriteError> {
+    stream.get_mut().flush().map_err(WriteError::io(journal))?;
+    stream
+        .get_ref()
+        .get_ref()
+        .sync_data()
+        .map_err(WriteError::io(journal))
+}
+
+fn arrow_failed(path: &Path) -> impl FnOnce(ArrowError) -> WriteError + '_ {
+    move |error| WriteError::Io {
+        path: path.into(),
+        source: std::io::Error::other(error),
+    }
+}
+
+fn schema_of(start: &StartDocument) -> Result<SchemaRef, ArrowError> {
+    let fields: Vec<Field> = start
+        .channels
+        .iter()
+        .map(|(name, unit)| {
+            Field::new(name, DataType::Float64, false).with_metadata(HashMap::from([(
+                UNIT_KEY.to_owned(),
+                unit.symbol().to_owned(),
+            )]))
+        })
+        .collect();
+    let text =
+        serde_json::to_string(start).map_err(|error| ArrowError::JsonError(error.to_string()))?;
+    Ok(Arc::new(Schema::new_with_metadata(
+        fields,
+        HashMap::from([(START_KEY.to_owned(), text)]),
+    )))
+}
+
+fn write_parquet(
+    path: &Path,
+    start: &StartDocument,
+    end: &EndDocument,
+    batches: impl Iterator<Item = Result<RecordBatch, ArrowError>>,
+) -> Result<(), WriteError> {
+    let failed = |error: parquet::errors::ParquetError| WriteError::Io {
+        path: path.into(),
+        source: std::io::Error::other(error),
+    };
+    let json = |value: Result<String, serde_json::Error>| {
+        value.map_err(|error| WriteError::Io {
+            path: path.into(),
+            source: error.into(),
+        })
+    };
+    let (start_text, end_text) = (
+        json(serde_json::to_string(start))?,
+        json(serde_json::to_string(end))?,
+    );
+    write_atomically(path, |out| {
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_dictionary_enabled(false)
+            .set_key_value_metadata(Some(vec![
+                KeyValue::new(START_KEY.to_owned(), start_text),
+                KeyValue::new(END_KEY.to_owned(), end_text),
+            ]))
+            .build();
+        let schema = schema_of(start).map_err(arrow_failed(path))?;
+        let mut writer =
+            ArrowWriter::try_new(&mut *out, schema, Some(properties)).map_err(failed)?;
+        for batch in batches {
+            writer
+                .write(&batch.map_err(arrow_failed(path))?)
+                .map_err(failed)?;
+        }
+        writer.close().map(|_metadata| ()).map_err(failed)
+    })
+}
+
+/// The journal of the recording at `path`: `NAME.part`.
+pub(crate) fn journal_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}
+
+/// A recording and the drive that was played while it was made.
+pub(crate) type Read = (Recording, Option<Rendering>);
+
+/// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted.
+pub(crate) fn read_journal(path: &Path) -> Result<Read, ReadError> {
+    let damaged = |found: String| {
+        ReadError::content(
+            path,
+            "the journal of a recording",
+            found,
+            "it was interrupted before its first line, or is damaged: nothing can be read from it",
+        )
+    };
+    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let reader = StreamReader::try_new(BufReader::new(file), None)
+        .map_err(|error| damaged(error.to_string()))?;
+    let start = reader.schema().metadata().get(START_KEY).cloned();
+    let start: StartDocument = start
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .ok_or_else(|| damaged("an Arrow stream without a start document".into()))?;
+    let mut samples = vec![Vec::new(); start.channels.len()];
+    // A batch that is not whole ends the journal; everything before it counts.
+    for batch in reader.map_while(Result::ok) {
+        append_columns(path, &batch, &mut samples)?;
+    }
+    let mut recording = assemble(path, &start, samples)?;
+    recording.doubts.push(Doubt::Interrupted {
+        read_s: recording.duration().0,
+    });
+    Ok((recording, start.rendering))
+}
+
+/// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.
+pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Read, ReadError> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        ReadError::content(
+            path,
+            "a whole Parquet file",
+            format!("one that cannot be read ({error})"),
+            "it was cut short or damaged: copy it again",
+        )
+    };
+    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let builder =
+        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| damaged(&error))?;
+    let stored = |key: &str| {
+        builder
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .and_then(|pairs| pairs.iter().find(|pair| pair.key == key))
+            .and_then(|pair| pair.value.clone())
+    };
+    let (start, end) = (stored(START_KEY), stored(END_KEY));
+    let start = match start {
+        Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
+        None => foreign_start(path, builder.schema(), rate)?,
+    };
+    let end: Option<EndDocument> = end.and_then(|text| serde_json::from_str(&text).ok());
+    let mut samples = vec![Vec::new(); start.channels.len()];
+    for batch in builder.build().map_err(|error| damaged(&error))? {
+        append_columns(path, &batch.map_err(|error| damaged(&error))?, &mut samples)?;
+    }
+    let mut recording = assemble(path, &start, samples)?;
+    recording
+        .doubts
+        .extend(end.into_iter().flat_map(|end| end.doubts));
+    Ok((recording, start.rendering))
+}
+
+/// What a Parquet file of another program says of itself.
+fn foreign_start(
+    path: &Path,
+    schema: &Schema,
+    rate: Option<SampleRate>,
+) -> Result<StartDocument, ReadError> {
+    let rate_hz = rate.ok_or_else(|| {
+        ReadError::content(
+            path,
+            "a recording of this program, or a rate",
+            "a Parquet file of another program, which names no rate",
+            "give the rate with --rate",
+        )
+    })?;
+    let channels = schema
+        .fields()
+        .iter()
+        .map(|field| {
+            let unit = field.metadata().get(UNIT_KEY).map_or("", String::as_str);
+            (field.name().clone(), Unit::from(unit.to_owned()))
+        })
+        .collect();
+    Ok(StartDocument {
+        format: 0,
+        rate_hz,
+        channels,
+        condition: Condition::default(),
+        provenance: Provenance {
+            source: path.display().to_string(),
+            ..Provenance::default()
+        },
+        rendering: None,
+    })
+}
+
+fn append_columns(
+    path: &Path,
+    batch: &RecordBatch,
+    samples: &mut [Vec<f64>],
+) -> Result<(), ReadError> {
+    if batch.num_columns() != samples.len() {
+        return Err(ReadError::content(
+            path,
+            format!("{} channels, as its start says", samples.len()),
+            format!("{}", batch.num_columns()),
+            "the file is damaged: copy it again",
+        ));
+    }
+    for ((column, field), channel) in batch
+        .columns()
+        .iter()
+        .zip(batch.schema().fields())
+        .zip(samples)
+    {
+        if column.null_count() > 0 {
+            return Err(ReadError::content(
+                path,
+                "a number in every row",
+                format!("gaps in `{}`", field.name()),
+                "fill or cut them",
+            ));
+        }
+        if !append_numbers(column, channel) {
+            return Err(ReadError::content(
+                path,
+                "numbers",
+                format!("{} in `{}`", column.data_type(), field.name()),
+                "export that column as numbers, or leave it out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Appends a column of numbers of whatever width; false when it holds something else.
+fn append_numbers(column: &ArrayRef, channel: &mut Vec<f64>) -> bool {
+    macro_rules! widths {
+        ($($array:ty),*) => {
+            $(if let Some(numbers) = column.as_any().downcast_ref::<$array>() {
+                channel.extend(numbers.values().iter().map(|v| *v as f64));
+                return true;
+            })*
+        };
+    }
+    widths!(
+        Float64Array,
+        arrow_array::Float32Array,
+        arrow_array::Int16Array,
+        arrow_array::Int32Array,
+        arrow_array::Int64Array
+    );
+    false
+}
+
+fn assemble(
+    path: &Path,
+    start: &StartDocument,
+    samples: Vec<Vec<f64>>,
+) -> Result<Recording, ReadError> {
+    let channels = start
+        .channels
+        .iter()
+        .zip(samples)
+        .map(|((name, unit), samples)| Channel {
+            name: name.clone(),
+            unit: unit.clone(),
+            samples,
+        })
+        .collect();
+    Recording::new(
+        channels,
+        start.rate_hz,
+        start.condition.clone(),
+        start.provenance.clone(),
+    )
+    .map_err(|source| ReadError::Recording {
+        path: path.into(),
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start() -> StartDocument {
+        StartDocument {
+            format: StartDocument::FORMAT,
+            rate_hz: SampleRate::new(100.0).unwrap(),
+            channels: vec![
+                ("acc".into(), Unit::MetrePerSecondSquared),
+                ("fz".into(), Unit::Newton),
+            ],
+            condition: Condition {
+                participant: Some("P03".into()),
+                ..Condition::default()
+            },
+            provenance: Provenance {
+                source: "test".into(),
+                ..Provenance::default()
+            },
+            rendering: None,
+        }
+    }
+
+    fn second(of: usize) -> Vec<Vec<f64>> {
+        let acc: Vec<f64> = (0..100).map(|i| (of * 100 + i) as f64).collect();
+        vec![acc.clone(), acc.iter().map(|v| -v).collect()]
+    }
+
+    #[test]
+    fn a_recording_comes_back_as_it_went_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        for of in 0..3 {
+            writer.append(&second(of)).unwrap();
+        }
+        let doubt = Doubt::LoadOffTarget {
+            mean_n: 0.3,
+            target_n: 0.2,
+        };
+        writer.finish(vec![doubt.clone()]).unwrap();
+        assert!(!journal_path(&path).exists());
+        let (recording, _) = read_parquet(&path, None).unwrap();
+        assert_eq!(recording.len(), 300);
+        assert_eq!(recording.channels()[1].samples[299], -299.0);
+        assert_eq!(recording.channels()[1].unit, Unit::Newton);
+        assert_eq!(recording.condition.participant.as_deref(), Some("P03"));
+        assert_eq!(recording.doubts, [doubt]);
+    }
+
+    /// Wherever a crash cuts the journal, every second that was on the disk before it is read.
+    #[test]
+    fn a_crash_loses_at_most_the_last_second() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        let mut on_disk = vec![(std::fs::metadata(journal_path(&path)).unwrap().len(), 0)];
+        for of in 0..3 {
+            writer.append(&second(of)).unwrap();
+            on_disk.push((
+                std::fs::metadata(journal_path(&path)).unwrap().len(),
+                (of + 1) * 100,
+            ));
+        }
+        drop(writer);
+        let whole = std::fs::read(journal_path(&path)).unwrap();
+        let cut = folder.path().join("cut.parquet.part");
+        for length in (on_disk[0].0 as usize..=whole.len())
+            .step_by(37)
+            .chain([whole.len()])
+        {
+            std::fs::write(&cut, &whole[..length]).unwrap();
+            let (recording, _) = read_journal(&cut).unwrap();
+            let safe = on_disk
+                .iter()
+                .filter(|(bytes, _)| *bytes as usize <= length)
+                .map(|(_, n)| *n)
+                .max();
+            assert_eq!(recording.len(), safe.unwrap(), "cut at {length}");
+            assert!(matches!(recording.doubts[..], [Doubt::Interrupted { .. }]));
+        }
+    }
+
+    #[test]
+    fn an_interrupted_recording_is_never_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        writer.append(&second(0)).unwrap();
+        drop(writer);
+        let refused = JournalWriter::create(&path, start())
+            .unwrap_err()
+            .to_string();
+        assert!(refused.contains("interrupted"), "{refused}");
+        assert_eq!(read_journal(&journal_path(&path)).unwrap().0.len(), 100);
+    }
+
+    #[test]
+    fn a_damaged_file_is_a_sentence() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        writer.append(&second(0)).unwrap();
+        writer.finish(vec![]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for length in (0..whole.len()).step_by(11) {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            assert!(read_parquet(&path, None).is_err(), "{length}");
+        }
+        for at in (0..whole.len()).step_by(5) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0xFF;
+            std::fs::write(&path, &bytes).unwrap();
+            let _either = read_parquet(&path, None);
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! One door for every recording: what a file is stands in its content, not in its name.
+
+use std::io::Read as _;
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::quantity::{Measure, SampleRate};
+use piezotact::recording::{Channel, Provenance, Recording};
+
+use crate::csv_table::read_table;
+use crate::error::ReadError;
+use crate::journal::{journal_path, read_journal, read_parquet};
+use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
+use crate::wav::{SampleFormat, parse_wav};
+
+/// What a person adds to what a file says of itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// The physical value of full scale, for a WAV file.
+    pub scale: Option<Measure>,
+    /// The rate, for a table without a time column.
+    pub rate: Option<SampleRate>,
+}
+
+/// What kind of file a recording was read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A WAV file and how it stores its samples.
+    Wav(SampleFormat),
+    /// A Parquet file.
+    Parquet,
+    /// The journal of an interrupted recording.
+    Journal,
+    /// A table of text.
+    Table,
+}
+
+impl std::fmt::Display for FileKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Wav(format) => write!(f, "WAV, {format}"),
+            Self::Parquet => f.write_str("Parquet"),
+            Self::Journal => f.write_str("journal of an interrupted recording"),
+            Self::Table => f.write_str("table of text"),
+        }
+    }
+}
+
+/// A recording, the kind of file it came from, and the drive that was played with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contents {
+    /// The recording, in SI.
+    pub recording: Recording,
+    /// The kind of file.
+    pub kind: FileKind,
+    /// How the drive was made: of a drive's own WAV file, or of the drive that was played while recording.
+    pub rendering: Option<Rendering>,
+}
+
+/// Reads the recording in `path`, whatever kind of file it is. An interrupted recording is read from its
+/// journal.
+///
+/// # Errors
+/// [`ReadError`] naming the file, what was expected, what was found, and what to do.
+pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, ReadError> {
+    if !path.exists() && journal_path(path).exists() {
+        return from_journal(&journal_path(path));
+    }
+    let mut file = std::fs::File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let mut head = Vec::new();
+    file.by_ref()
+        .take(12)
+        .read_to_end(&mut head)
+        .map_err(|error| ReadError::io(path, &error))?;
+    let known_elsewhere =
+        |what: &str, todo: &str| ReadError::content(path, "a recording", what, todo);
+    match head.as_slice() {
+        [] => Err(known_elsewhere("an empty file", "copy or export it again")),
+        [b'P', b'A', b'R', b'1', ..] => {
+            let (recording, rendering) = read_parquet(path, options.rate)?;
+            finite(
+                path,
+                Contents {
+                    recording,
+                    kind: FileKind::Parquet,
+                    rendering,
+                },
+            )
+        }
+        [0xFF, 0xFF, 0xFF, 0xFF, ..] => from_journal(path),
+        [b'M', b'A', b'T', b'L', ..] => Err(known_elsewhere(
+            "a MATLAB file",
+            "export the channels as CSV with a header, or as WAV",
+        )),
+        [b'T', b'D', b'S', b'm', ..] => Err(known_elsewhere(
+            "a TDMS file",
+            "export it as CSV with a header",
+        )),
+        [b'{', ..] => Err(known_elsewhere("JSON", "give a WAV, CSV or Parquet file")),
+        _ => {
+            let mut bytes = head;
+            file.read_to_end(&mut bytes)
+                .map_err(|error| ReadError::io(path, &error))?;
+            if bytes.starts_with(b"RIFF") || bytes.starts_with(b"RF64") {
+                from_wav(path, &bytes, options)
+            } else if bytes.contains(&0) {
+                Err(known_elsewhere(
+                    "a binary file of an unknown kind",
+                    "export it as WAV, CSV or Parquet",
+                ))
+            } else {
+                let recording = read_table(path, &bytes, options.rate)?;
+                finite(
+                    path,
+                    Contents {
+                        recording,
+                        kind: FileKind::Table,
+                        rendering: None,
+                    },
+                )
+            }
+        }
+    }
+}
+
+fn from_journal(path: &Path) -> Result<Contents, ReadError> {
+    let (recording, rendering) = read_journal(path)?;
+    finite(
+        path,
+        Contents {
+            recording,
+            kind: FileKind::Journal,
+            rendering,
+        },
+    )
+}
+
+fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, ReadError> {
+    let wav = parse_wav(path, bytes)?;
+    let sidecar = read_sidecar(path)?.unwrap_or_default();
+    let mut doubts = Vec::new();
+    if let (Some(used), Some(ignored)) = (&options.scale, &sidecar.full_scale)
+        && used != ignored
+    {
+        doubts.push(Doubt::ScaleOverridden {
+            used: used.to_string(),
+            ignored: ignored.to_string(),
+        });
+    }
+    let (unit, factor) = unit_and_factor(options.scale.as_ref().or(sidecar.full_scale.as_ref()));
+    let known = options.scale.is_some() || sidecar.full_scale.is_some();
+    let alone = wav.channels.len() == 1;
+    let channels: Vec<Channel> = wav
+        .channels
+        .into_iter()
+        .enumerate()
+        .map(|(i, mut samples)| {
+            let fallback = if alone {
+                "signal".into()
+            } else {
+                format!("channel {}", i + 1)
+            };
+            let name = sidecar.channels.get(i).cloned().unwrap_or(fallback);
+            if !known {
+                doubts.push(Doubt::Uncalibrated {
+                    channel: name.clone(),
+                });
+            }
+            if let Some(step) = wav.format.step_ratio() {
+                doubts.extend(piezotact::spectrum::quantisation_doubt(
+                    &name, &samples, step,
+                ));
+            }
+            for sample in &mut samples {
+                *sample *= factor;
+            }
+            Channel {
+                name,
+                unit: unit.clone(),
+                samples,
+            }
+        })
+        .collect();
+    let rate = SampleRate::new(f64::from(wav.rate_hz)).map_err(|source| ReadError::Quantity {
+        path: path.into(),
+        source,
+    })?;
+    let provenance = if sidecar.provenance == Provenance::default() {
+        Provenance {
+            source: path.display().to_string(),
+            ..Provenance::default()
+        }
+    } else {
+        sidecar.provenance
+    };
+    let mut recording =
+        Recording::new(channels, rate, sidecar.condition, provenance).map_err(|source| {
+            ReadError::Recording {
+                path: path.into(),
+                source,
+            }
+        })?;
+    recording.doubts = doubts;
+    finite(
+        path,
+        Contents {
+            recording,
+            kind: FileKind::Wav(wav.format),
+            rendering: sidecar.rendering,
+        },
+    )
+}
+
+/// Refuses a recording with a sample that is NaN or infinite, or without samples.
+fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
+    let rate = contents.recording.rate();
+    if contents.recording.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "samples",
+            "none",
+            "it was stopped before its first second: record again",
+        ));
+    }
+    for channel in contents.recording.channels() {
+        if let Some(at) = channel.samples.iter().position(|v| !v.is_finite()) {
+            return Err(ReadError::content(
+                path,
+                "finite samples",
+                format!(
+                    "{} at sample {at} ({:.3}) of `{}`",
+                    channel.samples[at],
+                    rate.duration_of(at),
+                    channel.name
+                ),
+                "cut that part or repair the export",
+            ));
+        }
+    }
+    Ok(contents)
+}

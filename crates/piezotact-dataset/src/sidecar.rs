@@ -1,0 +1,149 @@
+//! What a WAV file cannot say of itself stands in `NAME.wav.json` beside it: the value of full scale, who
+//! touched what, and for a drive how it was made.
+//!
+//! The smallest one is `{"full_scale": {"value": 200, "unit": "m/s2"}}`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{Band, Measure, Unit};
+use piezotact::recording::{Condition, Provenance};
+use piezotact::render::{Headroom, RenderConfig, RenderedDrive};
+use serde::{Deserialize, Serialize};
+
+use crate::atomic::write_atomically;
+use crate::error::{ReadError, WriteError};
+
+/// The sidecar of a WAV file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Sidecar {
+    /// The physical value of full scale (a sample of 1).
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "people_write_measures"
+    )]
+    pub full_scale: Option<Measure>,
+    /// The names of the channels, in their order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub channels: Vec<String>,
+    /// What was going on.
+    pub condition: Condition,
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// How the drive was made, when it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rendering: Option<Rendering>,
+}
+
+/// How a drive was made and what it leaves open: a [`RenderedDrive`] without its samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The device it is for.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub setup: Option<DriveSetup>,
+    /// The level it was rendered at, relative to the target, dB.
+    pub level_db: f64,
+    /// How it was made.
+    pub config: RenderConfig,
+    /// How much of the device it uses.
+    pub headroom: Headroom,
+    /// The parts of the band that the inverse reaches, Hz.
+    pub achievable_band_hz: Vec<Band>,
+    /// The parts it gives up, Hz.
+    pub given_up_band_hz: Vec<Band>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Rendering {
+    /// What `rendered`, made at `level_db`, is.
+    #[must_use]
+    pub fn of(rendered: &RenderedDrive, level_db: f64) -> Self {
+        Self {
+            setup: rendered.setup.clone(),
+            level_db,
+            config: rendered.config.clone(),
+            headroom: rendered.headroom.clone(),
+            achievable_band_hz: rendered.achievable.clone(),
+            given_up_band_hz: rendered.given_up.clone(),
+            doubts: rendered.doubts.clone(),
+        }
+    }
+}
+
+/// A measure as a person writes it: `{"value": 2, "unit": "g"}` or `"2 g"`.
+fn people_write_measures<'de, D: serde::Deserializer<'de>>(
+    de: D,
+) -> Result<Option<Measure>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        Text(String),
+        Parts { value: f64, unit: String },
+    }
+    let text = match Option::<Written>::deserialize(de)? {
+        None => return Ok(None),
+        Some(Written::Text(text)) => text,
+        Some(Written::Parts { value, unit }) => format!("{value} {unit}"),
+    };
+    text.parse().map(Some).map_err(serde::de::Error::custom)
+}
+
+/// Where the sidecar of the WAV file `path` stands: `NAME.wav.json`.
+#[must_use]
+pub fn sidecar_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    name.into()
+}
+
+/// The sidecar of the WAV file `path`, if there is one.
+///
+/// # Errors
+/// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is no sidecar.
+pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
+    let path = sidecar_path(path);
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(ReadError::io(&path, &error)),
+    };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        ReadError::content(
+            &path,
+            r#"a sidecar such as {"full_scale": {"value": 200, "unit": "m/s2"}}"#,
+            error.to_string(),
+            "correct it, or remove it and give --scale",
+        )
+    })
+}
+
+/// Writes the sidecar of the WAV file `path`, whole or not at all.
+///
+/// # Errors
+/// [`WriteError`] when it cannot be written.
+pub fn write_sidecar(path: &Path, sidecar: &Sidecar) -> Result<(), WriteError> {
+    let path = sidecar_path(path);
+    write_json(&path, sidecar)
+}
+
+/// Writes `value` as readable JSON, whole or not at all.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), WriteError> {
+    write_atomically(path, |out| {
+        serde_json::to_writer_pretty(&mut *out, value).map_err(|error| WriteError::Io {
+            path: path.into(),
+            source: error.into(),
+        })?;
+        out.write_all(b"\n").map_err(WriteError::io(path))
+    })
+}
+
+/// The scale and unit of samples whose full scale is `scale`, or full scale itself when it is not known.
+pub(crate) fn unit_and_factor(scale: Option<&Measure>) -> (Unit, f64) {
+    scale.map_or((Unit::FullScale, 1.0), |scale| {
+        (scale.unit.clone(), scale.value)
+    })
+}

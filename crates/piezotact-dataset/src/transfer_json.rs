@@ -1,0 +1,221 @@
+//! Transfer functions as readable JSON.
+
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{Quantity, SampleRate, Unit};
+use piezotact::recording::{Condition, Provenance};
+use piezotact::transfer::{Estimator, TransferFunction};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ReadError, WriteError};
+use crate::sidecar::write_json;
+
+/// A transfer function as it stands in a file: four columns, and what they hold for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransferDocument {
+    /// The unit of the drive.
+    #[serde(default = "full_scale")]
+    pub drive_unit: Unit,
+    /// The unit of the response.
+    #[serde(default = "acceleration")]
+    pub response_unit: Unit,
+    /// How it was estimated.
+    #[serde(default = "h1")]
+    pub estimator: Estimator,
+    /// The number of segments averaged; 0 when not known.
+    #[serde(default)]
+    pub averages: usize,
+    /// The rate of the recording it was estimated from, Hz; twice the highest frequency when absent.
+    #[serde(default)]
+    pub rate_hz: Option<SampleRate>,
+    /// Who touched how.
+    #[serde(default)]
+    pub condition: Condition,
+    /// The device it was measured through.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveSetup>,
+    /// Where it comes from.
+    #[serde(default)]
+    pub provenance: Provenance,
+    /// What a person should know before relying on it.
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
+    /// The lines, Hz, evenly from 0.
+    pub frequency_hz: Vec<f64>,
+    /// The real part of every line.
+    pub real: Vec<f64>,
+    /// The imaginary part of every line.
+    pub imaginary: Vec<f64>,
+    /// The coherence of every line.
+    pub coherence: Vec<f64>,
+}
+
+fn full_scale() -> Unit {
+    Unit::FullScale
+}
+
+fn acceleration() -> Unit {
+    Unit::MetrePerSecondSquared
+}
+
+fn h1() -> Estimator {
+    Estimator::H1
+}
+
+impl TransferDocument {
+    /// The document of `function`, between the units its channels had.
+    #[must_use]
+    pub fn of<I: Quantity, O: Quantity>(
+        function: &TransferFunction<I, O>,
+        drive_unit: Unit,
+        response_unit: Unit,
+    ) -> Self {
+        Self {
+            drive_unit,
+            response_unit,
+            estimator: function.estimator,
+            averages: function.averages,
+            rate_hz: Some(function.rate),
+            condition: function.condition.clone(),
+            drive: function.drive.clone(),
+            provenance: function.provenance.clone(),
+            doubts: function.doubts.clone(),
+            frequency_hz: function.frequencies_hz(),
+            real: function.response().iter().map(|h| h.re).collect(),
+            imaginary: function.response().iter().map(|h| h.im).collect(),
+            coherence: function.coherence().to_vec(),
+        }
+    }
+
+    /// The transfer function in this document, from `I` to `O`.
+    ///
+    /// # Errors
+    /// [`ReadError::Content`] when its units are not those of `I` and `O`, the columns differ in length, the
+    /// frequencies do not rise evenly from 0 Hz, or a value is no number.
+    pub fn function<I: Quantity, O: Quantity>(
+        &self,
+        path: &Path,
+    ) -> Result<TransferFunction<I, O>, ReadError> {
+        for (what, expected, found) in [
+            ("drive", I::UNIT, &self.drive_unit),
+            ("response", O::UNIT, &self.response_unit),
+        ] {
+            if expected != *found {
+                return Err(ReadError::content(
+                    path,
+                    format!("a transfer function whose {what} is in {expected}"),
+                    format!("{found}"),
+                    "take the transfer function of the device that will play",
+                ));
+            }
+        }
+        let lines = self.frequency_hz.len();
+        for (what, found) in [
+            ("real", self.real.len()),
+            ("imaginary", self.imaginary.len()),
+            ("coherence", self.coherence.len()),
+        ] {
+            if found != lines {
+                return Err(ReadError::content(
+                    path,
+                    format!("{lines} values in `{what}`, as in `frequency_hz`"),
+                    format!("{found}"),
+                    "export the transfer function whole",
+                ));
+            }
+        }
+        let resolution_hz = self
+            .frequency_hz
+            .last()
+            .map_or(0.0, |last| last / (lines.max(2) - 1) as f64);
+        let uneven = self
+            .frequency_hz
+            .iter()
+            .enumerate()
+            .find(|(k, f)| (**f - *k as f64 * resolution_hz).abs() > 1e-3 * resolution_hz);
+        if let Some((k, found)) = uneven {
+            return Err(ReadError::content(
+                path,
+                format!(
+                    "frequencies that rise evenly from 0 Hz, {} Hz in line {k}",
+                    k as f64 * resolution_hz
+                ),
+                format!("{found} Hz"),
+                "export the transfer function on a uniform axis",
+            ));
+        }
+        let wrong = |error: &dyn std::fmt::Display| {
+            ReadError::content(
+                path,
+                "a transfer function",
+                error.to_string(),
+                "measure or export it again",
+            )
+        };
+        let rate = match self.rate_hz {
+            Some(rate) => rate,
+            None => SampleRate::new(2.0 * resolution_hz * (lines.max(2) - 1) as f64)
+                .map_err(|error| wrong(&error))?,
+        };
+        let response = self
+            .real
+            .iter()
+            .zip(&self.imaginary)
+            .map(|(re, im)| num_complex::Complex::new(*re, *im))
+            .collect();
+        let mut function = TransferFunction::from_lines(
+            response,
+            self.coherence.clone(),
+            resolution_hz,
+            rate,
+            self.estimator,
+            self.averages,
+        )
+        .map_err(|error| wrong(&error))?;
+        // What was doubted when it was measured, and what can be seen now, each once.
+        let seen = std::mem::take(&mut function.doubts);
+        function.doubts.clone_from(&self.doubts);
+        function.doubts.extend(
+            seen.into_iter()
+                .filter(|doubt| !self.doubts.contains(doubt)),
+        );
+        function.condition = self.condition.clone();
+        function.drive = self.drive.clone();
+        function.provenance = self.provenance.clone();
+        Ok(function)
+    }
+}
+
+/// Reads the JSON file of a transfer function.
+///
+/// # Errors
+/// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else.
+pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        if error.kind() == std::io::ErrorKind::InvalidData {
+            not_a_transfer_function(path, "a file that is no text")
+        } else {
+            ReadError::io(path, &error)
+        }
+    })?;
+    serde_json::from_str(&text).map_err(|error| not_a_transfer_function(path, &error.to_string()))
+}
+
+fn not_a_transfer_function(path: &Path, found: &str) -> ReadError {
+    ReadError::content(
+        path,
+        "the JSON of a transfer function (frequency_hz, real, imaginary, coherence)",
+        found,
+        "make one with `piezotact characterise` or `piezotact transfer`",
+    )
+}
+
+/// Writes a transfer function as JSON, whole or not at all.
+///
+/// # Errors
+/// [`WriteError`] when it cannot be written.
+pub fn write_transfer(path: &Path, document: &TransferDocument) -> Result<(), WriteError> {
+    write_json(path, document)
+}

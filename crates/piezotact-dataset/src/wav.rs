@@ -1,0 +1,479 @@
+//! WAV files, in and out: 16-, 24- and 32-bit integers, 32- and 64-bit floats.
+//!
+//! Full scale is 1 in the samples. What full scale means in physical units stands in the
+//! [`sidecar`](crate::sidecar), never in this file.
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::atomic::write_atomically;
+use crate::error::{ReadError, WriteError};
+
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleFormat {
+    /// 16-bit integers.
+    Pcm16,
+    /// 24-bit integers.
+    Pcm24,
+    /// 32-bit integers.
+    Pcm32,
+    /// 32-bit floats.
+    Float32,
+    /// 64-bit floats.
+    Float64,
+}
+
+impl SampleFormat {
+    fn bytes(self) -> usize {
+        match self {
+            Self::Pcm16 => 2,
+            Self::Pcm24 => 3,
+            Self::Pcm32 | Self::Float32 => 4,
+            Self::Float64 => 8,
+        }
+    }
+
+    /// One step of the converter relative to full scale; absent for floats.
+    #[must_use]
+    pub fn step_ratio(self) -> Option<f64> {
+        match self {
+            Self::Pcm16 => Some(2f64.powi(-15)),
+            Self::Pcm24 => Some(2f64.powi(-23)),
+            Self::Pcm32 => Some(2f64.powi(-31)),
+            Self::Float32 | Self::Float64 => None,
+        }
+    }
+}
+
+impl std::fmt::Display for SampleFormat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Pcm16 => "16-bit integer",
+            Self::Pcm24 => "24-bit integer",
+            Self::Pcm32 => "32-bit integer",
+            Self::Float32 => "32-bit float",
+            Self::Float64 => "64-bit float",
+        })
+    }
+}
+
+/// What a WAV file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wav {
+    /// One list of samples a channel, full scale = 1.
+    pub channels: Vec<Vec<f64>>,
+    /// The rate in Hz.
+    pub rate_hz: u32,
+    /// How the samples were stored.
+    pub format: SampleFormat,
+}
+
+const PCM: u16 = 1;
+const FLOAT: u16 = 3;
+const EXTENSIBLE: u16 = 0xFFFE;
+
+/// Reads the bytes of a WAV file; `path` only names it in errors.
+///
+/// # Errors
+/// [`ReadError::Content`] when it is no WAV file, is cut short, or stores its samples in another way.
+pub fn parse_wav(path: &Path, bytes: &[u8]) -> Result<Wav, ReadError> {
+    let wrong =
+        |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
+    let whole = bytes.get(..12).filter(|head| {
+        (head.starts_with(b"RIFF") || head.starts_with(b"RF64")) && head.ends_with(b"WAVE")
+    });
+    if whole.is_none() {
+        return Err(wrong(
+            "a WAV file",
+            "something else".into(),
+            "check the file, or export it again",
+        ));
+    }
+    let (mut at, mut layout, mut long_data) = (12usize, None, None);
+    while let Some(head) = bytes.get(at..at + 8) {
+        let size = u32_at(head, 4) as usize;
+        let body = at + 8;
+        let rest = bytes.len() - body;
+        match &head[..4] {
+            b"ds64" if rest >= 16 => {
+                long_data = usize::try_from(
+                    u64::from(u32_at(bytes, body + 12)) << 32 | u64::from(u32_at(bytes, body + 8)),
+                )
+                .ok();
+            }
+            b"fmt " => {
+                layout = Some(Layout::parse(
+                    path,
+                    bytes.get(body..body + size.min(rest)).unwrap_or(&[]),
+                )?)
+            }
+            b"data" => {
+                let layout = layout.ok_or_else(|| {
+                    wrong(
+                        "a `fmt ` chunk before the samples",
+                        "none".into(),
+                        "export the file again",
+                    )
+                })?;
+                let size = if size == u32::MAX as usize {
+                    long_data.unwrap_or(size)
+                } else {
+                    size
+                };
+                let frame = layout.format.bytes() * layout.channels;
+                if size > rest {
+                    return Err(wrong(
+                        &format!("{size} bytes of samples, as the header says"),
+                        format!("{rest}"),
+                        "the file was cut short: copy or export it again",
+                    ));
+                }
+                if !size.is_multiple_of(frame) {
+                    return Err(wrong(
+                        &format!("whole frames of {frame} bytes"),
+                        format!("{size} bytes of samples"),
+                        "the file is damaged: export it again",
+                    ));
+                }
+                if size == 0 {
+                    return Err(wrong(
+                        "samples",
+                        "none".into(),
+                        "check that the recording was not stopped at once",
+                    ));
+                }
+                return Ok(layout.decode(&bytes[body..body + size]));
+            }
+            _ => {}
+        }
+        at = body.saturating_add(size).saturating_add(size % 2);
+    }
+    Err(wrong(
+        "a `data` chunk with samples",
+        "none".into(),
+        "the file was cut short: copy or export it again",
+    ))
+}
+
+#[derive(Clone, Copy)]
+struct Layout {
+    channels: usize,
+    rate_hz: u32,
+    format: SampleFormat,
+}
+
+impl Layout {
+    fn parse(path: &Path, fmt: &[u8]) -> Result<Self, ReadError> {
+        if fmt.len() < 16 {
+            return Err(ReadError::content(
+                path,
+                "a `fmt ` chunk of 16 bytes or more",
+                format!("{} bytes", fmt.len()),
+                "the file is damaged: export it again",
+            ));
+        }
+        let tag = match u16_at(fmt, 0) {
+            EXTENSIBLE if fmt.len() >= 26 => u16_at(fmt, 24),
+            tag => tag,
+        };
+        let (channels, rate_hz, bits) = (u16_at(fmt, 2), u32_at(fmt, 4), u16_at(fmt, 14));
+        let format = match (tag, bits) {
+            (PCM, 16) => SampleFormat::Pcm16,
+            (PCM, 24) => SampleFormat::Pcm24,
+            (PCM, 32) => SampleFormat::Pcm32,
+            (FLOAT, 32) => SampleFormat::Float32,
+            (FLOAT, 64) => SampleFormat::Float64,
+            _ => {
+                return Err(ReadError::content(
+                    path,
+                    "samples of 16, 24 or 32 bits (integer) or 32 or 64 bits (float)",
+                    format!("{bits} bits of format {tag}"),
+                    "convert the file to one of these",
+                ));
+            }
+        };
+        if channels == 0 || rate_hz == 0 {
+            return Err(ReadError::content(
+                path,
+                "a channel and a rate above zero",
+                format!("{channels} channels at {rate_hz} Hz"),
+                "the header is damaged: export the file again",
+            ));
+        }
+        Ok(Self {
+            channels: usize::from(channels),
+            rate_hz,
+            format,
+        })
+    }
+
+    fn decode(self, data: &[u8]) -> Wav {
+        let bytes = self.format.bytes();
+        let mut channels =
+            vec![Vec::with_capacity(data.len() / bytes / self.channels); self.channels];
+        for frame in data.chunks_exact(bytes * self.channels) {
+            for (channel, sample) in channels.iter_mut().zip(frame.chunks_exact(bytes)) {
+                channel.push(match self.format {
+                    SampleFormat::Pcm16 => f64::from(u16_at(sample, 0) as i16) / 32_768.0,
+                    SampleFormat::Pcm24 => {
+                        f64::from(i32::from_le_bytes([0, sample[0], sample[1], sample[2]]) >> 8)
+                            / 8_388_608.0
+                    }
+                    SampleFormat::Pcm32 => f64::from(u32_at(sample, 0) as i32) / 2_147_483_648.0,
+                    SampleFormat::Float32 => f64::from(f32::from_bits(u32_at(sample, 0))),
+                    SampleFormat::Float64 => f64::from_bits(
+                        u64::from(u32_at(sample, 4)) << 32 | u64::from(u32_at(sample, 0)),
+                    ),
+                });
+            }
+        }
+        Wav {
+            channels,
+            rate_hz: self.rate_hz,
+            format: self.format,
+        }
+    }
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    u16::from_le_bytes([bytes[at], bytes[at + 1]])
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// Writes channels of equal length (full scale = 1) as a WAV file, whole or not at all.
+///
+/// # Errors
+/// [`WriteError::Content`] when there is no channel, lengths differ, the file would exceed 4 GiB, or an
+/// integer format is asked to hold a sample beyond full scale; [`WriteError::Io`] when the operating system
+/// refuses.
+pub fn write_wav(
+    path: &Path,
+    channels: &[&[f64]],
+    rate_hz: u32,
+    format: SampleFormat,
+) -> Result<(), WriteError> {
+    let wrong = |expected: &str, found: String, todo: &str| {
+        WriteError::content(path, expected, found, todo)
+    };
+    let frames = channels.first().map_or(0, |first| first.len());
+    if channels.is_empty() || channels.iter().any(|channel| channel.len() != frames) {
+        return Err(wrong(
+            "channels of equal length",
+            format!("{} channels", channels.len()),
+            "write them apart",
+        ));
+    }
+    let size = frames * channels.len() * format.bytes();
+    let Ok(riff_size) = u32::try_from(size + 50) else {
+        return Err(wrong(
+            "at most 4 GiB",
+            format!("{size} bytes"),
+            "write Parquet instead",
+        ));
+    };
+    if format.step_ratio().is_some()
+        && let Some(beyond) = channels
+            .iter()
+            .flat_map(|c| c.iter())
+            .find(|v| !(-1.0..=1.0).contains(*v))
+    {
+        return Err(wrong(
+            "samples from −1 to 1 for an integer format",
+            format!("{beyond}"),
+            "lower the level or write floats",
+        ));
+    }
+    let float = format.step_ratio().is_none();
+    let (bytes, count) = (format.bytes() as u32, channels.len() as u32);
+    let pad = size % 2;
+    write_atomically(path, |out| {
+        let mut head = Vec::with_capacity(58);
+        head.extend(b"RIFF");
+        let fact = if float { 12 } else { 0 };
+        let fmt_size: u32 = if float { 18 } else { 16 };
+        head.extend((riff_size - 50 + 4 + 8 + fmt_size + fact + 8 + pad as u32).to_le_bytes());
+        head.extend(b"WAVEfmt ");
+        head.extend(fmt_size.to_le_bytes());
+        head.extend((if float { FLOAT } else { PCM }).to_le_bytes());
+        head.extend((count as u16).to_le_bytes());
+        head.extend(rate_hz.to_le_bytes());
+        head.extend((rate_hz * bytes * count).to_le_bytes());
+        head.extend(((bytes * count) as u16).to_le_bytes());
+        head.extend(((bytes * 8) as u16).to_le_bytes());
+        if float {
+            head.extend([0, 0]);
+            head.extend(b"fact");
+            head.extend(4u32.to_le_bytes());
+            head.extend((frames as u32).to_le_bytes());
+        }
+        head.extend(b"data");
+        head.extend((size as u32).to_le_bytes());
+        out.write_all(&head).map_err(WriteError::io(path))?;
+        let mut block = Vec::with_capacity(BLOCK_FRAMES * channels.len() * format.bytes());
+        for start in (0..frames).step_by(BLOCK_FRAMES) {
+            block.clear();
+            let end = frames.min(start + BLOCK_FRAMES);
+            if let [only] = channels {
+                encode(&only[start..end], format, &mut block);
+            } else {
+                for frame in start..end {
+                    for channel in channels {
+                        encode(&channel[frame..=frame], format, &mut block);
+                    }
+                }
+            }
+            out.write_all(&block).map_err(WriteError::io(path))?;
+        }
+        out.write_all(&[0][..pad]).map_err(WriteError::io(path))
+    })
+}
+
+/// Frames that are encoded before they are handed to the file.
+const BLOCK_FRAMES: usize = 8192;
+
+fn encode(samples: &[f64], format: SampleFormat, block: &mut Vec<u8>) {
+    match format {
+        SampleFormat::Pcm16 => block.extend(
+            samples
+                .iter()
+                .flat_map(|v| (quantised(*v, 32_768.0) as i16).to_le_bytes()),
+        ),
+        SampleFormat::Pcm24 => {
+            for v in samples {
+                let [a, b, c, _] = (quantised(*v, 8_388_608.0) as i32).to_le_bytes();
+                block.extend([a, b, c]);
+            }
+        }
+        SampleFormat::Pcm32 => {
+            block.extend(
+                samples
+                    .iter()
+                    .flat_map(|v| (quantised(*v, 2_147_483_648.0) as i32).to_le_bytes()),
+            );
+        }
+        SampleFormat::Float32 => {
+            block.extend(samples.iter().flat_map(|v| (*v as f32).to_le_bytes()))
+        }
+        SampleFormat::Float64 => block.extend(samples.iter().flat_map(|v| v.to_le_bytes())),
+    }
+}
+
+/// The nearest whole number to `value · steps`, +full scale being one step below `steps`. Adding and taking
+/// away 1.5·2⁵² rounds to even without a call.
+fn quantised(value: f64, steps: f64) -> f64 {
+    const ROUNDER: f64 = 6_755_399_441_055_744.0;
+    ((value * steps).min(steps - 1.0) + ROUNDER) - ROUNDER
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FORMATS: [SampleFormat; 5] = [
+        SampleFormat::Pcm16,
+        SampleFormat::Pcm24,
+        SampleFormat::Pcm32,
+        SampleFormat::Float32,
+        SampleFormat::Float64,
+    ];
+
+    #[test]
+    fn every_format_comes_back_within_half_a_step() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        let left: Vec<f64> = (0..9001).map(|i| (f64::from(i) * 0.1).sin()).collect();
+        let right: Vec<f64> = left.iter().map(|v| -v * 0.5).collect();
+        for format in FORMATS {
+            write_wav(&path, &[&left, &right], 48_000, format).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(u32_at(&bytes, 4) as usize, bytes.len() - 8, "{format}");
+            let wav = parse_wav(&path, &bytes).unwrap();
+            assert_eq!(
+                (wav.rate_hz, wav.format, wav.channels.len()),
+                (48_000, format, 2)
+            );
+            let half = match format {
+                SampleFormat::Float32 => 6e-8,
+                SampleFormat::Float64 => 0.0,
+                integer => 0.5 * integer.step_ratio().unwrap() * (1.0 + 1e-9),
+            };
+            // Full scale itself is one step out of reach for integers.
+            let far = |v: &f64, got: &f64| (v - got).abs() > half && *v < 1.0 - 2.0 * half;
+            assert!(
+                !left
+                    .iter()
+                    .zip(&wav.channels[0])
+                    .any(|(v, got)| far(v, got)),
+                "{format}"
+            );
+            assert!(
+                !right
+                    .iter()
+                    .zip(&wav.channels[1])
+                    .any(|(v, got)| far(v, got)),
+                "{format}"
+            );
+        }
+    }
+
+    #[test]
+    fn another_library_reads_what_we_write_and_we_what_it_writes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        let samples: Vec<f64> = (0..777)
+            .map(|i| (f64::from(i) * 0.03).sin() * 0.9)
+            .collect();
+        for (format, bits, float) in [
+            (SampleFormat::Pcm16, 16, false),
+            (SampleFormat::Pcm24, 24, false),
+            (SampleFormat::Pcm32, 32, false),
+            (SampleFormat::Float32, 32, true),
+        ] {
+            write_wav(&path, &[&samples], 44_100, format).unwrap();
+            let mut theirs = hound::WavReader::open(&path).unwrap();
+            assert_eq!(theirs.spec().bits_per_sample, bits);
+            let ours = parse_wav(&path, &std::fs::read(&path).unwrap()).unwrap();
+            if float {
+                let read: Vec<f64> = theirs
+                    .samples::<f32>()
+                    .map(|v| f64::from(v.unwrap()))
+                    .collect();
+                assert_eq!(read, ours.channels[0]);
+            } else {
+                let steps = 2f64.powi(i32::from(bits) - 1);
+                let read: Vec<f64> = theirs
+                    .samples::<i32>()
+                    .map(|v| f64::from(v.unwrap()) / steps)
+                    .collect();
+                assert_eq!(read, ours.channels[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn integers_beyond_full_scale_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        assert!(write_wav(&path, &[&[1.01]], 48_000, SampleFormat::Pcm24).is_err());
+        assert!(!path.exists());
+        assert!(write_wav(&path, &[&[1.01]], 48_000, SampleFormat::Float32).is_ok());
+    }
+
+    proptest::proptest! {
+        /// Whatever the bytes, there is an answer: a recording or a sentence.
+        #[test]
+        fn damage_is_an_error_and_no_panic(at in 0usize..120, byte: u8, keep in 0usize..200) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.wav");
+            write_wav(&path, &[&[0.25; 40]], 10_000, SampleFormat::Pcm24).unwrap();
+            let mut bytes = std::fs::read(&path).unwrap();
+            bytes[at] = byte;
+            bytes.truncate(keep);
+            let _either = parse_wav(&path, &bytes);
+        }
+    }
+}
