@@ -1,1 +1,17 @@
-//! x
+//! Benches: devices that play a drive and acquire what comes of it, and the procedures that run on any of
+//! them. The digital [`twin`] is one implementation of the two traits, hardware another; no procedure knows
+//! which one it runs on.
+
+mod excitation;
+pub mod procedure;
+mod random;
+mod spec;
+mod traits;
+pub mod twin;
+
+pub use excitation::{ExcitationConfig, random_excitation};
+pub use spec::BenchSpec;
+pub use traits::{
+    Acquire, AcquireDescription, Bench, BenchError, Chunk, Play, PlayDescription, PlayReport,
+    RunPlan, SensorCalibration,
+};

@@ -1,0 +1,205 @@
+//! What a bench can do, whoever built it.
+
+use piezotact::Series;
+use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
+use piezotact::recording::BenchKind;
+
+/// What is asked of one run: who touches how, and what the run is for. A bench on which a person takes the
+/// finger on and off between runs meets another placement of it in every run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunPlan {
+    /// What the run is for; it stands in the recording's provenance.
+    pub label: String,
+    /// The normal force that the participant is asked to hold.
+    pub load: Newtons,
+    /// The angle between finger and surface.
+    pub angle: Degrees,
+}
+
+/// The playing half of a bench, as it describes itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlayDescription {
+    /// What it is, for people.
+    pub name: String,
+    /// Twin or hardware.
+    pub kind: BenchKind,
+    /// The rate at which it takes the drive.
+    pub rate: SampleRate,
+    /// The gain that is set on the amplifier.
+    pub gain: AmplifierGain,
+}
+
+/// The acquiring half of a bench, as it describes itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcquireDescription {
+    /// What it is, for people.
+    pub name: String,
+    /// Twin or hardware.
+    pub kind: BenchKind,
+    /// The rate of its channels.
+    pub rate: SampleRate,
+    /// The channels' names and SI units, in the order of [`Chunk::channels`].
+    pub channels: Vec<(String, Unit)>,
+    /// The participant's pseudonym.
+    pub participant: Option<String>,
+    /// The seed, for a twin.
+    pub seed: Option<u64>,
+}
+
+/// What the sensors read at rest, one value a channel, in their SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorCalibration {
+    /// The mean at rest.
+    pub offset: Vec<f64>,
+    /// The noise at rest, rms about the mean.
+    pub noise_rms: Vec<f64>,
+}
+
+/// Samples as they come from a bench: a list for each channel, all of one length, at most a second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chunk {
+    /// One list of samples a channel, in its SI unit.
+    pub channels: Vec<Vec<f64>>,
+}
+
+/// What the player saw while it played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlayReport {
+    /// Samples that came out, of those that went in.
+    pub played: usize,
+    /// Times the output ran dry.
+    pub underruns: usize,
+}
+
+/// Something that plays a drive: a sound output and an amplifier.
+pub trait Play {
+    /// What it is.
+    fn describe(&self) -> PlayDescription;
+    /// Measures the way from the drive to the actuator: volts at full scale, with the gain that is set.
+    ///
+    /// # Errors
+    /// [`BenchError`] when it cannot be measured.
+    fn calibrate(&mut self) -> Result<DriveSetup, BenchError>;
+    /// Takes the drive (full scale = 1) and makes everything ready to start without delay.
+    ///
+    /// # Errors
+    /// [`BenchError::Rate`] when the drive has another rate than the output.
+    fn ready(&mut self, drive: &Series<Drive>, run: &RunPlan) -> Result<(), BenchError>;
+    /// Starts playing and returns at once.
+    ///
+    /// # Errors
+    /// [`BenchError::Order`] when it is not ready.
+    fn start(&mut self) -> Result<(), BenchError>;
+    /// Waits until the drive has been played.
+    ///
+    /// # Errors
+    /// [`BenchError::Order`] when nothing was started.
+    fn wait(&mut self) -> Result<PlayReport, BenchError>;
+    /// Stops, at any time; harmless when nothing plays.
+    fn stop(&mut self);
+}
+
+/// Something that acquires channels: a data acquisition system with its sensors.
+pub trait Acquire {
+    /// What it is.
+    fn describe(&self) -> AcquireDescription;
+    /// Reads the sensors at rest.
+    ///
+    /// # Errors
+    /// [`BenchError`] when they cannot be read.
+    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError>;
+    /// Makes everything ready to start without delay.
+    ///
+    /// # Errors
+    /// [`BenchError::Impossible`] when the run asks for what the bench cannot do.
+    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError>;
+    /// Starts acquiring and returns at once.
+    ///
+    /// # Errors
+    /// [`BenchError::Order`] when it is not ready.
+    fn start(&mut self) -> Result<(), BenchError>;
+    /// Waits for the next chunk; `None` when the run is over.
+    ///
+    /// # Errors
+    /// [`BenchError::Order`] when nothing was started.
+    fn wait(&mut self) -> Result<Option<Chunk>, BenchError>;
+    /// Stops, at any time; harmless when nothing runs.
+    fn stop(&mut self);
+}
+
+/// The two halves that stand at one finger.
+pub struct Bench {
+    /// What plays.
+    pub player: Box<dyn Play>,
+    /// What acquires.
+    pub acquirer: Box<dyn Acquire>,
+}
+
+impl std::fmt::Debug for Bench {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Bench")
+            .field("player", &self.player.describe())
+            .field("acquirer", &self.acquirer.describe())
+            .finish()
+    }
+}
+
+/// Why a bench does not do what it is asked.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The drive has another rate than the output.
+    #[error("cannot play: the drive is sampled at {drive}, the output of {name} runs at {output}; render with --rate {}", output.hz())]
+    Rate {
+        /// The drive's rate.
+        drive: SampleRate,
+        /// The output's rate.
+        output: SampleRate,
+        /// The bench.
+        name: String,
+    },
+    /// The drive was made for another gain.
+    #[error(
+        "cannot play: the drive was rendered for gain {drive}, {name} is set to {bench}; set the amplifier to {drive}, or characterise and render at {bench}"
+    )]
+    Gain {
+        /// The gain the drive is for.
+        drive: AmplifierGain,
+        /// The gain that is set.
+        bench: AmplifierGain,
+        /// The bench.
+        name: String,
+    },
+    /// What is asked for cannot be.
+    #[error("expected {expected}, found {found}; {todo}")]
+    Impossible {
+        /// What is possible.
+        expected: String,
+        /// What was asked for.
+        found: String,
+        /// What to do.
+        todo: String,
+    },
+    /// A step out of order.
+    #[error(
+        "the bench was asked to {asked} before it was {before}; this is a fault of the procedure: report it"
+    )]
+    Order {
+        /// The step asked for.
+        asked: &'static str,
+        /// What should have come before.
+        before: &'static str,
+    },
+    /// What was acquired could not be kept.
+    #[error("the recording could not be kept: {0}")]
+    Keep(Box<dyn std::error::Error + Send + Sync>),
+    /// What was acquired makes no transfer function.
+    #[error("the characterisation gave no transfer function: {0}")]
+    Transfer(#[from] piezotact::transfer::TransferError),
+    /// What was acquired makes no recording.
+    #[error("the bench delivered no recording: {0}")]
+    Recording(#[from] piezotact::recording::RecordingError),
+    /// What was to be played is no signal.
+    #[error("there is nothing to play: {0}")]
+    Drive(#[from] piezotact::series::SeriesError),
+}

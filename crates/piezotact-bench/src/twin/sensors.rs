@@ -1,0 +1,84 @@
+//! The accelerometer on the fingernail, the force cell under the actuator, and the hand that presses.
+
+use crate::random::Random;
+
+/// A PCB 352A24 on the nail: white noise of 2 mm/s² rms over the acquisition band (*data sheet*: broadband
+/// resolution 2e-4 g) and flicker below about 10 Hz.
+#[derive(Clone, Debug)]
+pub(crate) struct Accelerometer {
+    random: Random,
+    flicker: f64,
+}
+
+impl Accelerometer {
+    const WHITE_M_S2: f64 = 2e-3;
+    /// Slow noise, rms (*chosen*: 80 µg/√Hz at 1 Hz).
+    const FLICKER_M_S2: f64 = 1e-3;
+    const FLICKER_CORNER_HZ: f64 = 2.0;
+
+    pub(crate) fn new(random: Random) -> Self {
+        Self {
+            random,
+            flicker: 0.0,
+        }
+    }
+
+    /// What it reads, m/s², for the true acceleration.
+    pub(crate) fn read(&mut self, acceleration_m_s2: f64, rate_hz: f64) -> f64 {
+        let forget = (-std::f64::consts::TAU * Self::FLICKER_CORNER_HZ / rate_hz).exp();
+        self.flicker = forget * self.flicker
+            + Self::FLICKER_M_S2 * (1.0 - forget * forget).sqrt() * self.random.normal();
+        acceleration_m_s2 + self.flicker + Self::WHITE_M_S2 * self.random.normal()
+    }
+}
+
+/// A K3D60 force cell: 3 mN rms (*common knowledge*: 2–5 mN).
+#[derive(Clone, Debug)]
+pub(crate) struct ForceCell {
+    random: Random,
+}
+
+impl ForceCell {
+    const NOISE_N: f64 = 3e-3;
+
+    pub(crate) fn new(random: Random) -> Self {
+        Self { random }
+    }
+
+    /// What it reads, N, for the true force.
+    pub(crate) fn read(&mut self, force_n: f64) -> f64 {
+        force_n + Self::NOISE_N * self.random.normal()
+    }
+}
+
+/// A person holding a force: an Ornstein–Uhlenbeck process of 0.03 N and 0.3 s around the load asked for
+/// (*chosen* within the 0.03–0.06 N of free touch; on the device the person watches the force on a screen).
+#[derive(Clone, Debug)]
+pub(crate) struct HeldForce {
+    random: Random,
+    load_n: f64,
+    departure_n: f64,
+}
+
+impl HeldForce {
+    const SPREAD_N: f64 = 0.03;
+    const MEMORY_S: f64 = 0.3;
+
+    pub(crate) fn new(load_n: f64, mut random: Random) -> Self {
+        let departure_n = Self::SPREAD_N * random.normal();
+        Self {
+            random,
+            load_n,
+            departure_n,
+        }
+    }
+
+    /// The force now, N, and then `step_s` passes.
+    pub(crate) fn next(&mut self, step_s: f64) -> f64 {
+        let now = (self.load_n + self.departure_n).max(0.0);
+        let forget = (-step_s / Self::MEMORY_S).exp();
+        self.departure_n = forget * self.departure_n
+            + Self::SPREAD_N * (1.0 - forget * forget).sqrt() * self.random.normal();
+        now
+    }
+}
