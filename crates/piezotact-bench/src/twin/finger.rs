@@ -155,10 +155,10 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Standard deviation of the level of a placement, dB (*chosen*: two placements then differ by 0.25 dB).
-    const GAIN_DB: f64 = 0.18;
-    /// Standard deviation of its shape, dB (*chosen*: two placements then differ by 0.30 dB).
-    const RIPPLE_DB: f64 = 0.21;
+    /// Standard deviation of the level of a placement, dB (*chosen*: two placements then differ by 0.2 dB).
+    const GAIN_DB: f64 = 0.15;
+    /// Standard deviation of its shape, dB (*chosen*: likewise).
+    const RIPPLE_DB: f64 = 0.15;
 
     /// The same placement as ever.
     #[must_use]
