@@ -1,1 +1,16 @@
-fn main() {}
+//! The `piezotact` command: parse, run, report.
+
+mod cli;
+mod commands;
+mod failure;
+mod output;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let outcome = commands::run(cli::Cli::parse());
+    failure::exit_code(outcome)
+}

@@ -50,7 +50,7 @@ fn characterised(
 fn texture(participant: u64, seed: u64) -> Series<Acceleration> {
     let rate = SampleRate::new(5000.0).unwrap();
     record_texture(
-        &TextureParameters::s6(),
+        &TextureParameters::s8(),
         Seconds(6.0),
         rate,
         participant,
@@ -131,7 +131,11 @@ fn individual_transfer_functions_render_and_their_conjugates_fail() {
             wrong.verdict()
         );
         // Near-constant parts of the phase pass for a delay or a polarity, so some resemblance remains.
-        assert!(wrong.waveform_correlation < 0.9, "seed {seed}: {}", wrong.verdict());
+        assert!(
+            wrong.waveform_correlation < 0.9,
+            "seed {seed}: {}",
+            wrong.verdict()
+        );
         errors.push(right.error_db_rms);
     }
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;

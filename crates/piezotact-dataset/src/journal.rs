@@ -23,6 +23,7 @@ use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use piezotact::Doubt;
+use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use serde::{Deserialize, Serialize};
@@ -51,7 +52,10 @@ pub struct StartDocument {
     /// Where it comes from.
     #[serde(default)]
     pub provenance: Provenance,
-    /// The drive that is being played, when there is one.
+    /// The device that plays, when one does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<DriveSetup>,
+    /// How the drive that is played was made, when it was rendered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rendering: Option<Rendering>,
 }
@@ -270,11 +274,15 @@ pub(crate) fn journal_path(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// A recording and the drive that was played while it was made.
-pub(crate) type Read = (Recording, Option<Rendering>);
+/// A recording and what its start says of the drive.
+pub(crate) struct Stored {
+    pub(crate) recording: Recording,
+    pub(crate) setup: Option<DriveSetup>,
+    pub(crate) rendering: Option<Rendering>,
+}
 
 /// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted.
-pub(crate) fn read_journal(path: &Path) -> Result<Read, ReadError> {
+pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     let damaged = |found: String| {
         ReadError::content(
             path,
@@ -299,11 +307,15 @@ pub(crate) fn read_journal(path: &Path) -> Result<Read, ReadError> {
     recording.doubts.push(Doubt::Interrupted {
         read_s: recording.duration().0,
     });
-    Ok((recording, start.rendering))
+    Ok(Stored {
+        recording,
+        setup: start.setup,
+        rendering: start.rendering,
+    })
 }
 
 /// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.
-pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Read, ReadError> {
+pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stored, ReadError> {
     let damaged = |error: &dyn std::fmt::Display| {
         ReadError::content(
             path,
@@ -337,7 +349,11 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Read
     recording
         .doubts
         .extend(end.into_iter().flat_map(|end| end.doubts));
-    Ok((recording, start.rendering))
+    Ok(Stored {
+        recording,
+        setup: start.setup,
+        rendering: start.rendering,
+    })
 }
 
 /// What a Parquet file of another program says of itself.
@@ -371,6 +387,7 @@ fn foreign_start(
             source: path.display().to_string(),
             ..Provenance::default()
         },
+        setup: None,
         rendering: None,
     })
 }
@@ -481,6 +498,7 @@ mod tests {
                 source: "test".into(),
                 ..Provenance::default()
             },
+            setup: None,
             rendering: None,
         }
     }
@@ -504,7 +522,7 @@ mod tests {
         };
         writer.finish(vec![doubt.clone()]).unwrap();
         assert!(!journal_path(&path).exists());
-        let (recording, _) = read_parquet(&path, None).unwrap();
+        let recording = read_parquet(&path, None).unwrap().recording;
         assert_eq!(recording.len(), 300);
         assert_eq!(recording.channels()[1].samples[299], -299.0);
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
@@ -534,7 +552,7 @@ mod tests {
             .chain([whole.len()])
         {
             std::fs::write(&cut, &whole[..length]).unwrap();
-            let (recording, _) = read_journal(&cut).unwrap();
+            let recording = read_journal(&cut).unwrap().recording;
             let safe = on_disk
                 .iter()
                 .filter(|(bytes, _)| *bytes as usize <= length)
@@ -556,7 +574,10 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(refused.contains("interrupted"), "{refused}");
-        assert_eq!(read_journal(&journal_path(&path)).unwrap().0.len(), 100);
+        assert_eq!(
+            read_journal(&journal_path(&path)).unwrap().recording.len(),
+            100
+        );
     }
 
     #[test]

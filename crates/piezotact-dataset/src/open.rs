@@ -4,12 +4,13 @@ use std::io::Read as _;
 use std::path::Path;
 
 use piezotact::Doubt;
+use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{Channel, Provenance, Recording};
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
-use crate::journal::{journal_path, read_journal, read_parquet};
+use crate::journal::{Stored, journal_path, read_journal, read_parquet};
 use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
 use crate::wav::{SampleFormat, parse_wav};
 
@@ -53,6 +54,8 @@ pub struct Contents {
     pub recording: Recording,
     /// The kind of file.
     pub kind: FileKind,
+    /// The device that played while it was recorded, or that a drive is for.
+    pub setup: Option<DriveSetup>,
     /// How the drive was made: of a drive's own WAV file, or of the drive that was played while recording.
     pub rendering: Option<Rendering>,
 }
@@ -77,15 +80,8 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
     match head.as_slice() {
         [] => Err(known_elsewhere("an empty file", "copy or export it again")),
         [b'P', b'A', b'R', b'1', ..] => {
-            let (recording, rendering) = read_parquet(path, options.rate)?;
-            finite(
-                path,
-                Contents {
-                    recording,
-                    kind: FileKind::Parquet,
-                    rendering,
-                },
-            )
+            let stored = read_parquet(path, options.rate)?;
+            finite(path, contents_of(stored, FileKind::Parquet))
         }
         [0xFF, 0xFF, 0xFF, 0xFF, ..] => from_journal(path),
         [b'M', b'A', b'T', b'L', ..] => Err(known_elsewhere(
@@ -112,11 +108,14 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
                 let recording = read_table(path, &bytes, options.rate)?;
                 finite(
                     path,
-                    Contents {
-                        recording,
-                        kind: FileKind::Table,
-                        rendering: None,
-                    },
+                    contents_of(
+                        Stored {
+                            recording,
+                            setup: None,
+                            rendering: None,
+                        },
+                        FileKind::Table,
+                    ),
                 )
             }
         }
@@ -124,15 +123,22 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {
-    let (recording, rendering) = read_journal(path)?;
-    finite(
-        path,
-        Contents {
-            recording,
-            kind: FileKind::Journal,
-            rendering,
-        },
-    )
+    finite(path, contents_of(read_journal(path)?, FileKind::Journal))
+}
+
+fn contents_of(stored: Stored, kind: FileKind) -> Contents {
+    let setup = stored.setup.or_else(|| {
+        stored
+            .rendering
+            .as_ref()
+            .and_then(|rendering| rendering.setup.clone())
+    });
+    Contents {
+        recording: stored.recording,
+        kind,
+        setup,
+        rendering: stored.rendering,
+    }
 }
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, ReadError> {
@@ -203,11 +209,14 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
     recording.doubts = doubts;
     finite(
         path,
-        Contents {
-            recording,
-            kind: FileKind::Wav(wav.format),
-            rendering: sidecar.rendering,
-        },
+        contents_of(
+            Stored {
+                recording,
+                setup: None,
+                rendering: sidecar.rendering,
+            },
+            FileKind::Wav(wav.format),
+        ),
     )
 }
 

@@ -127,6 +127,11 @@ pub enum Doubt {
         /// How long the target is, in s.
         target_s: f64,
     },
+    /// The texture was rendered at another level on purpose, and is compared at that level.
+    LevelChanged {
+        /// The level relative to the target, dB.
+        level_db: f64,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.
@@ -246,6 +251,10 @@ impl fmt::Display for Doubt {
             } => write!(
                 f,
                 "only {compared_s:.2} s of the target's {target_s:.2} s are in the measurement: record until the playback has ended"
+            ),
+            Self::LevelChanged { level_db } => write!(
+                f,
+                "the texture was rendered at {level_db:+.1} dB on purpose and is compared at that level: what is felt is not the recorded level"
             ),
             Self::ShortSignal { segments } => write!(
                 f,

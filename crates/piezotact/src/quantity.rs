@@ -66,6 +66,12 @@ impl Decibels {
     pub fn from_amplitude_ratio(ratio: f64) -> Self {
         Self(20.0 * ratio.log10())
     }
+
+    /// The level of a power, 10·log10(power) in dB re 1; −∞ for 0.
+    #[must_use]
+    pub fn from_power(power: f64) -> Self {
+        Self(10.0 * power.log10())
+    }
 }
 
 /// A sampling rate in Hz: finite and above zero.

@@ -316,6 +316,27 @@ pub fn render<O: Quantity>(
     })
 }
 
+/// The negative control: the target's samples sent as the drive as they stand, one unit of `O` as full scale,
+/// clamped to what a file can hold. What comes of it is the target times the transfer function.
+///
+/// Source: thesis figures 41–42, "wrong rendering strategy".
+///
+/// # Errors
+/// [`RenderError::Rate`] when the target cannot be brought to the output rate.
+pub fn straight<O: Quantity>(
+    target: &Series<O>,
+    output_rate: SampleRate,
+) -> Result<Series<Drive>, RenderError> {
+    let samples = crate::resample::resample(target, output_rate)?.into_samples();
+    Ok(Series::new(
+        samples
+            .into_iter()
+            .map(|sample| sample.clamp(-1.0, 1.0))
+            .collect(),
+        output_rate,
+    )?)
+}
+
 /// Refuses a transfer function that was measured with another gain than the one the drive is for.
 ///
 /// Source: a transfer function holds for one amplifier gain (thesis 2.4, 2.5.3).
@@ -409,8 +430,18 @@ pub fn achievable<I: Quantity, O: Quantity>(
             .chunk_by(|a, b| a.1 == b.1)
             .filter(|run| run[0].1 == wanted)
         {
-            let low = (run[0].0 - half).max(band.low().0);
-            let high = (run[run.len() - 1].0 + half).min(band.high().0);
+            // The outermost lines stand for the rest of the band up to its ends.
+            let (first, last) = (run[0].0, run[run.len() - 1].0);
+            let low = if first - reached[0].0 <= 0.0 {
+                band.low().0
+            } else {
+                first - half
+            };
+            let high = if reached[reached.len() - 1].0 - last <= 0.0 {
+                band.high().0
+            } else {
+                last + half
+            };
             bands.extend(Band::new(Hertz(low), Hertz(high)));
         }
         bands

@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 
@@ -193,6 +194,34 @@ pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>,
     let passband = Hertz(0.9 * x.rate().nyquist().0.min(to.nyquist().0));
     let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
     Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
+}
+
+/// Two series at the lower of their two rates, so that they can be compared, and the doubt that says which one
+/// was converted; both unchanged when their rates are equal.
+///
+/// Source: [`resample`].
+///
+/// # Errors
+/// Those of [`resample`].
+pub fn to_common_rate<Q: Quantity>(
+    a: (&str, Series<Q>),
+    b: (&str, Series<Q>),
+) -> Result<(Series<Q>, Series<Q>, Option<Doubt>), ResampleError> {
+    let (ra, rb) = (a.1.rate(), b.1.rate());
+    let converted = |what: &str, from: SampleRate, to: SampleRate| {
+        Some(Doubt::RateConverted {
+            what: what.into(),
+            from_hz: from.hz(),
+            to_hz: to.hz(),
+        })
+    };
+    if ra.hz() > rb.hz() {
+        Ok((resample(&a.1, rb)?, b.1, converted(a.0, ra, rb)))
+    } else if rb.hz() > ra.hz() {
+        Ok((a.1, resample(&b.1, ra)?, converted(b.0, rb, ra)))
+    } else {
+        Ok((a.1, b.1, None))
+    }
 }
 
 /// The smallest whole numbers whose ratio is `value` to 1e-10, by continued fractions.

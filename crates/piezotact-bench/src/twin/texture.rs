@@ -24,14 +24,14 @@ pub struct TextureParameters {
 }
 
 impl TextureParameters {
-    /// Sample S6 (P240 paper, Ra 6.6 µm, *thesis* Table 3) at 30 mm/s: 1.0 m/s² rms and 13 % in the comb
+    /// Sample S8 (P800 paper, Ra 5.2 µm, *thesis* Table 3) at 30 mm/s: 0.74 m/s² rms and 10 % in the comb
     /// (*chosen*: within what the thesis' text says of its level), ridges 0.545 mm apart (*thesis* 3.2.3).
     #[must_use]
-    pub fn s6() -> Self {
+    pub fn s8() -> Self {
         Self {
-            sample: "S6".into(),
-            rms_m_s2: 1.0,
-            fingerprint_share: 0.13,
+            sample: "S8".into(),
+            rms_m_s2: 0.74,
+            fingerprint_share: 0.10,
             speed_m_s: 0.03,
             ridge_wavelength_m: 0.545e-3,
         }

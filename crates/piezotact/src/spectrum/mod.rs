@@ -11,7 +11,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use kernel::{SegmentTransform, fold_cross, fold_power};
-pub use window::{Symmetry, Window};
+pub use window::{Symmetry, UnknownWindow, Window};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Quantity, SampleRate};
@@ -133,6 +133,20 @@ impl<Q: Quantity> Spectrum<Q> {
     #[must_use]
     pub fn frequencies_hz(&self) -> Vec<f64> {
         frequency_axis(self.resolution_hz, self.values.len())
+    }
+
+    /// The strongest line above 0 Hz: its frequency in Hz and its value.
+    #[must_use]
+    pub fn strongest(&self) -> (f64, f64) {
+        let strongest = self
+            .values
+            .iter()
+            .enumerate()
+            .skip(1)
+            .max_by(|a, b| a.1.total_cmp(b.1));
+        strongest.map_or((0.0, 0.0), |(k, value)| {
+            (k as f64 * self.resolution_hz, *value)
+        })
     }
 }
 
@@ -359,20 +373,6 @@ pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
         frequency_axis(x.rate().hz() / n as f64, spectrum.len()),
         amplitudes.collect(),
     )
-}
-
-/// The mean square of a density spectrum between two frequencies, in unit²: the sum of the bins of the
-/// band times their width.
-///
-/// Source: Parseval's theorem.
-#[must_use]
-pub fn band_power<Q: Quantity>(psd: &Spectrum<Q>, band: crate::quantity::Band) -> f64 {
-    psd.values
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| band.contains(*k as f64 * psd.resolution_hz))
-        .map(|(_, value)| value * psd.resolution_hz)
-        .sum()
 }
 
 /// The doubt about a channel whose `samples` (full scale = 1) are less than 50 converter steps rms, where one

@@ -22,6 +22,26 @@ pub enum Window {
     Rectangular,
 }
 
+impl std::str::FromStr for Window {
+    type Err = UnknownWindow;
+    fn from_str(text: &str) -> Result<Self, UnknownWindow> {
+        Self::ALL
+            .into_iter()
+            .find(|window| window.name() == text)
+            .ok_or_else(|| UnknownWindow { found: text.into() })
+    }
+}
+
+/// A window that is not known here.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected a window hann, hamming, blackman, blackman-harris, flat-top or rectangular, found `{found}`; hann is usual"
+)]
+pub struct UnknownWindow {
+    /// What was found.
+    pub found: String,
+}
+
 /// Which of its two forms a window takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

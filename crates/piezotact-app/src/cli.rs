@@ -1,0 +1,301 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use piezotact::device::AmplifierGain;
+use piezotact::quantity::{Band, Measure};
+use piezotact::spectrum::Window;
+use piezotact_bench::BenchSpec;
+
+/// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
+/// device, and says how close it came.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, 1 something is wrong with the data or the device, 2 the command cannot be what was meant."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Runs the whole loop on the digital twin and writes a report.
+    #[command(after_help = "Example:\n  piezotact demo --out demo --seed 7")]
+    Demo(Demo),
+    /// Says what is in a recording: channels, units, rate, length, doubts.
+    #[command(
+        after_help = "Example:\n  piezotact info measured.parquet\n  piezotact info texture.wav --scale \"200 m/s2\" --json"
+    )]
+    Info(Info),
+    /// Estimates the power spectral density of one channel.
+    #[command(
+        after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
+    )]
+    Spectrum(Spectrum),
+    /// Measures the transfer function of a device with a finger on it.
+    #[command(
+        after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json"
+    )]
+    Characterise(Characterise),
+    /// Estimates the transfer function between two channels of a recording.
+    #[command(
+        after_help = "Example:\n  piezotact transfer hammer.csv --drive force --response nail --rate 5000 --out tf.json"
+    )]
+    Transfer(Transfer),
+    /// Computes the drive that makes a resting finger feel a texture.
+    #[command(
+        after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav"
+    )]
+    Render(Render),
+    /// Plays a drive on a bench and records what the finger does.
+    #[command(
+        after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet"
+    )]
+    Play(Play),
+    /// Says how close a measurement came to its target.
+    #[command(
+        after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html"
+    )]
+    Verify(Verify),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Demo {
+    /// The folder for everything the demo writes.
+    #[arg(long, default_value = "piezotact-demo")]
+    pub(crate) out: PathBuf,
+    /// Draws the participant, the placements of the finger, and the noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What a person adds to what a recording says of itself.
+#[derive(Debug, Args)]
+pub(crate) struct Reading {
+    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) scale: Option<Measure>,
+    /// The rate of a table without a time column, in Hz.
+    #[arg(long, value_name = "HZ")]
+    pub(crate) rate: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Info {
+    /// A recording (WAV, CSV, TSV, Parquet) or a transfer function (JSON).
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Spectrum {
+    /// A recording.
+    pub(crate) file: PathBuf,
+    /// Where --json or --csv go instead of standard output.
+    pub(crate) out: Option<PathBuf>,
+    /// The channel; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// Samples in a segment.
+    #[arg(long, default_value_t = 1024)]
+    pub(crate) segment: usize,
+    /// The share of a segment that the next one repeats.
+    #[arg(long, default_value_t = 0.5)]
+    pub(crate) overlap: f64,
+    /// hann, hamming, blackman, blackman-harris, flat-top or rectangular.
+    #[arg(long, default_value = "hann")]
+    pub(crate) window: Window,
+    /// Takes the median of the segments instead of their mean: robust against single disturbances.
+    #[arg(long)]
+    pub(crate) median: bool,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Prints frequency_hz and psd as JSON.
+    #[arg(long, group = "form")]
+    pub(crate) json: bool,
+    /// Prints frequency and PSD as CSV.
+    #[arg(long, group = "form")]
+    pub(crate) csv: bool,
+    /// Writes a figure.
+    #[arg(long, group = "form", value_name = "OUT")]
+    pub(crate) svg: Option<PathBuf>,
+}
+
+/// How the finger is asked to lie.
+#[derive(Debug, Args)]
+pub(crate) struct Finger {
+    /// The normal force that the participant holds, in N.
+    #[arg(long, default_value_t = 0.2)]
+    pub(crate) load: f64,
+    /// The angle between finger and surface, in degrees.
+    #[arg(long, default_value_t = 20.0)]
+    pub(crate) angle: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Characterise {
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    #[arg(long)]
+    pub(crate) bench: BenchSpec,
+    /// How long the random drive lasts, in s.
+    #[arg(long, default_value_t = 60.0)]
+    pub(crate) seconds: f64,
+    #[command(flatten)]
+    pub(crate) finger: Finger,
+    /// The band that is driven, in Hz.
+    #[arg(long, default_value = "2..1200")]
+    pub(crate) band: Band,
+    /// The peak of the drive, as a share of what the device can play.
+    #[arg(long, default_value_t = 0.8)]
+    pub(crate) peak: f64,
+    /// Samples in a segment.
+    #[arg(long, default_value_t = 2048)]
+    pub(crate) segment: usize,
+    /// Draws the random drive.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Keeps the recording too.
+    #[arg(long, value_name = "RAW.parquet")]
+    pub(crate) record: Option<PathBuf>,
+    /// The transfer function to write.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum EstimatorName {
+    /// Sxy/Sxx, unbiased by noise on the response.
+    H1,
+    /// Syy/Syx, unbiased by noise on the drive.
+    H2,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Transfer {
+    /// A recording that holds both channels.
+    pub(crate) recording: PathBuf,
+    /// The channel of the drive.
+    #[arg(long)]
+    pub(crate) drive: String,
+    /// The channel of the response.
+    #[arg(long)]
+    pub(crate) response: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Samples in a segment.
+    #[arg(long, default_value_t = 2048)]
+    pub(crate) segment: usize,
+    /// Which ratio of spectra.
+    #[arg(long, value_enum, default_value = "h1")]
+    pub(crate) estimator: EstimatorName,
+    /// The transfer function to write.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    /// The texture: a recording in m/s².
+    pub(crate) target: PathBuf,
+    /// The transfer function of the device with the finger on it.
+    #[arg(long)]
+    pub(crate) transfer: PathBuf,
+    /// The drive to write (WAV, 32-bit float); its sidecar goes beside it.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// The band that is rendered, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    pub(crate) band: Band,
+    /// The channel of the texture; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) scale: Option<Measure>,
+    /// The rate of a table without a time column, in Hz.
+    #[arg(long, value_name = "HZ")]
+    pub(crate) target_rate: Option<f64>,
+    /// The gain set on the amplifier; must be the one the transfer function was measured with.
+    #[arg(long)]
+    pub(crate) gain: Option<AmplifierGain>,
+    /// Renders the texture louder or softer by this many dB.
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DB",
+        allow_negative_numbers = true
+    )]
+    pub(crate) level: f64,
+    /// The rate of the drive, in Hz.
+    #[arg(long, default_value_t = 48_000, value_name = "HZ")]
+    pub(crate) rate: u32,
+    /// Writes a drive that clips, instead of refusing it.
+    #[arg(long)]
+    pub(crate) allow_clipping: bool,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Play {
+    /// The drive (WAV) that `render` wrote.
+    pub(crate) drive: PathBuf,
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    #[arg(long)]
+    pub(crate) bench: BenchSpec,
+    /// The recording to write (Parquet).
+    #[arg(long)]
+    pub(crate) record: PathBuf,
+    /// The gain that a drive without a sidecar is meant for.
+    #[arg(long)]
+    pub(crate) gain: Option<AmplifierGain>,
+    #[command(flatten)]
+    pub(crate) finger: Finger,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// The texture that was rendered.
+    #[arg(long)]
+    pub(crate) target: PathBuf,
+    /// What was measured while it played.
+    #[arg(long)]
+    pub(crate) measured: PathBuf,
+    /// The channel of the target; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// The band over which they are compared, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    pub(crate) band: Band,
+    /// The transfer function, for its figure in the report.
+    #[arg(long)]
+    pub(crate) transfer: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

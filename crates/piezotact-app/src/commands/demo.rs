@@ -1,0 +1,262 @@
+//! `piezotact demo`: the whole loop on the digital twin.
+
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::device::AmplifierGain;
+use piezotact::quantity::{
+    Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
+};
+use piezotact::recording::Recording;
+use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
+use piezotact::series::Series;
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{Estimator, TransferFunction};
+use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
+use piezotact_bench::twin::{TextureParameters, record_texture};
+use piezotact_bench::{Bench, BenchSpec, ExcitationConfig};
+use piezotact_dataset::sidecar::{Rendering, Sidecar, write_sidecar};
+use piezotact_dataset::wav::{SampleFormat, write_wav};
+use piezotact_dataset::{TransferDocument, write_transfer};
+use serde_json::json;
+
+use super::characterise::characterise;
+use super::play::play;
+use super::render::write_drive;
+use super::run_plan;
+use super::verify::verification_json;
+use crate::cli::{Demo, Finger};
+use crate::failure::Outcome;
+use crate::output::{print, print_json, say, say_doubts, write_text};
+use crate::report::{self, Page};
+
+const FINGER: Finger = Finger {
+    load: 0.2,
+    angle: 20.0,
+};
+const PARTICIPANT: u64 = 1;
+const TEXTURE_RATE_HZ: u32 = 5_000;
+const DRIVE_RATE_HZ: u32 = 48_000;
+
+pub(crate) fn run(args: &Demo) -> Outcome {
+    let out = &args.out;
+    std::fs::create_dir_all(out).map_err(|error| {
+        anyhow::anyhow!(
+            "cannot make the folder {}: {error}; check the path",
+            out.display()
+        )
+    })?;
+    let mut bench = BenchSpec::Twin {
+        participant: PARTICIPANT,
+        seed: args.seed,
+        gain: AmplifierGain::B3,
+    }
+    .open();
+    say(&format!(
+        "The whole loop on the {}, seed {}.",
+        bench.player.describe().name,
+        args.seed
+    ));
+
+    say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
+    let target = texture(&out.join("target.wav"), args.seed)?;
+    say("2/5 characterising the device with the finger on it");
+    let function = transfer_function(&mut bench, args.seed, &out.join("tf.json"))?;
+    say("3/5 rendering: the drive that makes the resting finger feel that texture");
+    let (drive, level_db) = rendered(&target, &function, &out.join("drive.wav"))?;
+    let target = target.amplified(Decibels(level_db));
+    say("4/5 playing it and measuring again, the finger put back anew");
+    let measured = played(
+        &mut bench,
+        "play",
+        &drive.drive,
+        Some(Rendering::of(&drive, level_db)),
+        &out.join("measured.parquet"),
+    )?;
+    let straight = sent_straight(&mut bench, &target, out)?;
+    say("5/5 comparing");
+    let limit = drive.headroom.limit;
+    let mut verification = compared(&target, &measured, limit)?;
+    verification
+        .doubts
+        .splice(0..0, drive.doubts.iter().chain(&measured.doubts).cloned());
+    if level_db != 0.0 {
+        verification.doubts.push(Doubt::LevelChanged { level_db });
+    }
+    let straight = compared(&target, &straight, limit)?;
+
+    let path = out.join("report.html");
+    let page = Page {
+        title: "A texture rendered end to end".into(),
+        verification: &verification,
+        target: &target,
+        function: Some(&function),
+        drive: Some((&drive.drive, limit)),
+        rendering: Some(&Rendering::of(&drive, level_db)),
+        provenance: &measured.provenance,
+        condition: &measured.condition,
+        straight: Some(&straight),
+    };
+    write_text(&path, &report::render(&page)?)?;
+    let result = json!({
+        "report": path,
+        "verification": verification_json(&verification)?,
+        "straight": verification_json(&straight)?,
+    });
+    write_text(
+        &out.join("verification.json"),
+        &serde_json::to_string_pretty(&result)?,
+    )?;
+    if args.json {
+        return print_json(&result);
+    }
+    say_doubts(&verification.doubts);
+    print(&format!(
+        "sent straight instead: {:.1} dB rms at the device's own scale, {:.1} dB level-matched, waveform correlation {:.2}",
+        straight.error_db_rms, straight.error_db_rms_level_matched, straight.waveform_correlation
+    ))?;
+    print(&format!("report: {}", path.display()))?;
+    print(&verification.verdict())
+}
+
+fn band(low_hz: f64, high_hz: f64) -> Outcome<Band> {
+    Ok(Band::new(Hertz(low_hz), Hertz(high_hz))?)
+}
+
+/// The band that is rendered.
+fn rendered_band() -> Outcome<Band> {
+    band(20.0, 1000.0)
+}
+
+/// The texture of the demo, as a WAV file with its sidecar.
+fn texture(path: &Path, seed: u64) -> Outcome<Series<Acceleration>> {
+    let rate = SampleRate::new(f64::from(TEXTURE_RATE_HZ))?;
+    let (series, condition, provenance) = record_texture(
+        &TextureParameters::s8(),
+        Seconds(10.0),
+        rate,
+        PARTICIPANT,
+        seed,
+    )?;
+    write_sidecar(
+        path,
+        &Sidecar {
+            full_scale: Some(Measure {
+                value: 1.0,
+                unit: Unit::MetrePerSecondSquared,
+            }),
+            channels: vec![ACCELERATION_CHANNEL.into()],
+            condition,
+            provenance,
+            rendering: None,
+        },
+    )?;
+    write_wav(
+        path,
+        &[series.samples()],
+        TEXTURE_RATE_HZ,
+        SampleFormat::Float32,
+    )?;
+    Ok(series)
+}
+
+fn transfer_function(
+    bench: &mut Bench,
+    seed: u64,
+    path: &Path,
+) -> Outcome<TransferFunction<Drive, Acceleration>> {
+    let config = CharacteriseConfig {
+        excitation: ExcitationConfig {
+            band: band(2.0, 1200.0)?,
+            duration: Seconds(60.0),
+            peak: 0.8,
+            seed,
+        },
+        welch: WelchConfig::hann(2048),
+        estimator: Estimator::H1,
+        run: run_plan("characterise", &FINGER),
+    };
+    let function = characterise(bench, &config, None)?.function;
+    write_transfer(
+        path,
+        &TransferDocument::of(&function, Drive::UNIT, Acceleration::UNIT),
+    )?;
+    Ok(function)
+}
+
+/// The drive, and the level it had to be rendered at to fit the device, dB.
+fn rendered(
+    target: &Series<Acceleration>,
+    function: &TransferFunction<Drive, Acceleration>,
+    path: &Path,
+) -> Outcome<(RenderedDrive, f64)> {
+    let config = RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?);
+    let (drive, level) = match render(target, function, &config) {
+        Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
+            say(&format!(
+                "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
+                -fits_at.0
+            ));
+            (
+                render(&target.clone().amplified(fits_at), function, &config)?,
+                fits_at,
+            )
+        }
+        other => (other?, Decibels(0.0)),
+    };
+    write_drive(path, &drive, DRIVE_RATE_HZ, level.0)?;
+    Ok((drive, level.0))
+}
+
+fn played(
+    bench: &mut Bench,
+    label: &str,
+    drive: &Series<Drive>,
+    rendering: Option<Rendering>,
+    path: &Path,
+) -> Outcome<Recording> {
+    let setup = bench.player.calibrate()?;
+    play(
+        bench,
+        drive,
+        &setup,
+        &run_plan(label, &FINGER),
+        path,
+        rendering,
+    )
+}
+
+/// The negative control: the texture's samples as they are, 1 m/s² as a drive of 1.
+fn sent_straight(
+    bench: &mut Bench,
+    target: &Series<Acceleration>,
+    out: &Path,
+) -> Outcome<Recording> {
+    let drive = piezotact::render::straight(target, bench.player.describe().rate)?;
+    played(
+        bench,
+        "play straight",
+        &drive,
+        None,
+        &out.join("straight.parquet"),
+    )
+}
+
+fn compared(
+    target: &Series<Acceleration>,
+    measured: &Recording,
+    limit: f64,
+) -> Outcome<Verification> {
+    let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
+    let drive = measured.series::<Drive>(Some(DRIVE_CHANNEL))?;
+    let config = VerifyConfig::over(band(30.0, 500.0)?, target.rate().hz());
+    Ok(verify(
+        target,
+        Measured {
+            response: &response,
+            drive: Some((&drive, limit)),
+        },
+        &config,
+    )?)
+}

@@ -1,0 +1,173 @@
+//! `piezotact info`: what is in a file.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use piezotact::quantity::{Acceleration, Drive, Quantity};
+use piezotact::series::{peak, rms};
+use piezotact_dataset::{Contents, TransferDocument, read_transfer};
+use serde_json::json;
+
+use super::read;
+use crate::cli::Info;
+use crate::failure::Outcome;
+use crate::output::{doubts_json, print, print_json};
+
+pub(crate) fn run(args: &Info) -> Outcome {
+    if is_json(&args.file) {
+        return transfer_function(args, &read_transfer(&args.file)?);
+    }
+    let contents = read(&args.file, &args.reading)?;
+    if args.json {
+        recording_json(args, &contents)
+    } else {
+        recording_text(args, &contents)
+    }
+}
+
+fn is_json(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut first = [0; 1];
+    std::fs::File::open(path)
+        .and_then(|mut file| file.read_exact(&mut first))
+        .is_ok()
+        && first == *b"{"
+}
+
+fn recording_json(args: &Info, contents: &Contents) -> Outcome {
+    let recording = &contents.recording;
+    let channels: Vec<_> = recording
+        .channels()
+        .iter()
+        .map(|channel| {
+            json!({
+                "name": channel.name,
+                "unit": channel.unit,
+                "rms": rms(&channel.samples),
+                "peak": peak(&channel.samples),
+            })
+        })
+        .collect();
+    print_json(&json!({
+        "file": args.file,
+        "kind": contents.kind.to_string(),
+        "rate_hz": recording.rate(),
+        "samples": recording.len(),
+        "duration_s": recording.duration(),
+        "channels": channels,
+        "condition": recording.condition,
+        "provenance": recording.provenance,
+        "drive_setup": contents.setup,
+        "rendering": contents.rendering,
+        "doubts": doubts_json(&recording.doubts)?,
+    }))
+}
+
+fn recording_text(args: &Info, contents: &Contents) -> Outcome {
+    let recording = &contents.recording;
+    let mut text = format!(
+        "{}\n  {}, {} samples at {}, {:.3}",
+        args.file.display(),
+        contents.kind,
+        recording.len(),
+        recording.rate(),
+        recording.duration()
+    );
+    for channel in recording.channels() {
+        let _never_fails = write!(
+            text,
+            "\n  {:<20} rms {:.5} {unit}, peak {:.5} {unit}",
+            channel.name,
+            rms(&channel.samples),
+            peak(&channel.samples),
+            unit = channel.unit
+        );
+    }
+    let condition = &recording.condition;
+    let known = [
+        condition
+            .sample
+            .as_ref()
+            .map(|sample| format!("sample {sample}")),
+        condition
+            .participant
+            .as_ref()
+            .map(|participant| format!("participant {participant}")),
+        condition.load_n.map(|load| format!("load {load}")),
+        condition
+            .angle_deg
+            .map(|angle| format!("angle {}°", angle.0)),
+        condition
+            .speed_m_s
+            .map(|speed| format!("speed {speed} m/s")),
+    ];
+    let known: Vec<String> = known.into_iter().flatten().collect();
+    if !known.is_empty() {
+        let _never_fails = write!(text, "\n  condition: {}", known.join(", "));
+    }
+    if !recording.provenance.source.is_empty() {
+        let _never_fails = write!(text, "\n  from: {}", recording.provenance.source);
+    }
+    for step in &recording.provenance.steps {
+        let _never_fails = write!(text, "\n    {step}");
+    }
+    if let Some(setup) = &contents.setup {
+        let _never_fails = write!(
+            text,
+            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
+            setup.gain,
+            setup.volts_per_full_scale,
+            setup.load_f * 1e9
+        );
+    }
+    for doubt in &recording.doubts {
+        let _never_fails = write!(text, "\n  doubt: {doubt}");
+    }
+    print(&text)
+}
+
+fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
+    // Read as what it says it is, so that what is wrong with it is found here.
+    let mut read = document.clone();
+    (read.drive_unit, read.response_unit) = (Drive::UNIT, Acceleration::UNIT);
+    let function = read.function::<Drive, Acceleration>(&args.file)?;
+    if args.json {
+        return print_json(&json!({
+            "file": args.file,
+            "kind": "transfer function",
+            "drive_unit": document.drive_unit,
+            "response_unit": document.response_unit,
+            "lines": function.response().len(),
+            "resolution_hz": function.resolution_hz(),
+            "highest_hz": function.highest_hz(),
+            "estimator": function.estimator,
+            "averages": function.averages,
+            "condition": function.condition,
+            "drive_setup": function.drive,
+            "provenance": function.provenance,
+            "doubts": doubts_json(&function.doubts)?,
+        }));
+    }
+    let mut text = format!(
+        "{}\n  transfer function from {} to {}, {} lines to {:.1} Hz in steps of {:.3} Hz, {:?}, {} averages",
+        args.file.display(),
+        document.drive_unit,
+        document.response_unit,
+        function.response().len(),
+        function.highest_hz(),
+        function.resolution_hz(),
+        function.estimator,
+        function.averages
+    );
+    if let Some(setup) = &function.drive {
+        let _never_fails = write!(
+            text,
+            "\n  measured at gain {}, {:.3} V at full scale",
+            setup.gain, setup.volts_per_full_scale
+        );
+    }
+    for doubt in &function.doubts {
+        let _never_fails = write!(text, "\n  doubt: {doubt}");
+    }
+    print(&text)
+}

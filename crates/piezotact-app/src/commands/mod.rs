@@ -1,0 +1,78 @@
+//! One module for each command.
+
+mod characterise;
+mod demo;
+mod info;
+mod play;
+mod render;
+mod spectrum;
+mod transfer;
+mod verify;
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
+use piezotact::recording::{Recording, RecordingError};
+use piezotact::series::Series;
+use piezotact_bench::RunPlan;
+use piezotact_dataset::{Contents, ReadOptions, read_recording};
+
+use crate::cli::{Cli, Command, Finger, Reading};
+use crate::failure::{Failure, Outcome, usage};
+
+pub(crate) fn run(cli: Cli) -> Outcome {
+    match cli.command {
+        Command::Demo(args) => demo::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Spectrum(args) => spectrum::run(&args),
+        Command::Characterise(args) => characterise::run(&args),
+        Command::Transfer(args) => transfer::run(&args),
+        Command::Render(args) => render::run(&args),
+        Command::Play(args) => play::run(&args),
+        Command::Verify(args) => verify::run(&args),
+    }
+}
+
+/// A rate given in Hz on the command line.
+fn rate_option(rate_hz: Option<f64>) -> Result<Option<SampleRate>, Failure> {
+    rate_hz
+        .map(SampleRate::new)
+        .transpose()
+        .map_err(usage::<QuantityError>)
+}
+
+fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
+    Ok(read_recording(
+        path,
+        &ReadOptions {
+            scale: reading.scale.clone(),
+            rate: rate_option(reading.rate)?,
+        },
+    )?)
+}
+
+/// The texture in a recording, in m/s²; when its scale is not known, what to do about it.
+fn texture(
+    path: &Path,
+    recording: &Recording,
+    channel: Option<&str>,
+) -> Outcome<Series<Acceleration>> {
+    recording.series::<Acceleration>(channel).map_err(|error| {
+        let text = path.display();
+        match &error {
+            RecordingError::Unit { found: Unit::FullScale, .. } => Failure::Data(anyhow!(
+                "{text}: expected a physical scale, found none (full scale = 1); give it with --scale \"200 m/s2\" or in {text}.json"
+            )),
+            _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
+        }
+    })
+}
+
+fn run_plan(label: &str, finger: &Finger) -> RunPlan {
+    RunPlan {
+        label: label.into(),
+        load: Newtons(finger.load),
+        angle: Degrees(finger.angle),
+    }
+}

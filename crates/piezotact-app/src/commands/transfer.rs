@@ -1,0 +1,71 @@
+//! `piezotact transfer`: the transfer function between two channels of a recording.
+
+use piezotact::recording::RecordingError;
+use piezotact::spectrum::{EstimateError, WelchConfig};
+use piezotact::transfer::{Estimator, TransferError, estimate};
+use piezotact_dataset::{TransferDocument, write_transfer};
+use serde_json::json;
+
+use super::read;
+use crate::cli::{EstimatorName, Transfer};
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{doubts_json, print, print_json, say_doubts};
+
+pub(crate) fn run(args: &Transfer) -> Outcome {
+    let contents = read(&args.recording, &args.reading)?;
+    let recording = &contents.recording;
+    let named = |error: RecordingError| {
+        Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
+    };
+    let (drive_channel, drive) = recording.raw(Some(&args.drive)).map_err(named)?;
+    let (response_channel, response) = recording.raw(Some(&args.response)).map_err(named)?;
+    let estimator = match args.estimator {
+        EstimatorName::H1 => Estimator::H1,
+        EstimatorName::H2 => Estimator::H2,
+    };
+    let mut function = estimate(
+        &drive,
+        &response,
+        &WelchConfig::hann(args.segment),
+        estimator,
+    )
+    .map_err(|error| match error {
+        TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
+        _ => Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string())),
+    })?;
+    let estimated = std::mem::take(&mut function.provenance.steps);
+    function.provenance = recording
+        .provenance
+        .clone()
+        .then(format!("{} → {}", args.drive, args.response));
+    function.provenance.steps.extend(estimated);
+    function.condition = recording.condition.clone();
+    function.drive.clone_from(&contents.setup);
+    function.doubts.extend(recording.doubts.clone());
+    let document = TransferDocument::of(
+        &function,
+        drive_channel.unit.clone(),
+        response_channel.unit.clone(),
+    );
+    write_transfer(&args.out, &document)?;
+    if args.json {
+        return print_json(&json!({
+            "out": args.out,
+            "drive_unit": document.drive_unit,
+            "response_unit": document.response_unit,
+            "averages": function.averages,
+            "resolution_hz": function.resolution_hz(),
+            "doubts": doubts_json(&function.doubts)?,
+        }));
+    }
+    say_doubts(&function.doubts);
+    print(&format!(
+        "wrote {}: {} lines in steps of {:.2} Hz from {} averages, from {} to {}",
+        args.out.display(),
+        function.response().len(),
+        function.resolution_hz(),
+        function.averages,
+        document.drive_unit,
+        document.response_unit
+    ))
+}

@@ -1,0 +1,101 @@
+//! What a command prints: results on standard output, progress and doubts on standard error.
+
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use piezotact::Doubt;
+use piezotact::quantity::Seconds;
+use piezotact_dataset::{WriteError, write_atomically};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::failure::{Failure, Outcome};
+
+/// Prints `text` and a line end on standard output.
+pub(crate) fn print(text: &str) -> Outcome {
+    let mut out = std::io::stdout().lock();
+    match out
+        .write_all(text.as_bytes())
+        .and_then(|()| out.write_all(b"\n"))
+        .and_then(|()| out.flush())
+    {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::ReaderGone),
+        other => Ok(other?),
+    }
+}
+
+/// Prints `value` as readable JSON.
+pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
+/// Prints `text`, or writes it to `path` whole or not at all.
+pub(crate) fn print_or_write(path: Option<&Path>, text: &str) -> Outcome {
+    let Some(path) = path else { return print(text) };
+    write_text(path, text)
+}
+
+/// Writes `text` to `path`, whole or not at all.
+pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
+    write_atomically(path, |out| {
+        out.write_all(text.as_bytes())
+            .map_err(|source| WriteError::Io {
+                path: path.into(),
+                source,
+            })
+    })?;
+    Ok(())
+}
+
+/// Doubts as JSON: their fields, and their sentence as `text`.
+pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
+    let mut values = Vec::with_capacity(doubts.len());
+    for doubt in doubts {
+        let mut value = serde_json::to_value(doubt)?;
+        if let Some(fields) = value.as_object_mut() {
+            fields.insert("text".into(), json!(doubt.to_string()));
+        }
+        values.push(value);
+    }
+    Ok(Value::Array(values))
+}
+
+/// Says on standard error what is being done.
+#[allow(clippy::print_stderr, reason = "progress goes to standard error")]
+pub(crate) fn say(text: &str) {
+    eprintln!("{text}");
+}
+
+/// Says every doubt on standard error.
+pub(crate) fn say_doubts(doubts: &[Doubt]) {
+    let mut text = String::new();
+    for doubt in doubts {
+        let _never_fails = write!(
+            text,
+            "{}doubt: {doubt}",
+            if text.is_empty() { "" } else { "\n" }
+        );
+    }
+    if !text.is_empty() {
+        say(&text);
+    }
+}
+
+/// A bar that grows with the time that a run has acquired; on anything but a terminal, a line at its start.
+pub(crate) fn progress(what: &str, length: Seconds) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        say(&format!("{what} …"));
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new((length.0 * 10.0) as u64);
+    // The template is a constant; were it wrong, the plain bar serves.
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} % {eta}") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.set_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
