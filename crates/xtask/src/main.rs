@@ -1,1 +1,18 @@
-fn main() {}
+//! Chores of the project: `tidy` checks its invariants, `bench` measures it beside its peers.
+
+mod bench;
+mod tidy;
+mod work;
+
+use anyhow::{Result, bail};
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments.as_slice() {
+        ["tidy"] => tidy::run(),
+        ["bench", python, only @ ..] => bench::run(python, only),
+        ["work", name, folder, repetitions] => work::run(name, folder.as_ref(), repetitions.parse()?),
+        _ => bail!("expected `tidy`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"),
+    }
+}

@@ -1,0 +1,272 @@
+"""The same work in the programs that a laboratory would otherwise use, for `./x bench`.
+
+    python3 bench/peers.py inputs FOLDER            make the inputs, from seeds
+    python3 bench/peers.py CONTESTANT FOLDER REPS   run one contestant on them
+
+A contestant prints one line of JSON: the CPU seconds of every repetition after one that is not counted, the
+peak memory of its process, and the memory of its input, in MB. Its result goes to FOLDER/CONTESTANT.f64, so
+that results are compared as well as times.
+
+W1a  Welch PSD of one 10-minute channel at 5 kHz (Hann 1024, 50 %)
+W1b  the mean PSD of 1000 strokes of 1 s in each of 4 channels
+W2a  H1, H2 and coherence of one 60 s pair at 5 kHz (Hann 2048, 50 %)
+W2b  the same for 360 pairs of 30 s: 20 participants, 6 conditions, 3 repeats
+W3   a drive of 10 s from its texture: inversion, 5 to 48 kHz, 24-bit WAV
+"""
+
+import json
+import pathlib
+import resource
+import sys
+import time
+
+import numpy as np
+
+RATE = 5000.0
+W1 = dict(fs=RATE, window="hann", nperseg=1024, noverlap=512, detrend="constant")
+W2 = dict(fs=RATE, window="hann", nperseg=2048, noverlap=1024, detrend="constant")
+
+
+# Inputs
+
+
+def texture(samples, seed):
+    """Acceleration with a coloured floor, a ridge at 260 Hz and an offset."""
+    from scipy import signal
+
+    white = np.random.Generator(np.random.PCG64(seed)).standard_normal(samples)
+    ridge = signal.lfilter(*signal.iirpeak(260.0, 4.0, fs=RATE), white)
+    return signal.lfilter([1.0], [1.0, -0.7], white) + 3.0 * ridge + 0.25
+
+
+def device(frequency):
+    """Two resonances and a delay."""
+    s = 2j * np.pi * frequency
+
+    def mode(at, damping, gain):
+        w = 2 * np.pi * at
+        return gain * w**2 / (s**2 + 2 * damping * w * s + w**2)
+
+    return (mode(180.0, 0.08, 1.0) + mode(620.0, 0.05, 0.6) + 0.05) * np.exp(-s * 8e-4)
+
+
+def pair(samples, seed):
+    """A drive up to 1 kHz and the device's answer with noise 30 dB down."""
+    from scipy import signal
+
+    random = np.random.Generator(np.random.PCG64(seed))
+    low_pass = signal.butter(6, 1000.0, fs=RATE, output="sos")
+    drive = signal.sosfilt(low_pass, random.standard_normal(samples))
+    bins = np.fft.rfft(drive) * device(np.fft.rfftfreq(samples, 1 / RATE))
+    answer = np.fft.irfft(bins, samples)
+    return drive, answer + random.standard_normal(samples) * answer.std() * 10**-1.5
+
+
+def inputs(folder):
+    from scipy import signal
+
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def keep(name, *arrays):
+        np.concatenate([np.ascontiguousarray(a, dtype=float).ravel() for a in arrays]).tofile(folder / f"{name}.f64")
+
+    keep("W1a", texture(3_000_000, 1))
+    random = np.random.Generator(np.random.PCG64(11))
+    keep("W1b", random.standard_normal((4, 1000, 5000)) + 0.5 * np.sin(2 * np.pi * 260 * np.arange(5000) / RATE))
+    drive, answer = pair(300_000, 2)
+    keep("W2a", drive, answer)
+    six = [pair(150_000, 100 + i) for i in range(6)]
+    keep("W2b", *[d for d, _ in six], *[a for _, a in six])
+    _, sxy = signal.csd(drive, answer, fs=RATE, nperseg=2048)
+    _, sxx = signal.welch(drive, fs=RATE, nperseg=2048)
+    h = sxy / sxx
+    keep("W3", texture(50_000, 3), h.real, h.imag)
+
+
+def load(folder, name):
+    return np.fromfile(folder / f"{name}.f64")
+
+
+def panel(folder):
+    """360 pairs made of six, each rolled by another number of samples."""
+    base = load(folder, "W2b").reshape(2, 6, 150_000)
+    drive, answer = np.empty((360, 150_000)), np.empty((360, 150_000))
+    for i in range(360):
+        drive[i], answer[i] = np.roll(base[0, i % 6], i), np.roll(base[1, i % 6], i)
+    return drive, answer
+
+
+# Contestants
+
+
+def segments(x, n):
+    """Detrended, windowed segments of n samples, half overlapping, without a copy of x."""
+    window = np.hanning(n + 1)[:-1]
+    cut = np.lib.stride_tricks.sliding_window_view(x, n, axis=-1)[..., :: n // 2, :]
+    return (cut - cut.mean(-1, keepdims=True)) * window
+
+
+def density(power, n):
+    window = np.hanning(n + 1)[:-1]
+    power = power / (RATE * (window * window).sum())
+    power[..., 1:-1] *= 2
+    return power
+
+
+def numpy_welch(x, n):
+    bins = np.fft.rfft(segments(x, n))
+    return density((bins.real**2 + bins.imag**2).mean(-2), n)
+
+
+def w1a_scipy(folder):
+    from scipy import signal
+
+    x = load(folder, "W1a")
+    return x.nbytes, lambda: signal.welch(x, **W1)[1]
+
+
+def w1a_fftw(folder):
+    """FFTW planned once, on blocks of 64 segments that stay in the cache, with compiled loops around it."""
+    import numba
+    import pyfftw
+
+    x, n, block = load(folder, "W1a"), 1024, 64
+    count = (len(x) - n) // (n // 2) + 1
+    window = np.hanning(n + 1)[:-1]
+    buffer = pyfftw.empty_aligned((block, n))
+    bins = pyfftw.empty_aligned((block, n // 2 + 1), dtype="complex128")
+    plan = pyfftw.FFTW(buffer, bins, flags=("FFTW_MEASURE",))
+
+    @numba.njit(fastmath=True)
+    def fill(x, buffer, first, rows, window):
+        for row in range(rows):
+            start = (first + row) * (n // 2)
+            mean = 0.0
+            for i in range(n):
+                mean += x[start + i]
+            mean /= n
+            for i in range(n):
+                buffer[row, i] = (x[start + i] - mean) * window[i]
+
+    @numba.njit(fastmath=True)
+    def add(bins, rows, power):
+        for row in range(rows):
+            for k in range(power.size):
+                power[k] += bins[row, k].real ** 2 + bins[row, k].imag ** 2
+
+    def run():
+        power = np.zeros(n // 2 + 1)
+        for first in range(0, count, block):
+            rows = min(block, count - first)
+            fill(x, buffer, first, rows, window)
+            add(plan(), rows, power)
+        return density(power / count, n)
+
+    return x.nbytes, run
+
+
+def w1b_scipy(folder):
+    from scipy import signal
+
+    x = load(folder, "W1b").reshape(4, 1000, 5000)
+    return x.nbytes, lambda: signal.welch(x, **W1)[1].mean(1)
+
+
+def w1b_numpy(folder):
+    x = load(folder, "W1b").reshape(4, 1000, 5000)
+    return x.nbytes, lambda: numpy_welch(x, 1024).mean(1)
+
+
+def scipy_transfer(drive, answer):
+    """What people write: four calls, each of which transforms everything again."""
+    from scipy import signal
+
+    _, sxy = signal.csd(drive, answer, **W2)
+    _, sxx = signal.welch(drive, **W2)
+    _, syy = signal.welch(answer, **W2)
+    _, coherence = signal.coherence(drive, answer, **W2)
+    return np.concatenate([abs(sxy / sxx), abs(syy / sxy.conj()), coherence])
+
+
+def numpy_transfer(drive, answer):
+    x, y = np.fft.rfft(segments(drive, 2048)), np.fft.rfft(segments(answer, 2048))
+    sxx, syy = (x.real**2 + x.imag**2).mean(-2), (y.real**2 + y.imag**2).mean(-2)
+    sxy = (x.conj() * y).mean(-2)
+    return np.concatenate([abs(sxy / sxx), abs(syy / sxy.conj()), abs(sxy) ** 2 / (sxx * syy)])
+
+
+def w2a(transfer):
+    def contestant(folder):
+        drive, answer = load(folder, "W2a").reshape(2, -1)
+        return drive.nbytes * 2, lambda: transfer(drive, answer)
+
+    return contestant
+
+
+def w2b(transfer):
+    def contestant(folder):
+        drive, answer = panel(folder)
+        return drive.nbytes * 2, lambda: np.concatenate([transfer(d, a) for d, a in zip(drive, answer)])
+
+    return contestant
+
+
+def w3_soxr(folder):
+    import soundfile
+    import soxr
+
+    data = load(folder, "W3")
+    target, h = data[:50_000], data[50_000:51_025] + 1j * data[51_025:]
+    lines = np.arange(1025) * RATE / 2048
+
+    def run():
+        n = len(target)
+        f = np.fft.rfftfreq(n, 1 / RATE)
+        band = np.zeros_like(f)
+        band[(f >= 20) & (f <= 1000)] = 1
+        for inside, outside in ((20.0, 18.0), (1000.0, 1100.0)):
+            edge = (f > min(inside, outside)) & (f < max(inside, outside))
+            band[edge] = 0.5 + 0.5 * np.cos(np.pi * (f[edge] - inside) / (outside - inside))
+        h_at = np.interp(f, lines, h.real) + 1j * np.interp(f, lines, h.imag)
+        power = abs(h_at) ** 2
+        inverse = h_at.conj() / (power + 1e-3 * power[band > 0.5].max()) * band
+        drive = np.fft.irfft(np.fft.rfft(target) * inverse, n)
+        drive = soxr.resample(drive, 5000, 48000, quality="VHQ")
+        drive = drive / abs(drive).max() * 0.9
+        soundfile.write(folder / "W3-soxr.wav", drive, 48000, "PCM_24")
+        return drive
+
+    return target.nbytes, run
+
+
+CONTESTANTS = {
+    "W1a-scipy": w1a_scipy,
+    "W1a-fftw": w1a_fftw,
+    "W1b-scipy": w1b_scipy,
+    "W1b-numpy": w1b_numpy,
+    "W2a-scipy": w2a(scipy_transfer),
+    "W2a-numpy": w2a(numpy_transfer),
+    "W2b-scipy": w2b(scipy_transfer),
+    "W2b-numpy": w2b(numpy_transfer),
+    "W3-soxr": w3_soxr,
+}
+
+
+def main():
+    name, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    if name == "inputs":
+        return inputs(folder)
+    size, run = CONTESTANTS[name](folder)
+    run()
+    cpu = []
+    for _ in range(int(sys.argv[3])):
+        start = time.process_time()
+        result = run()
+        cpu.append(time.process_time() - start)
+    np.ascontiguousarray(result, dtype=float).tofile(folder / f"{name}.f64")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(json.dumps(dict(cpu_s=cpu, peak_mb=peak, input_mb=size / 2**20)))
+
+
+if __name__ == "__main__":
+    main()

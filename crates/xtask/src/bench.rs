@@ -1,0 +1,183 @@
+//! `xtask bench`: this program and its peers on the same inputs, in turns, in one run.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
+
+/// Times every contestant has its turn.
+const ROUNDS: usize = 5;
+
+/// One piece of work: repetitions in a turn, how exactly results must agree, and the peers with the ratio to
+/// reach.
+struct Work {
+    name: &'static str,
+    what: &'static str,
+    repetitions: usize,
+    agreement: Agreement,
+    peers: &'static [(&'static str, f64)],
+}
+
+/// How the results of two programs are compared.
+#[derive(Clone, Copy)]
+enum Agreement {
+    /// Every value, relative to itself.
+    Relative(f64),
+    /// Relative to the largest value.
+    OfLargest(f64),
+}
+
+const WORKS: [Work; 5] = [
+    Work {
+        name: "W1a",
+        what: "Welch PSD, one channel of 10 min at 5 kHz",
+        repetitions: 15,
+        agreement: Agreement::Relative(1e-10),
+        peers: &[("scipy", 13.0), ("fftw", 1.0)],
+    },
+    Work {
+        name: "W1b",
+        what: "mean PSD of 4 channels × 1000 strokes of 1 s",
+        repetitions: 7,
+        agreement: Agreement::Relative(1e-10),
+        peers: &[("scipy", 8.0), ("numpy", 8.0)],
+    },
+    Work {
+        name: "W2a",
+        what: "H1, H2, coherence of one pair of 60 s",
+        repetitions: 15,
+        // Lines above the drive's band are rounding: 1e-16 of its power.
+        agreement: Agreement::OfLargest(1e-6),
+        peers: &[("scipy", 12.0), ("numpy", 1.0)],
+    },
+    Work {
+        name: "W2b",
+        what: "the same, 360 pairs of 30 s",
+        repetitions: 2,
+        agreement: Agreement::OfLargest(1e-6),
+        peers: &[("scipy", 35.0), ("numpy", 4.0)],
+    },
+    Work {
+        name: "W3",
+        what: "render 10 s to a 48 kHz WAV",
+        repetitions: 25,
+        // Two resamplers that both keep the band to 1e-4, the first and last milliseconds left out.
+        agreement: Agreement::OfLargest(1e-3),
+        peers: &[("soxr", 3.0)],
+    },
+];
+
+#[derive(Deserialize)]
+struct Turn {
+    cpu_s: Vec<f64>,
+    peak_mb: f64,
+    input_mb: f64,
+}
+
+/// Runs the works named in `only`, or all, with the peers in the virtual environment of `python`.
+#[allow(clippy::print_stdout, reason = "its result is a table")]
+pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
+    let folder = inputs(python, &script)?;
+    println!("CPU time on one core, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours\n");
+    println!("{:<5}{:<11}{:>26}{:>9}{:>11}   {}", "work", "program", "CPU ms", "ratio", "to reach", "peak MB (input)");
+    let mut missed = Vec::new();
+    for work in WORKS.iter().filter(|work| only.is_empty() || only.contains(&work.name)) {
+        let mut ours: Vec<Turn> = Vec::new();
+        let mut theirs: Vec<Vec<Turn>> = work.peers.iter().map(|_| Vec::new()).collect();
+        for _ in 0..ROUNDS {
+            ours.push(turn(
+                Command::new(std::env::current_exe()?).args(["work", work.name]).arg(&folder),
+                work.repetitions,
+            )?);
+            for ((peer, _), turns) in work.peers.iter().zip(&mut theirs) {
+                let name = format!("{}-{peer}", work.name);
+                turns.push(turn(Command::new(python).arg(&script).arg(name).arg(&folder), work.repetitions)?);
+            }
+        }
+        let our_median = quartiles(&ours)[1];
+        println!("{} {}", work.name, work.what);
+        row("piezotact", &ours, None);
+        let allowed = 1.2 * ours[0].input_mb + 64.0;
+        if ours.iter().any(|turn| turn.peak_mb > allowed) {
+            missed.push(format!("{}: peak memory above 1.2 × input + 64 MB = {allowed:.0} MB", work.name));
+        }
+        for ((peer, to_reach), turns) in work.peers.iter().zip(&theirs) {
+            let ratio = quartiles(turns)[1] / our_median;
+            row(peer, turns, Some((ratio, *to_reach)));
+            if ratio < *to_reach {
+                missed.push(format!("{} against {peer}: {ratio:.1}×, to reach {to_reach}×", work.name));
+            }
+            agree(&folder, work, peer)?;
+        }
+    }
+    println!();
+    if missed.is_empty() {
+        println!("every ratio and memory bound is reached, and all results agree");
+    } else {
+        println!("not reached:\n  {}", missed.join("\n  "));
+    }
+    Ok(())
+}
+
+fn inputs(python: &str, script: &Path) -> Result<PathBuf> {
+    let folder = std::env::temp_dir().join("piezotact-bench");
+    let made = Command::new(python).arg(script).arg("inputs").arg(&folder).status().context(python.to_owned())?;
+    ensure!(made.success(), "the inputs could not be made");
+    Ok(folder)
+}
+
+fn turn(command: &mut Command, repetitions: usize) -> Result<Turn> {
+    for limit in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"] {
+        command.env(limit, "1");
+    }
+    let done = command.arg(repetitions.to_string()).output()?;
+    ensure!(done.status.success(), "{command:?} failed: {}", String::from_utf8_lossy(&done.stderr));
+    Ok(serde_json::from_slice(&done.stdout)?)
+}
+
+fn quartiles(turns: &[Turn]) -> [f64; 3] {
+    let mut all: Vec<f64> = turns.iter().flat_map(|turn| turn.cpu_s.iter().copied()).collect();
+    all.sort_by(f64::total_cmp);
+    [0.25, 0.5, 0.75].map(|q| all[((all.len() - 1) as f64 * q).round() as usize])
+}
+
+#[allow(clippy::print_stdout, reason = "a row of the table")]
+fn row(name: &str, turns: &[Turn], ratio: Option<(f64, f64)>) {
+    let [low, median, high] = quartiles(turns).map(|seconds| seconds * 1e3);
+    let (ratio, to_reach) = match ratio {
+        Some((ratio, to_reach)) => (format!("{ratio:.1}×"), format!("{to_reach}×")),
+        None => (String::new(), String::new()),
+    };
+    let peak_mb = turns.iter().map(|turn| turn.peak_mb).fold(0.0, f64::max);
+    println!(
+        "     {name:<11}{:>26}{ratio:>9}{to_reach:>11}   {peak_mb:.0} ({:.0})",
+        format!("{median:.2} ({low:.2}–{high:.2})"),
+        turns[0].input_mb
+    );
+}
+
+/// Refuses a comparison of times between programs that do not agree on the result.
+fn agree(folder: &Path, work: &Work, peer: &str) -> Result<()> {
+    let read = |name: String| -> Result<Vec<f64>> {
+        let bytes = std::fs::read(folder.join(name))?;
+        Ok(bytes.chunks_exact(8).map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])).collect())
+    };
+    let ours = read(format!("{}-piezotact.f64", work.name))?;
+    let theirs = read(format!("{}-{peer}.f64", work.name))?;
+    ensure!(ours.len() == theirs.len(), "{} and {peer} differ in length: {} and {}", work.name, ours.len(), theirs.len());
+    let ends = if work.name == "W3" { 4800 } else { 0 };
+    let inner = ends..ours.len() - ends;
+    let largest = theirs.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
+    let (worst, allowed) = match work.agreement {
+        Agreement::Relative(allowed) => {
+            (inner.map(|i| ((ours[i] - theirs[i]) / theirs[i]).abs()).fold(0.0, f64::max), allowed)
+        }
+        Agreement::OfLargest(allowed) => {
+            (inner.map(|i| (ours[i] - theirs[i]).abs() / largest).fold(0.0, f64::max), allowed)
+        }
+    };
+    ensure!(worst <= allowed, "{} and {peer} disagree by {worst:e}, {allowed:e} is allowed", work.name);
+    Ok(())
+}

@@ -1,0 +1,177 @@
+//! Our side of the benchmark: one piece of work in a process of its own, as `bench/peers.py` does for others.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail};
+use cpu_time::ProcessTime;
+use num_complex::Complex;
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
+use piezotact::render::{InverseConfig, invert};
+use piezotact::resample::Resampler;
+use piezotact::series::peak;
+use piezotact::spectrum::{WelchConfig, WelchPlan};
+use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
+use piezotact_dataset::wav::{SampleFormat, write_wav};
+use serde_json::json;
+
+/// Runs the work `name` on the inputs in `folder`, once uncounted and then `repetitions` times, and prints
+/// its CPU times and memory.
+#[allow(clippy::print_stdout, reason = "its result is one line of JSON")]
+pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
+    let Prepared { input_bytes, mut work } = match name {
+        "W1a" => w1a(folder)?,
+        "W1b" => w1b(folder)?,
+        "W2a" => w2a(folder)?,
+        "W2b" => w2b(folder)?,
+        "W3" => w3(folder)?,
+        _ => bail!("no work is called {name}"),
+    };
+    let mut result = work()?;
+    let mut cpu_s = Vec::with_capacity(repetitions);
+    for _ in 0..repetitions {
+        let start = ProcessTime::now();
+        result = work()?;
+        cpu_s.push(start.elapsed().as_secs_f64());
+    }
+    let bytes: Vec<u8> = result.iter().flat_map(|v| v.to_le_bytes()).collect();
+    std::fs::write(folder.join(format!("{name}-piezotact.f64")), bytes)?;
+    println!(
+        "{}",
+        json!({ "cpu_s": cpu_s, "peak_mb": peak_memory_mb()?, "input_mb": input_bytes as f64 / f64::from(1 << 20) })
+    );
+    Ok(())
+}
+
+struct Prepared {
+    input_bytes: usize,
+    work: Box<dyn FnMut() -> Result<Vec<f64>>>,
+}
+
+fn load(folder: &Path, name: &str) -> Result<Vec<f64>> {
+    use std::io::Read as _;
+    let path = folder.join(format!("{name}.f64"));
+    let mut file = std::io::BufReader::with_capacity(
+        1 << 16,
+        std::fs::File::open(&path).with_context(|| path.display().to_string())?,
+    );
+    // Block by block, so that the peak memory is that of the numbers.
+    let mut numbers = Vec::with_capacity(std::fs::metadata(&path)?.len() as usize / 8);
+    let mut number = [0; 8];
+    while file.read_exact(&mut number).is_ok() {
+        numbers.push(f64::from_le_bytes(number));
+    }
+    Ok(numbers)
+}
+
+fn peak_memory_mb() -> Result<f64> {
+    let status = std::fs::read_to_string("/proc/self/status")?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM")).context("no VmHWM")?;
+    let kilobytes: f64 = line.split_whitespace().nth(1).context("no number")?.parse()?;
+    Ok(kilobytes / 1024.0)
+}
+
+fn rate(hz: f64) -> Result<SampleRate> {
+    Ok(SampleRate::new(hz)?)
+}
+
+fn w1a(folder: &Path) -> Result<Prepared> {
+    let x = load(folder, "W1a")?;
+    let mut plan = WelchPlan::new(&WelchConfig::thesis_2024(), rate(5000.0)?)?;
+    let input_bytes = x.len() * 8;
+    Ok(Prepared { input_bytes, work: Box::new(move || Ok(plan.estimate::<Acceleration>(&[&x])?.values)) })
+}
+
+fn w1b(folder: &Path) -> Result<Prepared> {
+    let x = load(folder, "W1b")?;
+    let mut plan = WelchPlan::new(&WelchConfig::thesis_2024(), rate(5000.0)?)?;
+    let input_bytes = x.len() * 8;
+    Ok(Prepared {
+        input_bytes,
+        work: Box::new(move || {
+            let mut spectra = Vec::new();
+            for channel in x.chunks_exact(1000 * 5000) {
+                let strokes: Vec<&[f64]> = channel.chunks_exact(5000).collect();
+                spectra.extend(plan.estimate::<Acceleration>(&strokes)?.values);
+            }
+            Ok(spectra)
+        }),
+    })
+}
+
+/// H1 and H2 in magnitude, and coherence, one after the other.
+fn transfer(plan: &mut CrossPlan, drive: &[f64], answer: &[f64], out: &mut Vec<f64>) -> Result<()> {
+    let spectra = plan.estimate::<Drive, Acceleration>(drive, answer)?;
+    out.extend(spectra.h1().iter().map(|h| h.norm()));
+    out.extend(spectra.h2().iter().map(|h| h.norm()));
+    out.extend(spectra.coherence());
+    Ok(())
+}
+
+fn w2a(folder: &Path) -> Result<Prepared> {
+    let both = load(folder, "W2a")?;
+    let mut plan = CrossPlan::new(&WelchConfig::hann(2048), rate(5000.0)?)?;
+    let input_bytes = both.len() * 8;
+    Ok(Prepared {
+        input_bytes,
+        work: Box::new(move || {
+            let (drive, answer) = both.split_at(both.len() / 2);
+            let mut out = Vec::new();
+            transfer(&mut plan, drive, answer, &mut out)?;
+            Ok(out)
+        }),
+    })
+}
+
+fn w2b(folder: &Path) -> Result<Prepared> {
+    const N: usize = 150_000;
+    let rolled = |base: &[f64], i: usize| {
+        let signal = &base[(i % 6) * N..(i % 6 + 1) * N];
+        [&signal[N - i..], &signal[..N - i]].concat()
+    };
+    let base = load(folder, "W2b")?;
+    let (drives, answers) = base.split_at(6 * N);
+    let drive: Vec<Vec<f64>> = (0..360).map(|i| rolled(drives, i)).collect();
+    let answer: Vec<Vec<f64>> = (0..360).map(|i| rolled(answers, i)).collect();
+    let mut plan = CrossPlan::new(&WelchConfig::hann(2048), rate(5000.0)?)?;
+    Ok(Prepared {
+        input_bytes: 2 * 360 * N * 8,
+        work: Box::new(move || {
+            let mut out = Vec::with_capacity(360 * 3 * 1025);
+            for (drive, answer) in drive.iter().zip(&answer) {
+                transfer(&mut plan, drive, answer, &mut out)?;
+            }
+            Ok(out)
+        }),
+    })
+}
+
+fn w3(folder: &Path) -> Result<Prepared> {
+    let data = load(folder, "W3")?;
+    let (target, h) = data.split_at(50_000);
+    let (re, im) = h.split_at(1025);
+    let response = re.iter().zip(im).map(|(re, im)| Complex::new(*re, *im)).collect();
+    let function = TransferFunction::<Drive, Acceleration>::from_lines(
+        response,
+        vec![1.0; 1025],
+        5000.0 / 2048.0,
+        rate(5000.0)?,
+        Estimator::H1,
+        100,
+    )?;
+    let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
+    let config = InverseConfig { band, edge_ratio: 0.1, regularisation: 1e-3 };
+    let resampler = Resampler::new(rate(5000.0)?, rate(48_000.0)?, Hertz(1100.0))?;
+    let (target, path) = (target.to_vec(), folder.join("W3-piezotact.wav"));
+    Ok(Prepared {
+        input_bytes: target.len() * 8,
+        work: Box::new(move || {
+            let mut drive = resampler.process(&invert(&target, rate(5000.0)?, &function, &config)?);
+            let level = 0.9 / peak(&drive);
+            for sample in &mut drive {
+                *sample *= level;
+            }
+            write_wav(&path, &[&drive], 48_000, SampleFormat::Pcm24).map_err(|error| anyhow!(error))?;
+            Ok(drive)
+        }),
+    })
+}
