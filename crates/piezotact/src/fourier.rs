@@ -1,36 +1,82 @@
 //! Whole-signal Fourier transforms of real signals.
 
-use num_complex::Complex;
-use realfft::RealFftPlanner;
+use std::sync::Arc;
 
-/// The n/2 + 1 bins of the real signal's transform, not scaled.
-pub(crate) fn real_forward(x: &[f64]) -> Vec<Complex<f64>> {
-    let plan = RealFftPlanner::new().plan_fft_forward(x.len());
-    let mut input = x.to_vec();
-    let mut output = plan.make_output_vec();
-    // The only error is a wrong length, and both buffers have the plan's.
-    let done = plan.process(&mut input, &mut output);
-    debug_assert!(done.is_ok());
-    output
+use num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+/// The transforms of real signals of one length, planned once, with their scratch memory.
+#[derive(Clone)]
+pub(crate) struct RealTransform {
+    length: usize,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+    scratch: Vec<Complex<f64>>,
+    input: Vec<f64>,
 }
 
-/// The real signal of `n` samples with the given n/2 + 1 bins, scaled by 1/n. The imaginary parts of the
-/// bins that must be real (0 Hz, and Nyquist for even n) are dropped.
-pub(crate) fn real_inverse(mut bins: Vec<Complex<f64>>, n: usize) -> Vec<f64> {
-    let plan = RealFftPlanner::new().plan_fft_inverse(n);
-    bins.resize(n / 2 + 1, Complex::default());
-    bins[0].im = 0.0;
-    if n.is_multiple_of(2) {
-        bins[n / 2].im = 0.0;
+impl RealTransform {
+    pub(crate) fn new(length: usize) -> Self {
+        let mut planner = RealFftPlanner::new();
+        let (forward, inverse) = (
+            planner.plan_fft_forward(length),
+            planner.plan_fft_inverse(length),
+        );
+        let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
+        Self {
+            length,
+            input: vec![0.0; length],
+            scratch: vec![Complex::default(); scratch],
+            forward,
+            inverse,
+        }
     }
-    let mut output = plan.make_output_vec();
-    let done = plan.process(&mut bins, &mut output);
-    debug_assert!(done.is_ok());
-    let scale = 1.0 / n as f64;
-    for value in &mut output {
-        *value *= scale;
+
+    pub(crate) fn length(&self) -> usize {
+        self.length
     }
-    output
+
+    /// The n/2 + 1 bins of `x`, which is cut or filled with zeros to the length; not scaled.
+    pub(crate) fn forward(&mut self, x: &[f64]) -> Vec<Complex<f64>> {
+        let kept = x.len().min(self.length);
+        self.input[..kept].copy_from_slice(&x[..kept]);
+        self.input[kept..].fill(0.0);
+        let mut output = self.forward.make_output_vec();
+        // The only error is a wrong length, and every buffer has the plan's.
+        let done =
+            self.forward
+                .process_with_scratch(&mut self.input, &mut output, &mut self.scratch);
+        debug_assert!(done.is_ok());
+        output
+    }
+
+    /// The signal with the given n/2 + 1 bins, scaled by 1/n. The imaginary parts of the bins that must be
+    /// real (0 Hz, and Nyquist for even n) are dropped.
+    pub(crate) fn inverse(&mut self, mut bins: Vec<Complex<f64>>) -> Vec<f64> {
+        bins.resize(self.length / 2 + 1, Complex::default());
+        bins[0].im = 0.0;
+        if self.length.is_multiple_of(2) {
+            bins[self.length / 2].im = 0.0;
+        }
+        let mut output = self.inverse.make_output_vec();
+        let done = self
+            .inverse
+            .process_with_scratch(&mut bins, &mut output, &mut self.scratch);
+        debug_assert!(done.is_ok());
+        let scale = 1.0 / self.length as f64;
+        for value in &mut output {
+            *value *= scale;
+        }
+        output
+    }
+}
+
+impl std::fmt::Debug for RealTransform {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RealTransform")
+            .field("length", &self.length)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The smallest even length from `n` up whose only prime factors are 2, 3 and 5: quick to transform.
@@ -56,7 +102,9 @@ mod tests {
     fn there_and_back() {
         for n in [1, 2, 3, 7, 30, 49] {
             let x: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
-            let back = real_inverse(real_forward(&x), n);
+            let mut transform = RealTransform::new(n);
+            let bins = transform.forward(&x);
+            let back = transform.inverse(bins);
             assert!(
                 x.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-14),
                 "{n}"

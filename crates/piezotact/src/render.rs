@@ -135,6 +135,74 @@ pub struct RenderedDrive {
     pub doubts: Vec<Doubt>,
 }
 
+/// The inversion of targets of one length, planned once.
+#[derive(Clone, Debug)]
+pub struct InversePlan {
+    transform: fourier::RealTransform,
+    lines: Vec<(usize, f64, Complex<f64>)>,
+}
+
+impl InversePlan {
+    /// A plan for targets of `samples` samples.
+    #[must_use]
+    pub fn new(samples: usize) -> Self {
+        Self {
+            transform: fourier::RealTransform::new(samples),
+            lines: Vec::new(),
+        }
+    }
+
+    /// The drive whose response is `target`; see [`invert`].
+    ///
+    /// # Errors
+    /// Those of [`invert`]; [`RenderError::Length`] when the target has another length than the plan.
+    pub fn invert<I: Quantity, O: Quantity>(
+        &mut self,
+        target: &[f64],
+        rate: SampleRate,
+        function: &TransferFunction<I, O>,
+        config: &InverseConfig,
+    ) -> Result<Vec<f64>, RenderError> {
+        let n = self.transform.length();
+        if target.len() != n {
+            return Err(RenderError::Length {
+                expected: n,
+                found: target.len(),
+            });
+        }
+        require_band(config.band, rate.nyquist(), "the target's rate")?;
+        require_band(
+            config.band,
+            Hertz(function.highest_hz()),
+            "the transfer function",
+        )?;
+        if !(config.regularisation.is_finite() && config.regularisation >= 0.0) {
+            return Err(RenderError::Regularisation {
+                found: config.regularisation,
+            });
+        }
+        let spectrum = self.transform.forward(target);
+        // The lines that count: index, weight, and the transfer function there.
+        self.lines.clear();
+        self.lines.extend((0..spectrum.len()).filter_map(|k| {
+            let frequency_hz = k as f64 * rate.hz() / n as f64;
+            let weight = config.band.weight(frequency_hz, config.edge_ratio);
+            (weight > 0.0).then(|| (k, weight, function.at(frequency_hz)))
+        }));
+        let in_band = self.lines.iter().filter(|(_, weight, _)| *weight > 0.5);
+        let largest = in_band.map(|(.., h)| h.norm_sqr()).fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return Err(RenderError::NoResponse { band: config.band });
+        }
+        let floor = config.regularisation * largest;
+        let mut drive = vec![Complex::default(); spectrum.len()];
+        for (k, weight, h) in &self.lines {
+            drive[*k] = spectrum[*k] * h.conj() * (weight / (h.norm_sqr() + floor));
+        }
+        Ok(self.transform.inverse(drive))
+    }
+}
+
 /// The drive whose response is `target`, as long as the target and circular: what leaves one end comes in at
 /// the other. Samples of `O` at `rate` become samples of `I`.
 ///
@@ -151,41 +219,7 @@ pub fn invert<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     config: &InverseConfig,
 ) -> Result<Vec<f64>, RenderError> {
-    require_band(config.band, rate.nyquist(), "the target's rate")?;
-    require_band(
-        config.band,
-        Hertz(function.highest_hz()),
-        "the transfer function",
-    )?;
-    if !(config.regularisation.is_finite() && config.regularisation >= 0.0) {
-        return Err(RenderError::Regularisation {
-            found: config.regularisation,
-        });
-    }
-    let n = target.len();
-    let spectrum = fourier::real_forward(target);
-    // The weighted lines: index, weight, and the transfer function there.
-    let lines: Vec<(usize, f64, Complex<f64>)> = (0..spectrum.len())
-        .filter_map(|k| {
-            let frequency_hz = k as f64 * rate.hz() / n as f64;
-            let weight = config.band.weight(frequency_hz, config.edge_ratio);
-            (weight > 0.0).then(|| (k, weight, function.at(frequency_hz)))
-        })
-        .collect();
-    let largest = lines
-        .iter()
-        .filter(|(_, weight, _)| *weight > 0.5)
-        .map(|(.., h)| h.norm_sqr())
-        .fold(0.0, f64::max);
-    if largest <= 0.0 {
-        return Err(RenderError::NoResponse { band: config.band });
-    }
-    let floor = config.regularisation * largest;
-    let mut drive = vec![Complex::default(); spectrum.len()];
-    for (k, weight, h) in lines {
-        drive[k] = spectrum[k] * h.conj() * (weight / (h.norm_sqr() + floor));
-    }
-    Ok(fourier::real_inverse(drive, n))
+    InversePlan::new(target.len()).invert(target, rate, function, config)
 }
 
 fn require_band(band: Band, highest: Hertz, what: &'static str) -> Result<(), RenderError> {
@@ -478,6 +512,16 @@ pub enum RenderError {
         what: &'static str,
         /// Where it ends.
         highest: Hertz,
+    },
+    /// The plan is for another length.
+    #[error(
+        "cannot render: the plan is for {expected} samples, the target has {found}; make a plan for its length"
+    )]
+    Length {
+        /// The plan's length.
+        expected: usize,
+        /// The target's length.
+        found: usize,
     },
     /// The regularisation is not a number from zero up.
     #[error("expected a regularisation of 0 or more, found {found}; 9e-6 is the usual one")]

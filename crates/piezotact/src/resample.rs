@@ -15,7 +15,7 @@ use crate::series::Series;
 pub const REJECTION_DB: f64 = 120.0;
 
 /// Outputs that are computed side by side.
-const LANES: usize = 32;
+const LANES: usize = 16;
 /// The largest table of coefficients, in numbers (128 MB).
 const LARGEST_TABLE: usize = 1 << 24;
 
@@ -42,13 +42,11 @@ impl std::fmt::Debug for Resampler {
     }
 }
 
-/// Up to [`LANES`] neighbouring outputs of a cycle and the coefficients that make them.
+/// [`LANES`] neighbouring outputs of a cycle and the coefficients that make them.
 #[derive(Clone)]
 struct Run {
     /// The first input it needs, counted from `reach` before the cycle's first.
     first: usize,
-    /// How many outputs it makes.
-    outputs: usize,
     /// The coefficient of every input for every lane.
     taps: Vec<[f64; LANES]>,
 }
@@ -76,7 +74,8 @@ impl Resampler {
         let length_s = (REJECTION_DB - 7.95) / (2.285 * 2.0 * PI * (stop_hz - passband.0));
         let beta = 0.1102 * (REJECTION_DB - 8.7);
         let (up, down) = ratio(to.hz() / from.hz()).ok_or(ResampleError::Ratio { from, to })?;
-        let cycles = LANES.div_ceil(up);
+        // As many cycles as fill the lanes.
+        let cycles = LANES / gcd(up, LANES);
         let (outputs, inputs) = (up * cycles, down * cycles);
         let half_taps = (0.5 * length_s * from.hz()).ceil().max(1.0) as usize;
         if outputs.saturating_mul(2 * half_taps + 2) > LARGEST_TABLE {
@@ -99,12 +98,11 @@ impl Resampler {
         let runs = (0..outputs)
             .step_by(LANES)
             .map(|start| {
-                let count = LANES.min(outputs - start);
                 let input_of = |output: usize| output * down / up;
                 let first = input_of(start) + 1;
-                let span = input_of(start + count - 1) + 2 * half_taps + 1 - first;
+                let span = input_of(start + LANES - 1) + 2 * half_taps + 1 - first;
                 let mut taps = vec![[0.0; LANES]; span];
-                for lane in 0..count {
+                for lane in 0..LANES {
                     let output = start + lane;
                     let (base, late) = (input_of(output), output * down % up);
                     let at = |j: usize| {
@@ -116,11 +114,7 @@ impl Resampler {
                         taps[base + j - first][lane] = at(j) / sum;
                     }
                 }
-                Run {
-                    first,
-                    outputs: count,
-                    taps,
-                }
+                Run { first, taps }
             })
             .collect();
         Ok(Self {
@@ -151,24 +145,12 @@ impl Resampler {
         let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
         padded[self.reach..self.reach + n].copy_from_slice(samples);
         let mut out = Vec::with_capacity(cycles * self.outputs);
-        self.simd.dispatch(
-            #[inline(always)]
-            || {
-                for cycle in 0..cycles {
-                    for run in &self.runs {
-                        let start = cycle * self.inputs + run.first;
-                        let mut sums = [0.0; LANES];
-                        for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps)
-                        {
-                            for (sum, tap) in sums.iter_mut().zip(taps) {
-                                *sum += x * tap;
-                            }
-                        }
-                        out.extend_from_slice(&sums[..run.outputs]);
-                    }
-                }
-            },
-        );
+        self.simd.dispatch(Cycles {
+            resampler: self,
+            padded: &padded,
+            cycles,
+            out: &mut out,
+        });
         out.truncate(wanted);
         out
     }
@@ -177,6 +159,37 @@ impl Resampler {
     #[must_use]
     pub fn rates(&self) -> (SampleRate, SampleRate) {
         (self.from, self.to)
+    }
+}
+
+/// The inner loop of [`Resampler::process`], with the widest instructions that the machine has.
+struct Cycles<'a> {
+    resampler: &'a Resampler,
+    padded: &'a [f64],
+    cycles: usize,
+    out: &'a mut Vec<f64>,
+}
+
+impl pulp::WithSimd for Cycles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for cycle in 0..self.cycles {
+            for run in &self.resampler.runs {
+                let start = cycle * self.resampler.inputs + run.first;
+                let mut sums = [0.0; LANES];
+                for (x, taps) in self.padded[start..start + run.taps.len()]
+                    .iter()
+                    .zip(&run.taps)
+                {
+                    for (sum, tap) in sums.iter_mut().zip(taps) {
+                        *sum += x * tap;
+                    }
+                }
+                self.out.extend_from_slice(&sums);
+            }
+        }
     }
 }
 
@@ -247,6 +260,10 @@ fn ratio(value: f64) -> Option<(usize, usize)> {
         rest = 1.0 / (rest - whole);
     }
     None
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 /// The modified Bessel function of the first kind and order 0, by its power series.

@@ -101,7 +101,20 @@ pub fn rms(samples: &[f64]) -> f64 {
 /// Source: max|x|.
 #[must_use]
 pub fn peak(samples: &[f64]) -> f64 {
-    samples.iter().fold(0.0, |peak, v| v.abs().max(peak))
+    // In lanes: a single running maximum waits for itself.
+    let mut lanes = [0.0; 16];
+    let chunks = samples.chunks_exact(16);
+    let rest = chunks
+        .remainder()
+        .iter()
+        .fold(0.0, |peak, v| v.abs().max(peak));
+    for chunk in chunks {
+        for (lane, v) in lanes.iter_mut().zip(chunk) {
+            let v = v.abs();
+            *lane = if v > *lane { v } else { *lane };
+        }
+    }
+    lanes.iter().copied().fold(rest, f64::max)
 }
 
 /// Samples that make no series.

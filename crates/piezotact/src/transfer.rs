@@ -465,7 +465,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     #[must_use]
     pub fn delay(&self) -> Seconds {
         let n = 2 * (self.response.len() - 1);
-        let impulse = fourier::real_inverse(self.response.clone(), n);
+        let impulse = fourier::RealTransform::new(n).inverse(self.response.clone());
         let largest = (0..n / 2).max_by(|&a, &b| impulse[a].abs().total_cmp(&impulse[b].abs()));
         Seconds(largest.unwrap_or(0) as f64 / (n as f64 * self.resolution_hz))
     }

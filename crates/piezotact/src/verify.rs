@@ -370,11 +370,7 @@ fn align<Q: Quantity>(
 ) -> Result<Aligned, VerifyError> {
     let (t, m) = (target.samples(), measured.samples());
     let n = fourier::fast_length(t.len() + m.len());
-    let padded = |samples: &[f64]| {
-        let mut padded = samples.to_vec();
-        padded.resize(n, 0.0);
-        fourier::real_forward(&padded)
-    };
+    let mut transform = fourier::RealTransform::new(n);
     let rate_hz = target.rate().hz();
     let weights: Vec<f64> = (0..=n / 2)
         .map(|k| {
@@ -383,7 +379,7 @@ fn align<Q: Quantity>(
                 .weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)
         })
         .collect();
-    let (target_bins, measured_bins) = (padded(t), padded(m));
+    let (target_bins, measured_bins) = (transform.forward(t), transform.forward(m));
     for (what, bins) in [
         ("the target", &target_bins),
         ("the measurement", &measured_bins),
@@ -406,7 +402,7 @@ fn align<Q: Quantity>(
         .zip(&weights)
         .map(|((t, m), w)| t.conj() * m * w * w)
         .collect();
-    let correlation = fourier::real_inverse(cross.clone(), n);
+    let correlation = transform.inverse(cross.clone());
     let strongest = (0..n)
         .max_by(|&a, &b| correlation[a].abs().total_cmp(&correlation[b].abs()))
         .unwrap_or(0);
@@ -427,7 +423,7 @@ fn align<Q: Quantity>(
             * sign
     };
     let lag = golden_section_maximum(at, whole - 0.75, whole + 0.75);
-    let shifted = |in_band: bool| {
+    let mut shifted = |in_band: bool| {
         let bins = measured_bins
             .iter()
             .zip(&weights)
@@ -436,25 +432,25 @@ fn align<Q: Quantity>(
                 let turned = bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64);
                 if in_band { turned * w } else { turned }
             });
-        let mut samples = fourier::real_inverse(bins.collect(), n);
+        let mut samples = transform.inverse(bins.collect());
         samples.truncate(t.len());
         samples
     };
-    let mut target_in_band = fourier::real_inverse(
+    let (measured, measured_in_band) = (shifted(false), shifted(true));
+    let mut target_in_band = transform.inverse(
         target_bins
             .iter()
             .zip(&weights)
             .map(|(bin, w)| bin * w)
             .collect(),
-        n,
     );
     target_in_band.truncate(t.len());
     let from = (-lag).ceil().max(0.0) as usize;
     let to = (m.len() as f64 - lag).floor().clamp(0.0, t.len() as f64) as usize;
     Ok(Aligned {
         delay: Seconds(lag / rate_hz),
-        measured: shifted(false),
-        measured_in_band: shifted(true),
+        measured,
+        measured_in_band,
         target_in_band,
         from: from.min(to),
         to,

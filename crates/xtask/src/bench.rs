@@ -80,20 +80,33 @@ struct Turn {
 pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     let folder = inputs(python, &script)?;
-    println!("CPU time on one core, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours\n");
-    println!("{:<5}{:<11}{:>26}{:>9}{:>11}   {}", "work", "program", "CPU ms", "ratio", "to reach", "peak MB (input)");
+    println!(
+        "CPU time on one core, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours\n"
+    );
+    println!(
+        "{:<5}{:<11}{:>26}{:>9}{:>11}   {}",
+        "work", "program", "CPU ms", "ratio", "to reach", "peak MB (input)"
+    );
     let mut missed = Vec::new();
-    for work in WORKS.iter().filter(|work| only.is_empty() || only.contains(&work.name)) {
+    for work in WORKS
+        .iter()
+        .filter(|work| only.is_empty() || only.contains(&work.name))
+    {
         let mut ours: Vec<Turn> = Vec::new();
         let mut theirs: Vec<Vec<Turn>> = work.peers.iter().map(|_| Vec::new()).collect();
         for _ in 0..ROUNDS {
             ours.push(turn(
-                Command::new(std::env::current_exe()?).args(["work", work.name]).arg(&folder),
+                Command::new(std::env::current_exe()?)
+                    .args(["work", work.name])
+                    .arg(&folder),
                 work.repetitions,
             )?);
             for ((peer, _), turns) in work.peers.iter().zip(&mut theirs) {
                 let name = format!("{}-{peer}", work.name);
-                turns.push(turn(Command::new(python).arg(&script).arg(name).arg(&folder), work.repetitions)?);
+                turns.push(turn(
+                    Command::new(python).arg(&script).arg(name).arg(&folder),
+                    work.repetitions,
+                )?);
             }
         }
         let our_median = quartiles(&ours)[1];
@@ -101,13 +114,19 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
         row("piezotact", &ours, None);
         let allowed = 1.2 * ours[0].input_mb + 64.0;
         if ours.iter().any(|turn| turn.peak_mb > allowed) {
-            missed.push(format!("{}: peak memory above 1.2 × input + 64 MB = {allowed:.0} MB", work.name));
+            missed.push(format!(
+                "{}: peak memory above 1.2 × input + 64 MB = {allowed:.0} MB",
+                work.name
+            ));
         }
         for ((peer, to_reach), turns) in work.peers.iter().zip(&theirs) {
             let ratio = quartiles(turns)[1] / our_median;
             row(peer, turns, Some((ratio, *to_reach)));
             if ratio < *to_reach {
-                missed.push(format!("{} against {peer}: {ratio:.1}×, to reach {to_reach}×", work.name));
+                missed.push(format!(
+                    "{} against {peer}: {ratio:.1}×, to reach {to_reach}×",
+                    work.name
+                ));
             }
             agree(&folder, work, peer)?;
         }
@@ -123,22 +142,39 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
 
 fn inputs(python: &str, script: &Path) -> Result<PathBuf> {
     let folder = std::env::temp_dir().join("piezotact-bench");
-    let made = Command::new(python).arg(script).arg("inputs").arg(&folder).status().context(python.to_owned())?;
+    let made = Command::new(python)
+        .arg(script)
+        .arg("inputs")
+        .arg(&folder)
+        .status()
+        .context(python.to_owned())?;
     ensure!(made.success(), "the inputs could not be made");
     Ok(folder)
 }
 
 fn turn(command: &mut Command, repetitions: usize) -> Result<Turn> {
-    for limit in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"] {
+    for limit in [
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    ] {
         command.env(limit, "1");
     }
     let done = command.arg(repetitions.to_string()).output()?;
-    ensure!(done.status.success(), "{command:?} failed: {}", String::from_utf8_lossy(&done.stderr));
+    ensure!(
+        done.status.success(),
+        "{command:?} failed: {}",
+        String::from_utf8_lossy(&done.stderr)
+    );
     Ok(serde_json::from_slice(&done.stdout)?)
 }
 
 fn quartiles(turns: &[Turn]) -> [f64; 3] {
-    let mut all: Vec<f64> = turns.iter().flat_map(|turn| turn.cpu_s.iter().copied()).collect();
+    let mut all: Vec<f64> = turns
+        .iter()
+        .flat_map(|turn| turn.cpu_s.iter().copied())
+        .collect();
     all.sort_by(f64::total_cmp);
     [0.25, 0.5, 0.75].map(|q| all[((all.len() - 1) as f64 * q).round() as usize])
 }
@@ -162,22 +198,43 @@ fn row(name: &str, turns: &[Turn], ratio: Option<(f64, f64)>) {
 fn agree(folder: &Path, work: &Work, peer: &str) -> Result<()> {
     let read = |name: String| -> Result<Vec<f64>> {
         let bytes = std::fs::read(folder.join(name))?;
-        Ok(bytes.chunks_exact(8).map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])).collect())
+        Ok(bytes
+            .chunks_exact(8)
+            .map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
+            .collect())
     };
     let ours = read(format!("{}-piezotact.f64", work.name))?;
     let theirs = read(format!("{}-{peer}.f64", work.name))?;
-    ensure!(ours.len() == theirs.len(), "{} and {peer} differ in length: {} and {}", work.name, ours.len(), theirs.len());
+    ensure!(
+        ours.len() == theirs.len(),
+        "{} and {peer} differ in length: {} and {}",
+        work.name,
+        ours.len(),
+        theirs.len()
+    );
     let ends = if work.name == "W3" { 4800 } else { 0 };
     let inner = ends..ours.len() - ends;
-    let largest = theirs.iter().fold(0.0f64, |largest, v| largest.max(v.abs()));
+    let largest = theirs
+        .iter()
+        .fold(0.0f64, |largest, v| largest.max(v.abs()));
     let (worst, allowed) = match work.agreement {
-        Agreement::Relative(allowed) => {
-            (inner.map(|i| ((ours[i] - theirs[i]) / theirs[i]).abs()).fold(0.0, f64::max), allowed)
-        }
-        Agreement::OfLargest(allowed) => {
-            (inner.map(|i| (ours[i] - theirs[i]).abs() / largest).fold(0.0, f64::max), allowed)
-        }
+        Agreement::Relative(allowed) => (
+            inner
+                .map(|i| ((ours[i] - theirs[i]) / theirs[i]).abs())
+                .fold(0.0, f64::max),
+            allowed,
+        ),
+        Agreement::OfLargest(allowed) => (
+            inner
+                .map(|i| (ours[i] - theirs[i]).abs() / largest)
+                .fold(0.0, f64::max),
+            allowed,
+        ),
     };
-    ensure!(worst <= allowed, "{} and {peer} disagree by {worst:e}, {allowed:e} is allowed", work.name);
+    ensure!(
+        worst <= allowed,
+        "{} and {peer} disagree by {worst:e}, {allowed:e} is allowed",
+        work.name
+    );
     Ok(())
 }

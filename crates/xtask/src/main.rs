@@ -12,7 +12,9 @@ fn main() -> Result<()> {
     match arguments.as_slice() {
         ["tidy"] => tidy::run(),
         ["bench", python, only @ ..] => bench::run(python, only),
-        ["work", name, folder, repetitions] => work::run(name, folder.as_ref(), repetitions.parse()?),
+        ["work", name, folder, repetitions] => {
+            work::run(name, folder.as_ref(), repetitions.parse()?)
+        }
         _ => bail!("expected `tidy`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"),
     }
 }

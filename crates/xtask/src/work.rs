@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use cpu_time::ProcessTime;
 use num_complex::Complex;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
-use piezotact::render::{InverseConfig, invert};
+use piezotact::render::{InverseConfig, InversePlan};
 use piezotact::resample::Resampler;
 use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
@@ -18,7 +18,10 @@ use serde_json::json;
 /// its CPU times and memory.
 #[allow(clippy::print_stdout, reason = "its result is one line of JSON")]
 pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
-    let Prepared { input_bytes, mut work } = match name {
+    let Prepared {
+        input_bytes,
+        mut work,
+    } = match name {
         "W1a" => w1a(folder)?,
         "W1b" => w1b(folder)?,
         "W2a" => w2a(folder)?,
@@ -65,8 +68,15 @@ fn load(folder: &Path, name: &str) -> Result<Vec<f64>> {
 
 fn peak_memory_mb() -> Result<f64> {
     let status = std::fs::read_to_string("/proc/self/status")?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM")).context("no VmHWM")?;
-    let kilobytes: f64 = line.split_whitespace().nth(1).context("no number")?.parse()?;
+    let line = status
+        .lines()
+        .find(|line| line.starts_with("VmHWM"))
+        .context("no VmHWM")?;
+    let kilobytes: f64 = line
+        .split_whitespace()
+        .nth(1)
+        .context("no number")?
+        .parse()?;
     Ok(kilobytes / 1024.0)
 }
 
@@ -78,7 +88,10 @@ fn w1a(folder: &Path) -> Result<Prepared> {
     let x = load(folder, "W1a")?;
     let mut plan = WelchPlan::new(&WelchConfig::thesis_2024(), rate(5000.0)?)?;
     let input_bytes = x.len() * 8;
-    Ok(Prepared { input_bytes, work: Box::new(move || Ok(plan.estimate::<Acceleration>(&[&x])?.values)) })
+    Ok(Prepared {
+        input_bytes,
+        work: Box::new(move || Ok(plan.estimate::<Acceleration>(&[&x])?.values)),
+    })
 }
 
 fn w1b(folder: &Path) -> Result<Prepared> {
@@ -149,7 +162,11 @@ fn w3(folder: &Path) -> Result<Prepared> {
     let data = load(folder, "W3")?;
     let (target, h) = data.split_at(50_000);
     let (re, im) = h.split_at(1025);
-    let response = re.iter().zip(im).map(|(re, im)| Complex::new(*re, *im)).collect();
+    let response = re
+        .iter()
+        .zip(im)
+        .map(|(re, im)| Complex::new(*re, *im))
+        .collect();
     let function = TransferFunction::<Drive, Acceleration>::from_lines(
         response,
         vec![1.0; 1025],
@@ -159,18 +176,25 @@ fn w3(folder: &Path) -> Result<Prepared> {
         100,
     )?;
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
-    let config = InverseConfig { band, edge_ratio: 0.1, regularisation: 1e-3 };
+    let config = InverseConfig {
+        band,
+        edge_ratio: 0.1,
+        regularisation: 1e-3,
+    };
     let resampler = Resampler::new(rate(5000.0)?, rate(48_000.0)?, Hertz(1100.0))?;
+    let mut plan = InversePlan::new(target.len());
     let (target, path) = (target.to_vec(), folder.join("W3-piezotact.wav"));
     Ok(Prepared {
         input_bytes: target.len() * 8,
         work: Box::new(move || {
-            let mut drive = resampler.process(&invert(&target, rate(5000.0)?, &function, &config)?);
+            let mut drive =
+                resampler.process(&plan.invert(&target, rate(5000.0)?, &function, &config)?);
             let level = 0.9 / peak(&drive);
             for sample in &mut drive {
                 *sample *= level;
             }
-            write_wav(&path, &[&drive], 48_000, SampleFormat::Pcm24).map_err(|error| anyhow!(error))?;
+            write_wav(&path, &[&drive], 48_000, SampleFormat::Pcm24)
+                .map_err(|error| anyhow!(error))?;
             Ok(drive)
         }),
     })

@@ -51,23 +51,13 @@ impl SegmentTransform {
     /// Detrends and windows segment `a` into the real and `b` into the imaginary parts of `z`, and
     /// transforms it. Both have the window's length.
     pub(crate) fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
-        let (window, detrend) = (&self.window, self.detrend);
-        self.simd.dispatch(
-            #[inline(always)]
-            || {
-                let (ta, tb) = (Trend::of(a, detrend), Trend::of(b, detrend));
-                if matches!(detrend, Detrend::Linear) {
-                    for (i, (((z, a), b), w)) in z.iter_mut().zip(a).zip(b).zip(window).enumerate()
-                    {
-                        *z = Complex::new((a - ta.at(i)) * w, (b - tb.at(i)) * w);
-                    }
-                } else {
-                    for (((z, a), b), w) in z.iter_mut().zip(a).zip(b).zip(window) {
-                        *z = Complex::new((a - ta.offset) * w, (b - tb.offset) * w);
-                    }
-                }
-            },
-        );
+        self.simd.dispatch(FillPair {
+            a,
+            b,
+            window: &self.window,
+            detrend: self.detrend,
+            z: &mut *z,
+        });
         self.fft.process_with_scratch(z, &mut self.scratch);
     }
 
@@ -108,6 +98,41 @@ impl SegmentTransform {
                 }
             },
         );
+    }
+}
+
+/// Detrends and windows `a` into the real and `b` into the imaginary parts of `z`, with the widest
+/// instructions that the machine has.
+struct FillPair<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+    window: &'a [f64],
+    detrend: Detrend,
+    z: &'a mut [Complex<f64>],
+}
+
+impl pulp::WithSimd for FillPair<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self {
+            a,
+            b,
+            window,
+            detrend,
+            z,
+        } = self;
+        let (ta, tb) = (Trend::of(a, detrend), Trend::of(b, detrend));
+        if matches!(detrend, Detrend::Linear) {
+            for (i, (((z, a), b), w)) in z.iter_mut().zip(a).zip(b).zip(window).enumerate() {
+                *z = Complex::new((a - ta.at(i)) * w, (b - tb.at(i)) * w);
+            }
+        } else {
+            for (((z, a), b), w) in z.iter_mut().zip(a).zip(b).zip(window) {
+                *z = Complex::new((a - ta.offset) * w, (b - tb.offset) * w);
+            }
+        }
     }
 }
 

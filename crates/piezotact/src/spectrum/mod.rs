@@ -364,7 +364,7 @@ pub fn welch<Q: Quantity>(
 #[must_use]
 pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
     let n = x.samples().len();
-    let spectrum = crate::fourier::real_forward(x.samples());
+    let spectrum = crate::fourier::RealTransform::new(n).forward(x.samples());
     let amplitudes = spectrum.iter().enumerate().map(|(k, bin)| {
         let alone = k == 0 || 2 * k == n;
         bin.norm() * if alone { 1.0 } else { 2.0 } / n as f64
