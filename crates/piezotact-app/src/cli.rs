@@ -120,7 +120,7 @@ pub(crate) struct Spectrum {
     pub(crate) median: bool,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Prints frequency_hz and psd as JSON.
+    /// Prints `frequency_hz` and `psd` as JSON.
     #[arg(long, group = "form")]
     pub(crate) json: bool,
     /// Prints frequency and PSD as CSV.

@@ -1,4 +1,4 @@
-//! Seeded randomness. The generator is ChaCha8 by name, and what is drawn from it is written here, so that
+//! Seeded randomness. The generator is `ChaCha8` by name, and what is drawn from it is written here, so that
 //! one seed gives one sequence on every machine for ever.
 
 use std::f64::consts::TAU;

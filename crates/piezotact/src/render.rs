@@ -206,7 +206,7 @@ impl InversePlan {
 /// The drive whose response is `target`, as long as the target and circular: what leaves one end comes in at
 /// the other. Samples of `O` at `rate` become samples of `I`.
 ///
-/// Formula: irfft(FIV · conj(H)/(|H|² + ε·max_band|H|²) · W), H interpolated linearly in its real and
+/// Formula: `irfft(FIV · conj(H)/(|H|² + ε·max_band|H|²) · W)`, H interpolated linearly in its real and
 /// imaginary part, W the band with raised-cosine edges.
 ///
 /// Source: the thesis' eq. 16–17, regularised as in Kirkeby and Nelson (1999), JAES 47(7/8).

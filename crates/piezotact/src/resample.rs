@@ -102,8 +102,7 @@ impl Resampler {
                 let first = input_of(start) + 1;
                 let span = input_of(start + LANES - 1) + 2 * half_taps + 1 - first;
                 let mut taps = vec![[0.0; LANES]; span];
-                for lane in 0..LANES {
-                    let output = start + lane;
+                for (lane, output) in (start..start + LANES).enumerate() {
                     let (base, late) = (input_of(output), output * down % up);
                     let at = |j: usize| {
                         let ahead = j as f64 - half_taps as f64 - late as f64 / up as f64;
@@ -209,18 +208,30 @@ pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>,
     Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
 }
 
-/// Two series at the lower of their two rates, so that they can be compared, and the doubt that says which one
-/// was converted; both unchanged when their rates are equal.
+/// Two series at one rate, so that they can be compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CommonRate<Q: Quantity> {
+    /// The first one.
+    pub first: Series<Q>,
+    /// The second one.
+    pub second: Series<Q>,
+    /// Which of them was converted, if one was.
+    pub doubt: Option<Doubt>,
+}
+
+/// Two series, each with the name it has for people, at the lower of their two rates; as they are when their
+/// rates are equal.
 ///
 /// Source: [`resample`].
 ///
 /// # Errors
 /// Those of [`resample`].
 pub fn to_common_rate<Q: Quantity>(
-    a: (&str, Series<Q>),
-    b: (&str, Series<Q>),
-) -> Result<(Series<Q>, Series<Q>, Option<Doubt>), ResampleError> {
-    let (ra, rb) = (a.1.rate(), b.1.rate());
+    first: (&str, Series<Q>),
+    second: (&str, Series<Q>),
+) -> Result<CommonRate<Q>, ResampleError> {
+    let ((first_name, first), (second_name, second)) = (first, second);
+    let (from, to) = (first.rate(), second.rate());
     let converted = |what: &str, from: SampleRate, to: SampleRate| {
         Some(Doubt::RateConverted {
             what: what.into(),
@@ -228,12 +239,25 @@ pub fn to_common_rate<Q: Quantity>(
             to_hz: to.hz(),
         })
     };
-    if ra.hz() > rb.hz() {
-        Ok((resample(&a.1, rb)?, b.1, converted(a.0, ra, rb)))
-    } else if rb.hz() > ra.hz() {
-        Ok((a.1, resample(&b.1, ra)?, converted(b.0, rb, ra)))
+    if from.hz() > to.hz() {
+        Ok(CommonRate {
+            first: resample(&first, to)?,
+            second,
+            doubt: converted(first_name, from, to),
+        })
+    } else if to.hz() > from.hz() {
+        let second = resample(&second, from)?;
+        Ok(CommonRate {
+            first,
+            second,
+            doubt: converted(second_name, to, from),
+        })
     } else {
-        Ok((a.1, b.1, None))
+        Ok(CommonRate {
+            first,
+            second,
+            doubt: None,
+        })
     }
 }
 
@@ -373,7 +397,7 @@ mod tests {
 
     #[test]
     fn rates_without_a_common_cycle_are_refused() {
-        let error = Resampler::new(hz(5000.0), hz(5000.000_123), Hertz(1000.0)).unwrap_err();
+        let error = Resampler::new(hz(5000.0), hz(5_000.000_123), Hertz(1000.0)).unwrap_err();
         assert!(matches!(error, ResampleError::Ratio { .. }), "{error}");
         assert!(Resampler::new(hz(5000.0), hz(1000.0), Hertz(1000.0)).is_err());
     }

@@ -470,20 +470,20 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         Seconds(largest.unwrap_or(0) as f64 / (n as f64 * self.resolution_hz))
     }
 
-    /// The doubt about coherence below `asked` in `band`, if there is one.
+    /// The doubt about coherence below `least_coherence` in `band`, if there is one.
     #[must_use]
-    pub fn low_coherence(&self, band: Band, asked: f64) -> Option<Doubt> {
+    pub fn low_coherence(&self, band: Band, least_coherence: f64) -> Option<Doubt> {
         let lines: Vec<(f64, f64)> = self
             .lines_in(band)
             .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz))
             .collect();
         let below = lines
             .iter()
-            .filter(|(coherence, _)| *coherence < asked)
+            .filter(|(coherence, _)| *coherence < least_coherence)
             .count();
         let (lowest, at_hz) = lines.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
         (below > 0).then(|| Doubt::LowCoherence {
-            asked,
+            asked: least_coherence,
             lowest,
             at_hz,
             share: below as f64 / lines.len() as f64,

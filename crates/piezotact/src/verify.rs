@@ -164,7 +164,7 @@ const NO_POWER_DB: f64 = -100.0;
 /// The delay is found by cross-correlation of the band-limited waveforms, to a fraction of a sample, and
 /// taken away; then the PSDs are compared line by line and the waveforms correlated.
 ///
-/// Formulas: error = 10·log10(S_measured/S_target); level = 20·log10 of the rms ratio in the band;
+/// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
 /// correlation = Σtm/√(Σt²·Σm²).
 ///
 /// Source: thesis section 4.2 for the comparison of spectra; generalised cross-correlation after Knapp and

@@ -5,7 +5,8 @@
     clippy::disallowed_methods,
     clippy::disallowed_types,
     clippy::print_stderr,
-    reason = "reads reference files"
+    clippy::unwrap_used,
+    reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
 use std::path::PathBuf;

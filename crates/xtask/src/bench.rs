@@ -84,8 +84,8 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
         "CPU time on one core, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours\n"
     );
     println!(
-        "{:<5}{:<11}{:>26}{:>9}{:>11}   {}",
-        "work", "program", "CPU ms", "ratio", "to reach", "peak MB (input)"
+        "{:<5}{:<11}{:>26}{:>9}{:>11}   peak MB (input)",
+        "work", "program", "CPU ms", "ratio", "to reach"
     );
     let mut missed = Vec::new();
     for work in WORKS

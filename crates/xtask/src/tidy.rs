@@ -1,4 +1,431 @@
-//! x
-pub(crate) fn run() -> anyhow::Result<()> {
+//! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
+use syn::spanned::Spanned;
+use syn::visit::Visit;
+
+/// The arrows between crates, and no others.
+const ARROWS: [(&str, &[&str]); 5] = [
+    ("piezotact", &[]),
+    ("piezotact-dataset", &["piezotact"]),
+    ("piezotact-bench", &["piezotact"]),
+    (
+        "piezotact-app",
+        &["piezotact", "piezotact-bench", "piezotact-dataset"],
+    ),
+    // Not part of the product: it measures and checks it.
+    ("xtask", &["piezotact", "piezotact-dataset"]),
+];
+/// What the science must not touch.
+const FORBIDDEN_IN_SCIENCE: [&str; 8] = [
+    "std::fs",
+    "std::env",
+    "std::net",
+    "std::process",
+    "std::thread",
+    "std::time",
+    "std::io",
+    "getrandom",
+];
+/// A file with more lines than this is two modules.
+const LONGEST_FILE: usize = 700;
+/// How the name of a number ends that says its unit, or that it has none.
+const UNIT_SUFFIXES: [&str; 26] = [
+    "_hz",
+    "_s",
+    "_n",
+    "_v",
+    "_db",
+    "_m",
+    "_kg",
+    "_f",
+    "_a",
+    "_deg",
+    "_m_s",
+    "_m_s2",
+    "_v_per_s",
+    "_ratio",
+    "_fraction",
+    "_share",
+    "_mb",
+    "ratio",
+    "fraction",
+    "share",
+    "scale",
+    "overlap",
+    "coherence",
+    "power",
+    "value",
+    "regularisation",
+];
+
+/// Checks all invariants.
+#[allow(clippy::print_stdout, reason = "its result is a list of findings")]
+pub(crate) fn run() -> Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .canonicalize()?;
+    let metadata = MetadataCommand::new().current_dir(&root).exec()?;
+    let mut findings = Findings::default();
+    arrows(&metadata, &mut findings);
+    science_is_pure(&root, &mut findings)?;
+    science_is_documented(&root, &mut findings)?;
+    licences(&root, &metadata, &mut findings)?;
+    files(&root, &mut findings)?;
+    decisions(&root, &mut findings)?;
+    if findings.0.is_empty() {
+        println!("tidy: all invariants hold");
+        return Ok(());
+    }
+    for finding in &findings.0 {
+        println!("tidy: {finding}");
+    }
+    std::process::exit(1)
+}
+
+#[derive(Default)]
+struct Findings(BTreeSet<String>);
+
+impl Findings {
+    fn add(&mut self, text: String) {
+        self.0.insert(text);
+    }
+}
+
+/// Invariant 1: data flows one way. `piezotact-bench` and `piezotact-dataset` never meet, not in tests either.
+fn arrows(metadata: &Metadata, findings: &mut Findings) {
+    let allowed: BTreeMap<&str, &[&str]> = ARROWS.into_iter().collect();
+    let ours: BTreeSet<&str> = metadata
+        .workspace_packages()
+        .iter()
+        .map(|package| package.name.as_str())
+        .collect();
+    for package in metadata.workspace_packages() {
+        let name = package.name.as_str();
+        let Some(targets) = allowed.get(name) else {
+            findings.add(format!(
+                "crate {name} has no line in xtask's ARROWS: say what it may depend on"
+            ));
+            continue;
+        };
+        for dependency in &package.dependencies {
+            let to = dependency.name.as_str();
+            if ours.contains(to) && !targets.contains(&to) {
+                findings.add(format!(
+                    "{name} → {to} is no arrow of the house: hand a value over in the app instead"
+                ));
+            }
+        }
+        if package.rust_version != metadata.workspace_packages()[0].rust_version {
+            findings.add(format!(
+                "{name} sets a rust-version of its own: take the workspace's"
+            ));
+        }
+    }
+}
+
+/// Invariant 2: the science touches no file, clock, thread, environment or entropy.
+fn science_is_pure(root: &Path, findings: &mut Findings) -> Result<()> {
+    let folder = root.join("crates/piezotact");
+    let lints = std::fs::read_to_string(folder.join("clippy.toml"))
+        .context("crates/piezotact/clippy.toml")?;
+    for wanted in [
+        "std::fs",
+        "std::time",
+        "std::thread",
+        "std::env",
+        "RandomState",
+    ] {
+        if !lints.contains(wanted) {
+            findings.add(format!(
+                "crates/piezotact/clippy.toml no longer forbids {wanted}"
+            ));
+        }
+    }
+    for file in rust_files(&folder.join("src"))? {
+        let text = std::fs::read_to_string(&file)?;
+        for forbidden in FORBIDDEN_IN_SCIENCE {
+            if let Some(line) = text
+                .lines()
+                .position(|line| line.contains(forbidden) && !line.trim().starts_with("//"))
+            {
+                findings.add(format!(
+                    "{}:{}: the science uses {forbidden}: take it as an argument",
+                    shown(root, &file),
+                    line + 1
+                ));
+            }
+        }
+    }
     Ok(())
+}
+
+/// Invariant 3: no public function of the science without shape, unit, errors and source.
+fn science_is_documented(root: &Path, findings: &mut Findings) -> Result<()> {
+    for file in rust_files(&root.join("crates/piezotact/src"))? {
+        let text = std::fs::read_to_string(&file)?;
+        let syntax = syn::parse_file(&text).with_context(|| file.display().to_string())?;
+        let mut visitor = Documentation {
+            file: shown(root, &file),
+            findings,
+        };
+        visitor.visit_file(&syntax);
+    }
+    Ok(())
+}
+
+/// A function names its source; a method belongs to a type that does.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Function,
+    Method,
+}
+
+struct Documentation<'a> {
+    file: String,
+    findings: &'a mut Findings,
+}
+
+impl Documentation<'_> {
+    fn check(
+        &mut self,
+        visibility: Option<&syn::Visibility>,
+        attributes: &[syn::Attribute],
+        signature: &syn::Signature,
+        kind: Kind,
+    ) {
+        if !matches!(visibility, Some(syn::Visibility::Public(_))) {
+            return;
+        }
+        let place = format!(
+            "{}:{}: {}",
+            self.file,
+            signature.span().start().line,
+            signature.ident
+        );
+        let docs: String = attributes
+            .iter()
+            .filter_map(doc_text)
+            .collect::<Vec<_>>()
+            .join("\n");
+        if docs.trim().is_empty() {
+            self.findings.add(format!(
+                "{place} has no documentation: say what, shape and unit"
+            ));
+        }
+        let returns = match &signature.output {
+            syn::ReturnType::Type(_, of) => quote_text(of),
+            syn::ReturnType::Default => String::new(),
+        };
+        if returns.starts_with("Result") && !docs.contains("# Errors") {
+            self.findings.add(format!(
+                "{place} can fail and does not say when: add `# Errors`"
+            ));
+        }
+        if kind == Kind::Function && !docs.contains("Source:") {
+            self.findings.add(format!(
+                "{place} names no source: add `Source:` with formula or reference"
+            ));
+        }
+        for input in &signature.inputs {
+            let syn::FnArg::Typed(argument) = input else {
+                continue;
+            };
+            let name = quote_text(&argument.pat);
+            if quote_text(&argument.ty) == "f64"
+                && !UNIT_SUFFIXES.iter().any(|suffix| name.ends_with(suffix))
+            {
+                self.findings.add(format!("{place}: `{name}: f64` does not say its unit: end its name with one, or own a type"));
+            }
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Documentation<'_> {
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        self.check(Some(&item.vis), &item.attrs, &item.sig, Kind::Function);
+    }
+
+    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+        self.check(Some(&item.vis), &item.attrs, &item.sig, Kind::Method);
+    }
+
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        let tests = item
+            .attrs
+            .iter()
+            .any(|attribute| attribute.path().is_ident("cfg"));
+        if !tests {
+            syn::visit::visit_item_mod(self, item);
+        }
+    }
+}
+
+fn doc_text(attribute: &syn::Attribute) -> Option<String> {
+    let syn::Meta::NameValue(pair) = &attribute.meta else {
+        return None;
+    };
+    let syn::Expr::Lit(syn::ExprLit {
+        lit: syn::Lit::Str(text),
+        ..
+    }) = &pair.value
+    else {
+        return None;
+    };
+    pair.path.is_ident("doc").then(|| text.value())
+}
+
+/// The source text of a piece of syntax, without spaces.
+fn quote_text(tokens: &impl Spanned) -> String {
+    tokens
+        .span()
+        .source_text()
+        .unwrap_or_default()
+        .replace(' ', "")
+}
+
+/// Every crate that the product links has a licence that `deny.toml` allows.
+fn licences(root: &Path, metadata: &Metadata, findings: &mut Findings) -> Result<()> {
+    let deny: toml::Table = std::fs::read_to_string(root.join("deny.toml"))?.parse()?;
+    let allowed: Vec<spdx::Licensee> = deny
+        .get("licenses")
+        .and_then(|section| section.get("allow"))
+        .and_then(toml::Value::as_array)
+        .context("deny.toml has no licenses.allow")?
+        .iter()
+        .filter_map(toml::Value::as_str)
+        .map(|licence| spdx::Licensee::parse(licence).with_context(|| licence.to_owned()))
+        .collect::<Result<_>>()?;
+    for package in linked(metadata)? {
+        let stated = package.license.as_deref().unwrap_or("none");
+        let expression = spdx::Expression::parse_mode(stated, spdx::ParseMode::LAX);
+        let fits = expression.is_ok_and(|expression| {
+            expression.evaluate(|wanted| allowed.iter().any(|licensee| licensee.satisfies(wanted)))
+        });
+        if !fits {
+            findings.add(format!(
+                "{} {} has the licence {stated}, which deny.toml does not allow",
+                package.name, package.version
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The crates that are linked into the `piezotact` command.
+fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
+    let graph = metadata
+        .resolve
+        .as_ref()
+        .context("cargo metadata gave no graph")?;
+    let nodes: BTreeMap<_, _> = graph.nodes.iter().map(|node| (&node.id, node)).collect();
+    let app = metadata
+        .workspace_packages()
+        .into_iter()
+        .find(|package| package.name.as_str() == "piezotact-app");
+    let mut open = vec![&app.context("there is no piezotact-app")?.id];
+    let mut seen = BTreeSet::new();
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        let normal = |dependency: &&cargo_metadata::NodeDep| {
+            dependency
+                .dep_kinds
+                .iter()
+                .any(|kind| kind.kind != DependencyKind::Development)
+        };
+        open.extend(
+            nodes[id]
+                .deps
+                .iter()
+                .filter(normal)
+                .map(|dependency| &dependency.pkg),
+        );
+    }
+    Ok(metadata
+        .packages
+        .iter()
+        .filter(|package| seen.contains(&package.id))
+        .collect())
+}
+
+/// No file too long to know, nothing left undone, no path of one machine.
+fn files(root: &Path, findings: &mut Findings) -> Result<()> {
+    // Written in two parts, so that this file does not find itself.
+    let left_undone = [
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
+        concat!("unimpl", "emented!("),
+    ];
+    for file in rust_files(&root.join("crates"))? {
+        let text = std::fs::read_to_string(&file)?;
+        let place = shown(root, &file);
+        if text.lines().count() > LONGEST_FILE {
+            findings.add(format!(
+                "{place} has more than {LONGEST_FILE} lines: split it"
+            ));
+        }
+        for (line, content) in text.lines().enumerate() {
+            if let Some(mark) = left_undone.iter().find(|mark| content.contains(**mark)) {
+                findings.add(format!(
+                    "{place}:{}: {mark}: do it, or open an issue",
+                    line + 1
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Decisions are numbered without gaps, and each says context, decision and consequences.
+fn decisions(root: &Path, findings: &mut Findings) -> Result<()> {
+    let mut names: Vec<PathBuf> = std::fs::read_dir(root.join("docs/decisions"))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<_>>()?;
+    names.sort();
+    for (number, path) in names.iter().enumerate() {
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if !name.starts_with(&format!("{:04}-", number + 1)) {
+            findings.add(format!(
+                "docs/decisions/{name}: expected number {:04}",
+                number + 1
+            ));
+        }
+        let text = std::fs::read_to_string(path)?;
+        for part in ["## Context", "## Decision", "## Consequences"] {
+            if !text.contains(part) {
+                findings.add(format!("docs/decisions/{name} lacks `{part}`"));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_dir() {
+            files.extend(rust_files(&path)?);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+fn shown(root: &Path, file: &Path) -> String {
+    file.strip_prefix(root)
+        .unwrap_or(file)
+        .display()
+        .to_string()
 }

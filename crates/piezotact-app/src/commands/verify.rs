@@ -2,7 +2,7 @@
 
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
-use piezotact::resample::to_common_rate;
+use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::verify::{self, Measured, Verification, VerifyConfig, VerifyError};
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::read_transfer;
@@ -39,9 +39,12 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         wanted = wanted.amplified(Decibels(level_db));
         doubts.push(Doubt::LevelChanged { level_db });
     }
-    let (wanted, response, converted) =
-        to_common_rate(("the target", wanted), ("the measurement", response))?;
-    doubts.extend(converted);
+    let CommonRate {
+        first: wanted,
+        second: response,
+        doubt,
+    } = to_common_rate(("the target", wanted), ("the measurement", response))?;
+    doubts.extend(doubt);
     let mut config = VerifyConfig::over(args.band, wanted.rate().hz());
     if let Some(rendering) = rendering {
         config.achievable.clone_from(&rendering.achievable_band_hz);
