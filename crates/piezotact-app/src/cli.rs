@@ -135,10 +135,10 @@ pub(crate) struct Spectrum {
 #[derive(Debug, Args)]
 pub(crate) struct Finger {
     /// The normal force that the participant holds, in N.
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = 0.2, allow_negative_numbers = true)]
     pub(crate) load: f64,
     /// The angle between finger and surface, in degrees.
-    #[arg(long, default_value_t = 20.0)]
+    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     pub(crate) angle: f64,
 }
 

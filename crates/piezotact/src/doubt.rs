@@ -86,6 +86,13 @@ pub enum Doubt {
         /// The rate it was brought to, in Hz.
         to_hz: f64,
     },
+    /// The target and the transfer function come from recordings of different rates.
+    RatesDiffer {
+        /// The target's rate in Hz.
+        target_hz: f64,
+        /// The rate of the recording behind the transfer function, in Hz.
+        transfer_hz: f64,
+    },
     /// Something the file does not say was read off its content.
     Guessed {
         /// What was guessed, and from what.
@@ -218,6 +225,13 @@ impl fmt::Display for Doubt {
             } => write!(
                 f,
                 "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz; the band fits both rates, nothing in it is lost"
+            ),
+            Self::RatesDiffer {
+                target_hz,
+                transfer_hz,
+            } => write!(
+                f,
+                "the target is sampled at {target_hz} Hz and the transfer function was measured at {transfer_hz} Hz: the band fits both and is rendered; check that they are meant for each other"
             ),
             Self::Guessed { what } => write!(f, "{what}: check it, or state it in the file"),
             Self::UnevenSampling { worst } => write!(

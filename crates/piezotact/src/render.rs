@@ -290,10 +290,9 @@ pub fn render<O: Quantity>(
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
-        doubts.push(Doubt::RateConverted {
-            what: "the transfer function".into(),
-            from_hz: function.rate.hz(),
-            to_hz: rate.hz(),
+        doubts.push(Doubt::RatesDiffer {
+            target_hz: rate.hz(),
+            transfer_hz: function.rate.hz(),
         });
     }
     let (achievable, given_up, share) = achievable(function, config)?;

@@ -99,9 +99,9 @@ pub struct Verification {
     pub clipped_fraction: f64,
     /// The lines of the spectra, Hz.
     pub frequency_hz: Vec<f64>,
-    /// The target's PSD, unit²/Hz.
+    /// The PSD of the band-limited target, unit²/Hz.
     pub target_psd: Vec<f64>,
-    /// The measurement's PSD, unit²/Hz.
+    /// The PSD of the band-limited measurement, unit²/Hz.
     pub measured_psd: Vec<f64>,
     /// Where the measurement starts in the aligned target, and the aligned measurement's samples.
     #[serde(skip)]
@@ -161,7 +161,7 @@ const NO_POWER_DB: f64 = -100.0;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate.
 ///
-/// The delay is found by cross-correlation of the band-limited waveforms, to a fraction of a sample, and
+/// Both are limited to the band. The delay is found by cross-correlation, to a fraction of a sample, and
 /// taken away; then the PSDs are compared line by line and the waveforms correlated.
 ///
 /// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
@@ -208,8 +208,9 @@ pub fn verify<Q: Quantity>(
     let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
 
     let mut plan = WelchPlan::new(&config.welch, rate)?;
-    let target_psd = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
-    let measured_psd = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
+    // Of the band-limited signals: what lies outside was not rendered and must not leak in.
+    let target_psd = plan.estimate::<Q>(&[wanted])?;
+    let measured_psd = plan.estimate::<Q>(&[got])?;
     let lines = errors_in_band(
         &target_psd.values,
         &measured_psd.values,

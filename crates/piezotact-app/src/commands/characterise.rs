@@ -12,7 +12,7 @@ use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument, TransferDocument, write_transfer};
 use serde_json::json;
 
-use super::run_plan;
+use super::{bench_failure, run_plan};
 use crate::cli::Characterise;
 use crate::failure::Outcome;
 use crate::output::{doubts_json, print, print_json, progress, say_doubts};
@@ -65,6 +65,8 @@ pub(crate) fn characterise(
     record: Option<&Path>,
 ) -> Outcome<Characterisation> {
     let setup = bench.player.calibrate()?;
+    // Refused before a file is begun.
+    bench.acquirer.ready(&config.run).map_err(bench_failure)?;
     let mut journal = record
         .map(|path| begin(path, bench, &config.run, Some(setup), None))
         .transpose()?;
@@ -83,7 +85,7 @@ pub(crate) fn characterise(
         })
     });
     bar.finish_and_clear();
-    let done = done?;
+    let done = done.map_err(bench_failure)?;
     if let Some(journal) = journal {
         journal.finish(done.recording.doubts.clone())?;
     }

@@ -15,7 +15,7 @@ use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
-use piezotact_bench::RunPlan;
+use piezotact_bench::{BenchError, RunPlan};
 use piezotact_dataset::{Contents, ReadOptions, read_recording};
 
 use crate::cli::{Cli, Command, Finger, Reading};
@@ -67,6 +67,14 @@ fn texture(
             _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
         }
     })
+}
+
+/// What a bench refuses because of what it was asked is a matter of the command line.
+fn bench_failure(error: BenchError) -> Failure {
+    match error {
+        BenchError::Impossible { .. } => usage(error),
+        other => other.into(),
+    }
 }
 
 fn run_plan(label: &str, finger: &Finger) -> RunPlan {

@@ -14,7 +14,7 @@ use piezotact_dataset::{ReadOptions, read_recording};
 use serde_json::json;
 
 use super::characterise::{begin, tenths};
-use super::run_plan;
+use super::{bench_failure, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome};
 use crate::output::{doubts_json, print, print_json, progress, say_doubts};
@@ -94,7 +94,7 @@ pub(crate) fn play(
         }
         .into());
     }
-    bench.acquirer.ready(run)?;
+    bench.acquirer.ready(run).map_err(bench_failure)?;
     let mut journal = begin(record, bench, run, Some(setup.clone()), rendering)?;
     let bar = progress(
         &format!("playing {:.1} of drive", drive.duration()),
@@ -106,7 +106,7 @@ pub(crate) fn play(
         journal.append(&chunk.channels).map_err(Into::into)
     });
     bar.finish_and_clear();
-    let recording = done?;
+    let recording = done.map_err(bench_failure)?;
     journal.finish(recording.doubts.clone())?;
     Ok(recording)
 }

@@ -294,7 +294,7 @@ pub(crate) fn psd(
 
 /// The span of frequencies that a verification's figures show.
 fn span(band: Band) -> (f64, f64) {
-    ((band.low().0 * 0.5).max(2.0), band.high().0 * 1.3)
+    ((band.low().0 * 0.95).max(1.0), band.high().0 * 1.05)
 }
 
 /// Target and measured PSD over the band that is judged.

@@ -1,0 +1,253 @@
+//! Real textures through the whole loop: on the twin with the command, and through measured hands.
+//!
+//! The files lie beside the checkout, in `../shared/data`; without them a test says that it was skipped, and
+//! with `CI=true` it fails.
+#![allow(
+    clippy::print_stderr,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test prints what it measured, and fails where it cannot"
+)]
+
+mod support;
+
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate};
+use piezotact::render::{RenderConfig, RenderError, render};
+use piezotact::resample::resample;
+use piezotact::series::{Series, peak, rms};
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{Estimator, TransferFunction, estimate};
+use piezotact::verify::{Measured, VerifyConfig, verify};
+use piezotact_dataset::{ReadOptions, read_recording};
+use support::{Folder, shared};
+
+const TEXTSENSE: [&str; 10] = [
+    "text3_ref",
+    "text3_v1",
+    "text3_v2",
+    "text3_v3",
+    "text3_v4",
+    "text9_ref",
+    "text9_v1",
+    "text9_v2",
+    "text9_v3",
+    "text9_v4",
+];
+const SCALE: &str = "200 m/s2";
+
+/// Every file, with the command and nothing else: render, play, verify over 20–1000 Hz.
+#[test]
+fn textsense_is_rendered_through_the_twin() {
+    let Some(data) = shared("data/vibration/textsense") else {
+        return;
+    };
+    let folder = Folder::new();
+    let bench = "twin:participant=2,seed=7";
+    folder
+        .run(&["characterise", "--bench", bench, "--out", "tf.json"])
+        .expect_success();
+    for name in TEXTSENSE {
+        let texture = data.join(format!("{name}.wav"));
+        let texture = texture.to_str().unwrap();
+        let render = [
+            "render",
+            texture,
+            "--scale",
+            SCALE,
+            "--transfer",
+            "tf.json",
+            "--out",
+            "drive.wav",
+        ];
+        folder.run(&render).expect_success();
+        folder
+            .run(&[
+                "play",
+                "drive.wav",
+                "--bench",
+                bench,
+                "--record",
+                "measured.parquet",
+            ])
+            .expect_success();
+        let verified = folder
+            .run(&[
+                "verify",
+                "--target",
+                texture,
+                "--scale",
+                SCALE,
+                "--measured",
+                "measured.parquet",
+                "--json",
+            ])
+            .json();
+        let number = |key: &str| verified[key].as_f64().unwrap();
+        eprintln!(
+            "{name}: {:.3} dB rms, {:.2} dB max, r {:.4}, achievable {}",
+            number("error_db_rms_achievable"),
+            number("error_db_max"),
+            number("waveform_correlation"),
+            verified["achievable_band_hz"]
+        );
+        assert!(
+            number("error_db_rms_achievable") <= 1.0,
+            "{name}: {verified}"
+        );
+        assert!(number("waveform_correlation") >= 0.95, "{name}: {verified}");
+    }
+}
+
+/// The skin of one hand: one output axis of its measured impulse responses, its largest |H| made 1 so that
+/// full scale means something.
+struct Hand {
+    impulse: Vec<f64>,
+    rate: SampleRate,
+}
+
+impl Hand {
+    const SAMPLES: usize = 522;
+
+    /// The axis that is stronger than `rank` of all 216, from 0 to 1.
+    fn load(path: &std::path::Path, rank: f64) -> Self {
+        let bytes = std::fs::read(path).unwrap();
+        let all: Vec<f64> = bytes
+            .chunks_exact(4)
+            .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+            .collect();
+        let mut axes: Vec<&[f64]> = all.chunks_exact(Self::SAMPLES).collect();
+        axes.sort_by(|a, b| rms(a).total_cmp(&rms(b)));
+        let axis = axes[(rank * (axes.len() - 1) as f64) as usize];
+        let mut hand = Self {
+            impulse: axis.to_vec(),
+            rate: SampleRate::new(1300.0).unwrap(),
+        };
+        let largest = (1..650)
+            .map(|f| {
+                let turn = std::f64::consts::TAU * f64::from(f) / 1300.0;
+                let (re, im) =
+                    hand.impulse
+                        .iter()
+                        .enumerate()
+                        .fold((0.0, 0.0), |(re, im), (i, h)| {
+                            (
+                                re + h * (turn * i as f64).cos(),
+                                im - h * (turn * i as f64).sin(),
+                            )
+                        });
+                re.hypot(im)
+            })
+            .fold(0.0, f64::max);
+        hand.impulse.iter_mut().for_each(|h| *h /= largest);
+        hand
+    }
+
+    /// What the skin does for a drive, with the sensor's noise 60 dB below it.
+    fn feel(&self, drive: &[f64], noise: &mut Noise) -> Vec<f64> {
+        let mut out = vec![0.0; drive.len()];
+        for (i, d) in drive.iter().enumerate().filter(|(_, d)| **d != 0.0) {
+            for (sum, h) in out[i..].iter_mut().zip(&self.impulse) {
+                *sum += d * h;
+            }
+        }
+        let level = rms(&out) * 1e-3;
+        out.iter_mut().for_each(|v| *v += level * noise.next());
+        out
+    }
+}
+
+/// Uniform noise of variance 1 from a linear congruential generator (Knuth's MMIX), good enough for a test.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()
+    }
+}
+
+/// Characterised by H1 from a minute of noise, as any device would be.
+fn characterised(hand: &Hand, noise: &mut Noise) -> TransferFunction<Drive, Acceleration> {
+    let drive: Vec<f64> = (0..60 * 1300).map(|_| 0.3 * noise.next()).collect();
+    let felt = hand.feel(&drive, noise);
+    let drive = Series::new(drive, hand.rate).unwrap();
+    let felt = Series::new(felt, hand.rate).unwrap();
+    estimate(&drive, &felt, &WelchConfig::hann(4096), Estimator::H1).unwrap()
+}
+
+/// Each texture through three measured hands, at the level that fits, within 1 dB rms of the part of
+/// 20–550 Hz that the inverse declares achievable, which is stated.
+#[test]
+fn textsense_is_rendered_through_measured_hands() {
+    let (Some(textures), Some(hands)) = (
+        shared("data/vibration/textsense"),
+        shared("data/frf/skinsource"),
+    ) else {
+        return;
+    };
+    let scale: Measure = SCALE.parse().unwrap();
+    let options = ReadOptions {
+        scale: Some(scale),
+        rate: None,
+    };
+    let band = Band::new(Hertz(20.0), Hertz(550.0)).unwrap();
+    // The strongest axis, near the contact, and a middling one far from it, which has notches.
+    for (model, rank) in [(1, 1.0), (2, 1.0), (3, 1.0), (1, 0.5), (2, 0.5), (3, 0.5)] {
+        let hand = Hand::load(&hands.join(format!("model-{model}-location-07.f32")), rank);
+        let mut noise = Noise(model);
+        let function = characterised(&hand, &mut noise);
+        let config = RenderConfig::over(band, hand.rate);
+        for name in TEXTSENSE {
+            let recording = read_recording(&textures.join(format!("{name}.wav")), &options)
+                .unwrap()
+                .recording;
+            let target =
+                resample(&recording.series::<Acceleration>(None).unwrap(), hand.rate).unwrap();
+            let (target, drive) = match render(&target, &function, &config) {
+                Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
+                    let fitting = target.amplified(fits_at);
+                    let drive = render(&fitting, &function, &config).unwrap();
+                    (fitting, drive)
+                }
+                other => (target, other.unwrap()),
+            };
+            assert!(peak(drive.drive.samples()) <= 1.0);
+            let felt =
+                Series::new(hand.feel(drive.drive.samples(), &mut noise), hand.rate).unwrap();
+            let mut config = VerifyConfig::over(band, hand.rate.hz());
+            config.achievable.clone_from(&drive.achievable);
+            let verified = verify(
+                &target,
+                Measured {
+                    response: &felt,
+                    drive: None,
+                },
+                &config,
+            )
+            .unwrap();
+            let given_up: Vec<String> = drive.given_up.iter().map(ToString::to_string).collect();
+            eprintln!(
+                "hand {model}, axis {rank}, {name}: {:.3} dB rms of the achievable part ({:.3} of all), r {:.4}; given up: {}",
+                verified.error_db_rms_achievable.unwrap(),
+                verified.error_db_rms,
+                verified.waveform_correlation,
+                given_up.join(", ")
+            );
+            let error_db = verified.error_db_rms_achievable.unwrap();
+            assert!(
+                error_db <= 1.0,
+                "hand {model}, axis {rank}, {name}: {}",
+                verified.verdict()
+            );
+            // The fades of 20 ms and what is given up cost a little of the waveform.
+            assert!(
+                verified.waveform_correlation >= 0.9,
+                "hand {model}, axis {rank}, {name}: {}",
+                verified.verdict()
+            );
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What the tests of the command share.
+#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(
+    clippy::print_stderr,
+    clippy::unwrap_used,
+    reason = "a test says what it skipped, and fails where it cannot go on"
+)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// A file or folder beside the checkout; `None`, said plainly, when it is not there. In CI it must be.
+pub(crate) fn shared(path: &str) -> Option<PathBuf> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared")
+        .join(path);
+    if file.exists() {
+        return Some(file);
+    }
+    assert!(
+        std::env::var_os("CI").is_none(),
+        "{} is missing, and CI needs it",
+        file.display()
+    );
+    eprintln!("skipped: {} is not there", file.display());
+    None
+}
+
+/// A folder of its own in which the command is run.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_piezotact"));
+        command
+            .args(arguments)
+            .current_dir(self.0.path())
+            .stdin(Stdio::null());
+        command
+    }
+
+    pub(crate) fn run(&self, arguments: &[&str]) -> Done {
+        let output = self.command(arguments).output().unwrap();
+        Done {
+            called: arguments.join(" "),
+            output,
+        }
+    }
+
+    /// The names of what is in the folder, sorted.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// A command that has ended.
+pub(crate) struct Done {
+    called: String,
+    output: Output,
+}
+
+impl Done {
+    pub(crate) fn out(&self) -> String {
+        String::from_utf8_lossy(&self.output.stdout).into_owned()
+    }
+
+    pub(crate) fn err(&self) -> String {
+        String::from_utf8_lossy(&self.output.stderr).into_owned()
+    }
+
+    #[track_caller]
+    pub(crate) fn expect_success(&self) {
+        assert!(
+            self.output.status.success(),
+            "piezotact {}: {}",
+            self.called,
+            self.err()
+        );
+    }
+
+    /// It failed with `code`, in one sentence that holds every one of `parts`, and without a panic.
+    #[track_caller]
+    pub(crate) fn expect_failure(&self, code: i32, parts: &[&str]) {
+        let (called, text) = (&self.called, self.err());
+        assert_eq!(
+            self.output.status.code(),
+            Some(code),
+            "piezotact {called}: {text}"
+        );
+        assert!(!text.contains("panicked"), "piezotact {called}: {text}");
+        for part in parts {
+            assert!(
+                text.contains(part),
+                "piezotact {called}: expected `{part}` in: {text}"
+            );
+        }
+    }
+
+    #[track_caller]
+    pub(crate) fn json(&self) -> serde_json::Value {
+        self.expect_success();
+        serde_json::from_slice(&self.output.stdout).unwrap()
+    }
+}
