@@ -369,7 +369,7 @@ fn a_file_that_cannot_be_read_is_named_with_what_to_do() {
         ("head.wav", &["damaged"]),
         ("other.wav", &["a MATLAB file", "CSV"]),
         ("binary.dat", &["binary file of an unknown kind"]),
-        ("words.csv", &["time column", "--rate"]),
+        ("words.csv", &["rows of numbers", "check the export"]),
         ("nan.csv", &["`NaN` in row 3, column `acc`"]),
         ("nan.wav", &["NaN at sample 0"]),
         ("cut.parquet", &["Parquet", "copy it again"]),
