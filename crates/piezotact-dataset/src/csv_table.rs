@@ -8,17 +8,21 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 
 use crate::error::ReadError;
+use crate::open::ReadOptions;
 
 /// Names under which a column holds the time.
 const TIME_NAMES: [&str; 5] = ["time", "t", "timestamp", "zeit", "temps"];
-/// Time steps that differ by less than this from their mean are even.
+/// Time steps that differ by less than this from the usual one are even.
 const EVEN: f64 = 0.01;
+/// A step longer than this many usual ones is a gap: rows are missing.
+const GAP: f64 = 1.5;
 
-/// Reads a table; the rate comes from `rate`, or else from its time column.
+/// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
+/// channel that names no unit may come from `options` too.
 pub(crate) fn read_table(
     path: &Path,
     bytes: &[u8],
-    rate: Option<SampleRate>,
+    options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     // Lab programs write Latin-1 as often as UTF-8; only names and units can be hit by it.
     let text = match std::str::from_utf8(bytes) {
@@ -130,7 +134,7 @@ pub(crate) fn read_table(
             "check the export",
         ));
     }
-    assemble(path, columns, rate)
+    assemble(path, columns, options)
 }
 
 struct Column {
@@ -165,15 +169,26 @@ impl Column {
 fn assemble(
     path: &Path,
     mut columns: Vec<Column>,
-    rate: Option<SampleRate>,
+    options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let mut doubts = Vec::new();
     let time = columns
         .iter()
         .position(Column::is_time)
         .map(|at| columns.remove(at));
-    let rate = match (rate, time) {
-        (Some(rate), _) => rate,
+    let rate = match (options.rate, time) {
+        (Some(stated), Some(time)) => {
+            if let Ok(found) = rate_of(path, &time, &mut Vec::new())
+                && (found.hz() / stated.hz() - 1.0).abs() > EVEN
+            {
+                doubts.push(Doubt::RateStated {
+                    stated_hz: stated.hz(),
+                    found_hz: found.hz(),
+                });
+            }
+            stated
+        }
+        (Some(stated), None) => stated,
         (None, Some(time)) => rate_of(path, &time, &mut doubts)?,
         (None, None) => {
             return Err(ReadError::content(
@@ -185,25 +200,40 @@ fn assemble(
         }
     };
     let mut channels = Vec::with_capacity(columns.len());
+    let (mut without_unit, mut scaled) = (Vec::new(), false);
     for column in columns {
-        let (unit, factor) = Unit::parse(column.unit.as_deref().unwrap_or(""));
+        let (mut unit, mut factor) = Unit::parse(column.unit.as_deref().unwrap_or(""));
         if matches!(&unit, Unit::Other(text) if text.is_empty()) {
-            doubts.push(Doubt::Guessed {
-                what: format!(
-                    "channel `{}` names no unit and is taken as plain numbers",
-                    column.name
-                ),
-            });
+            match &options.scale {
+                Some(scale) => (unit, factor, scaled) = (scale.unit.clone(), scale.value, true),
+                None => without_unit.push(column.name.clone()),
+            }
         }
-        let samples = if factor == 1.0 {
-            column.values
-        } else {
-            column.values.iter().map(|v| v * factor).collect()
-        };
+        let mut samples = column.values;
+        for sample in &mut samples {
+            *sample *= factor;
+        }
         channels.push(Channel {
             name: column.name,
             unit,
             samples,
+        });
+    }
+    if let [first, others @ ..] = without_unit.as_slice() {
+        let others = if others.is_empty() {
+            String::new()
+        } else {
+            format!(" and {} more", others.len())
+        };
+        doubts.push(Doubt::Guessed {
+            what: format!(
+                "channel `{first}`{others} names no unit and is taken as plain numbers (write `{first} (m/s2)` in the header, or say what 1 stands for with --scale)"
+            ),
+        });
+    }
+    if let (Some(scale), false) = (&options.scale, scaled) {
+        doubts.push(Doubt::Guessed {
+            what: format!("the scale {scale} was not used, every channel names its unit"),
         });
     }
     let provenance = Provenance {
@@ -221,14 +251,13 @@ fn assemble(
     Ok(recording)
 }
 
-/// The rate that a time column stands for.
+/// The rate that a time column stands for: one over its mean step, when no step is a gap.
 fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<SampleRate, ReadError> {
     let steps: Vec<f64> = time
         .values
         .windows(2)
         .map(|pair| pair[1] - pair[0])
         .collect();
-    let count = steps.len() as f64;
     if steps.is_empty() {
         return Err(ReadError::content(
             path,
@@ -237,7 +266,6 @@ fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<Sample
             "record longer, or give --rate",
         ));
     }
-    let mean = (time.values[time.values.len() - 1] - time.values[0]) / count;
     if let Some(at) = steps.iter().position(|step| *step <= 0.0) {
         return Err(ReadError::content(
             path,
@@ -246,9 +274,21 @@ fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<Sample
             "sort the rows, or give --rate",
         ));
     }
+    let mut sorted = steps.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted[sorted.len() / 2];
+    if let Some(at) = steps.iter().position(|step| *step > GAP * usual) {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to rise in steps of about {usual}", time.name),
+            format!("a gap from {} to {}", time.values[at], time.values[at + 1]),
+            "rows are missing: cut the recording there, or state --rate to read it as if it were whole",
+        ));
+    }
+    let mean = (time.values[time.values.len() - 1] - time.values[0]) / steps.len() as f64;
     let to_seconds = match time.unit.as_deref().map(Unit::parse) {
         Some((Unit::Second, factor)) => factor,
-        Some((unit, _)) if !unit.symbol().is_empty() && unit.symbol() != "no unit" => {
+        Some((unit, _)) if unit != Unit::Other(String::new()) => {
             return Err(ReadError::content(
                 path,
                 format!("`{}` in s, ms or µs", time.name),
@@ -275,7 +315,7 @@ fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<Sample
     };
     let worst = steps
         .iter()
-        .map(|step| (step / mean - 1.0).abs())
+        .map(|step| (step / usual - 1.0).abs())
         .fold(0.0, f64::max);
     if worst > EVEN {
         doubts.push(Doubt::UnevenSampling { worst });
@@ -291,7 +331,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Recording, ReadError> {
-        read_table(Path::new("t.csv"), text.as_bytes(), None)
+        read_table(Path::new("t.csv"), text.as_bytes(), &ReadOptions::default())
     }
 
     #[test]
@@ -329,6 +369,10 @@ mod tests {
             ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
             ("time (s),acc (g)\n", "rows of numbers"),
             ("time (s),acc (g)\n0,1\n", "two rows"),
+            (
+                "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",
+                "a gap from 0.2 to 0.7",
+            ),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(part), "{text:?}: {error}");

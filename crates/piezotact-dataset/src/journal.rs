@@ -170,11 +170,13 @@ impl JournalWriter {
         Ok(())
     }
 
-    /// Ends the recording: the journal becomes the Parquet file with the end document in it.
+    /// Ends the recording: the journal becomes the Parquet file with the end document in it. A recording that
+    /// stood there before is kept beside it under a name of its own, which is returned; the same bytes are not
+    /// kept twice.
     ///
     /// # Errors
     /// [`WriteError`] when the Parquet file cannot be written; the journal then stays and can be read.
-    pub fn finish(mut self, doubts: Vec<Doubt>) -> Result<(), WriteError> {
+    pub fn finish(mut self, doubts: Vec<Doubt>) -> Result<Option<PathBuf>, WriteError> {
         self.stream.finish().map_err(arrow_failed(&self.journal))?;
         to_disk(&mut self.stream, &self.journal)?;
         let end = EndDocument {
@@ -186,9 +188,43 @@ impl JournalWriter {
             None,
         )
         .map_err(arrow_failed(&self.journal))?;
-        write_parquet(&self.path, &self.start, &end, batches)?;
-        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))
+        let aside = side_path(&self.path);
+        write_parquet(&aside, &self.start, &end, batches)?;
+        let kept = keep_aside(&self.path, &aside)?;
+        std::fs::rename(&aside, &self.path).map_err(WriteError::io(&self.path))?;
+        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;
+        Ok(kept)
     }
+}
+
+/// Where a finished recording stands until the one before it is out of the way: `NAME.whole`.
+fn side_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".whole");
+    name.into()
+}
+
+/// Renames what stands at `path` to the first free `NAME.before-N`, unless it is the same as `new`.
+fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
+    if !path.is_file() || same_bytes(path, new).unwrap_or(false) {
+        return Ok(None);
+    }
+    let kept = (1..)
+        .map(|number: u32| {
+            let mut name = path.as_os_str().to_owned();
+            name.push(format!(".before-{number}"));
+            PathBuf::from(name)
+        })
+        .find(|candidate| !candidate.exists());
+    if let Some(kept) = &kept {
+        std::fs::rename(path, kept).map_err(WriteError::io(path))?;
+    }
+    Ok(kept)
+}
+
+fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
+    Ok(std::fs::metadata(a)?.len() == std::fs::metadata(b)?.len()
+        && std::fs::read(a)? == std::fs::read(b)?)
 }
 
 fn to_disk(stream: &mut StreamWriter<BufWriter<File>>, journal: &Path) -> Result<(), WriteError> {
@@ -528,6 +564,30 @@ mod tests {
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
         assert_eq!(recording.condition.participant.as_deref(), Some("P03"));
         assert_eq!(recording.doubts, [doubt]);
+    }
+
+    /// "A session with a volunteer cannot be lost": not to the next one of the same name either.
+    #[test]
+    fn a_recording_of_the_same_name_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let record = |of| {
+            let mut writer = JournalWriter::create(&path, start()).unwrap();
+            writer.append(&second(of)).unwrap();
+            writer.finish(vec![]).unwrap()
+        };
+        assert_eq!(record(0), None);
+        assert_eq!(record(0), None, "the same again");
+        let kept = record(1).unwrap();
+        assert_eq!(
+            read_parquet(&kept, None).unwrap().recording.channels()[0].samples[0],
+            0.0
+        );
+        assert_eq!(
+            read_parquet(&path, None).unwrap().recording.channels()[0].samples[0],
+            100.0
+        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     /// Wherever a crash cuts the journal, every second that was on the disk before it is read.

@@ -17,7 +17,7 @@ use crate::wav::{SampleFormat, parse_wav};
 /// What a person adds to what a file says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// The physical value of full scale, for a WAV file.
+    /// What a sample of 1 stands for: full scale of a WAV file, or plain numbers of a table.
     pub scale: Option<Measure>,
     /// The rate, for a table without a time column.
     pub rate: Option<SampleRate>,
@@ -105,7 +105,7 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
                     "export it as WAV, CSV or Parquet",
                 ))
             } else {
-                let recording = read_table(path, &bytes, options.rate)?;
+                let recording = read_table(path, &bytes, options)?;
                 finite(
                     path,
                     contents_of(

@@ -44,6 +44,15 @@ pub struct Rendering {
     /// The device it is for.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub setup: Option<DriveSetup>,
+    /// The texture it was rendered from, by name.
+    #[serde(default)]
+    pub target: String,
+    /// Whose finger it is for.
+    #[serde(default)]
+    pub condition: Condition,
+    /// How its transfer function was made.
+    #[serde(default)]
+    pub provenance: Provenance,
     /// The level it was rendered at, relative to the target, dB.
     pub level_db: f64,
     /// How it was made.
@@ -59,10 +68,13 @@ pub struct Rendering {
 }
 
 impl Rendering {
-    /// What `rendered`, made at `level_db`, is.
+    /// What `rendered`, made from the texture called `target` at `level_db`, is.
     #[must_use]
-    pub fn of(rendered: &RenderedDrive, level_db: f64) -> Self {
+    pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
         Self {
+            target: target.into(),
+            condition: rendered.condition.clone(),
+            provenance: rendered.provenance.clone(),
             setup: rendered.setup.clone(),
             level_db,
             config: rendered.config.clone(),

@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::{Decibels, Volts};
+use crate::quantity::{Decibels, Drive, Potential, Volts};
+use crate::series::{Series, SeriesError};
 
 /// The four gains of the DRV2667EVM, named by its buttons. The thesis uses B3.
 ///
@@ -142,6 +143,26 @@ impl DriveSetup {
     pub fn slew_limit_v_per_s(&self) -> f64 {
         self.gain.output_current_a() / self.load_f
     }
+}
+
+/// The drive (full scale = 1) that stands behind a potential measured at the output of the PC.
+///
+/// Formula: u / volts per full scale.
+///
+/// Source: the calibration of the output, see [`DriveSetup::volts_per_full_scale`].
+///
+/// # Errors
+/// [`SeriesError`] when `volts_per_full_scale` is not a number above zero, so that no finite drive comes out.
+pub fn drive_of_potential(
+    potential: &Series<Potential>,
+    volts_per_full_scale: Volts,
+) -> Result<Series<Drive>, SeriesError> {
+    let drive = potential
+        .samples()
+        .iter()
+        .map(|v| v / volts_per_full_scale.0)
+        .collect();
+    Series::new(drive, potential.rate())
 }
 
 #[cfg(test)]

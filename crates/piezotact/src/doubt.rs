@@ -58,6 +58,36 @@ pub enum Doubt {
         /// The share of samples at the limit, 0–1.
         fraction: f64,
     },
+    /// Drive and response have next to nothing in common.
+    Unrelated {
+        /// The median coherence of the lines that are driven.
+        median_coherence: f64,
+    },
+    /// The device behind a transfer function is not described: only the digital full scale limits the drive.
+    DeviceNotDescribed,
+    /// A measurement was made under another condition than the one its drive was rendered for.
+    OtherCondition {
+        /// What differs.
+        what: String,
+        /// As rendered for.
+        rendered_for: String,
+        /// As measured.
+        measured: String,
+    },
+    /// A measurement is compared with another texture than the one its drive was rendered from.
+    OtherTarget {
+        /// What the drive was rendered from.
+        rendered: String,
+        /// What it is compared with.
+        compared: String,
+    },
+    /// A rate was stated for a file whose own time stamps say another.
+    RateStated {
+        /// The rate stated, Hz.
+        stated_hz: f64,
+        /// The rate of the time stamps, Hz.
+        found_hz: f64,
+    },
     /// The amplifier cannot follow the drive into the capacitive load.
     SlewLimited {
         /// The steepest slope asked for, V/s.
@@ -193,15 +223,30 @@ impl fmt::Display for Doubt {
                     write!(f, " and {} more", bands.len() - 4)?;
                 }
                 f.write_str(
-                    "): the device hardly answers there or was not measured well; what is felt will lack it",
+                    "): the device hardly answers there or was not measured well; what is felt there may be missing or wrong",
                 )
             }
+            Self::Unrelated { median_coherence } => write!(
+                f,
+                "the median coherence of the driven lines is {median_coherence:.3}: drive and response have next to nothing in common; check the channels and the sensor"
+            ),
+            Self::DeviceNotDescribed => f.write_str(
+                "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, the amplifier may clip before; state them when it is made"
+            ),
+            Self::OtherCondition { what, rendered_for, measured } => write!(
+                f,
+                "the drive was rendered for {what} {rendered_for} and measured with {measured}: characterise and render for {measured}"
+            ),
+            Self::OtherTarget { rendered, compared } => write!(
+                f,
+                "the drive was rendered from {rendered} and is compared with {compared}: check that they are one texture"
+            ),
+            Self::RateStated { stated_hz, found_hz } => write!(
+                f,
+                "the rate of {stated_hz} Hz from the command line was used, the time stamps say {found_hz:.4} Hz: check which is right"
+            ),
             Self::Clipped { what, fraction } => {
-                write!(
-                    f,
-                    "{} of the samples of {what} are at the limit: lower the level",
-                    percent(*fraction)
-                )
+                write!(f, "{} of {what} lies at or beyond the limit: lower the level", percent(*fraction))
             }
             Self::SlewLimited {
                 asked_v_per_s,
@@ -243,12 +288,10 @@ impl fmt::Display for Doubt {
                 f,
                 "the recording has no end: it was interrupted or is still running; {read_s:.3} s could be read"
             ),
-            Self::CoarseQuantisation {
-                channel,
-                rms_in_steps,
-            } => write!(
+            Self::CoarseQuantisation { channel, rms_in_steps } => write!(
                 f,
-                "{channel} is only {rms_in_steps:.1} converter steps rms: quantisation noise shows; record with more gain"
+                "{channel} is only {rms_in_steps:.1} converter steps rms, quantisation noise lies {:.0} dB below it: record with more gain",
+                20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
             ),
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,

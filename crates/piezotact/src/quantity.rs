@@ -180,6 +180,16 @@ impl Band {
         self.low_hz <= frequency_hz && frequency_hz <= self.high_hz
     }
 
+    /// The part that two bands share; `None` when they share nothing.
+    #[must_use]
+    pub fn common(self, other: Self) -> Option<Self> {
+        let (low_hz, high_hz) = (
+            self.low_hz.max(other.low_hz),
+            self.high_hz.min(other.high_hz),
+        );
+        (low_hz < high_hz).then_some(Self { low_hz, high_hz })
+    }
+
     /// The weight of a frequency: 1 in the band, 0 outside, with raised-cosine edges that lie *outside*
     /// the band and are `edge_ratio` of the band's end wide, so that the band itself is untouched.
     ///
@@ -291,6 +301,16 @@ impl Unit {
             Self::Second => "s",
             Self::Other(text) if text.is_empty() => "no unit",
             Self::Other(text) => text,
+        }
+    }
+
+    /// The unit of a power spectral density of this unit, as it stands on axes: `(m/s²)²/Hz`, `N²/Hz`.
+    #[must_use]
+    pub fn of_psd(&self) -> String {
+        match self {
+            Self::Other(text) if text.is_empty() => "1/Hz".into(),
+            simple if simple.symbol().chars().all(char::is_alphabetic) => format!("{simple}²/Hz"),
+            compound => format!("({compound})²/Hz"),
         }
     }
 

@@ -42,6 +42,47 @@ pub struct Condition {
     pub touch: Option<Touch>,
 }
 
+impl Condition {
+    /// The doubts about a measurement under `measured` of a drive that was rendered for this condition: one
+    /// for the participant, the load and the angle that both state and that differ.
+    #[must_use]
+    pub fn doubts_when_measured(&self, measured: &Self) -> Vec<Doubt> {
+        let text = |value: Option<f64>, unit: &str| value.map(|value| format!("{value} {unit}"));
+        let pairs = [
+            (
+                "participant",
+                self.participant.clone(),
+                measured.participant.clone(),
+            ),
+            (
+                "load",
+                text(self.load_n.map(|n| n.0), "N"),
+                text(measured.load_n.map(|n| n.0), "N"),
+            ),
+            (
+                "angle",
+                text(self.angle_deg.map(|a| a.0), "°"),
+                text(measured.angle_deg.map(|a| a.0), "°"),
+            ),
+        ];
+        pairs
+            .into_iter()
+            .filter_map(
+                |(what, rendered_for, measured)| match (rendered_for, measured) {
+                    (Some(rendered_for), Some(measured)) if rendered_for != measured => {
+                        Some(Doubt::OtherCondition {
+                            what: what.into(),
+                            rendered_for,
+                            measured,
+                        })
+                    }
+                    _ => None,
+                },
+            )
+            .collect()
+    }
+}
+
 /// Where a value comes from: which bench or file, what was done to it, with which seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]

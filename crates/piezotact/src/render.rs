@@ -295,6 +295,9 @@ pub fn render<O: Quantity>(
             transfer_hz: function.rate.hz(),
         });
     }
+    if function.drive.is_none() {
+        doubts.push(Doubt::DeviceNotDescribed);
+    }
     let (achievable, given_up, share) = achievable(function, config)?;
     if !given_up.is_empty() {
         doubts.push(Doubt::GivenUp {
@@ -549,7 +552,9 @@ pub enum RenderError {
         requested: String,
     },
     /// The drive does not fit.
-    #[error("the target needs a drive of {peak:.3} and {limited_by} ends at {limit:.3} (full scale = 1): lower the target by {:.1} dB with --level {fits_at:.1}, or allow clipping with --allow-clipping", -fits_at.0)]
+    #[error(
+        "the target needs a drive of {peak:.3} and {limited_by} ends at {limit:.3} (full scale = 1): lower the target by {:.1} dB, or allow clipping", -fits_at.0
+    )]
     ExceedsFullScale {
         /// The largest sample needed.
         peak: f64,

@@ -96,6 +96,24 @@ pub fn rms(samples: &[f64]) -> f64 {
     (samples.iter().map(|v| v * v).sum::<f64>() / samples.len() as f64).sqrt()
 }
 
+/// The mean of `samples`, in their unit; 0 for none.
+///
+/// Source: Σx/n.
+#[must_use]
+pub fn mean(samples: &[f64]) -> f64 {
+    samples.iter().sum::<f64>() / samples.len().max(1) as f64
+}
+
+/// The standard deviation of `samples` about their mean, in their unit: the rms of what changes.
+///
+/// Source: √(Σ(x − mean)²/n).
+#[must_use]
+pub fn standard_deviation(samples: &[f64]) -> f64 {
+    let mean = mean(samples);
+    (samples.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / samples.len().max(1) as f64)
+        .sqrt()
+}
+
 /// The largest absolute value of `samples`, in their unit; 0 for none.
 ///
 /// Source: max|x|.

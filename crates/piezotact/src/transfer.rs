@@ -140,6 +140,24 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     }
 }
 
+impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
+    /// The median coherence of the lines that are driven, that is within 40 dB of the strongest; `None` when
+    /// the drive has no power.
+    #[must_use]
+    pub fn driven_coherence(&self) -> Option<f64> {
+        let strongest = self.drive_power.iter().copied().fold(0.0, f64::max);
+        let coherence = self.coherence();
+        let mut driven: Vec<f64> = coherence
+            .into_iter()
+            .zip(&self.drive_power)
+            .filter(|(_, power)| **power > 1e-4 * strongest)
+            .map(|(coherence, _)| coherence)
+            .collect();
+        driven.sort_by(f64::total_cmp);
+        driven.get(driven.len() / 2).copied()
+    }
+}
+
 /// A planned estimate of cross-spectra, made once and used for many pairs of channels.
 #[derive(Clone, Debug)]
 pub struct CrossPlan {
@@ -308,6 +326,22 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     quantities: PhantomData<(I, O)>,
 }
 
+/// Coherence over a band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoherenceSummary {
+    /// The band.
+    pub band_hz: Band,
+    /// The lowest coherence, 0–1.
+    pub lowest: f64,
+    /// Where it is lowest, Hz.
+    pub lowest_at_hz: f64,
+    /// The median coherence, 0–1.
+    pub median: f64,
+}
+
+/// A drive that explains less than half of the response's power at most of its lines is another signal's.
+const UNRELATED: f64 = 0.5;
+
 /// Coherence above 1 by more than this is no rounding: the pair of signals cannot have it.
 const COHERENCE_ROUNDING: f64 = 1e-6;
 
@@ -338,6 +372,14 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 averages: spectra.averages,
                 recommended: RECOMMENDED_SEGMENTS,
             });
+        }
+        if let Some(median_coherence) = spectra
+            .driven_coherence()
+            .filter(|median| *median < UNRELATED)
+        {
+            // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
+            function.doubts.push(Doubt::Unrelated { median_coherence });
+            return Ok(function);
         }
         let segment = Seconds(1.0 / spectra.resolution_hz);
         let delay = function.delay();
@@ -468,6 +510,23 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let impulse = fourier::RealTransform::new(n).inverse(self.response.clone());
         let largest = (0..n / 2).max_by(|&a, &b| impulse[a].abs().total_cmp(&impulse[b].abs()));
         Seconds(largest.unwrap_or(0) as f64 / (n as f64 * self.resolution_hz))
+    }
+
+    /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.
+    #[must_use]
+    pub fn coherence_in(&self, band: Band) -> Option<CoherenceSummary> {
+        let mut lines: Vec<(f64, f64)> = self
+            .lines_in(band)
+            .map(|(k, f)| (self.coherence[k], f))
+            .collect();
+        lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (lowest, lowest_at_hz) = *lines.first()?;
+        Some(CoherenceSummary {
+            band_hz: band,
+            lowest,
+            lowest_at_hz,
+            median: lines[lines.len() / 2].0,
+        })
     }
 
     /// The doubt about coherence below `least_coherence` in `band`, if there is one.

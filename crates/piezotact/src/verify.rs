@@ -23,6 +23,8 @@ pub struct VerifyConfig {
     pub achievable: Vec<Band>,
     /// How the spectra are estimated.
     pub welch: WelchConfig,
+    /// The level at which the target was rendered on purpose, dB; the comparison is made at that level.
+    pub level: Decibels,
     /// What counts as passed.
     pub limits: Limits,
 }
@@ -34,15 +36,19 @@ pub struct Limits {
     pub error_db_rms: f64,
     /// The lowest waveform correlation.
     pub waveform_correlation: f64,
+    /// The largest share of samples at a limit, 0–1.
+    pub clipped_fraction: f64,
 }
 
 impl Limits {
-    /// 1 dB rms, which is below the 1.6 dB that can just be told apart, and a correlation of 0.95.
+    /// 1 dB rms, which is below the 1.58 dB (a fifth in amplitude) that can just be told apart; a correlation
+    /// of 0.95; one sample in a thousand at a limit.
     #[must_use]
     pub fn individual_transfer_function() -> Self {
         Self {
             error_db_rms: 1.0,
             waveform_correlation: 0.95,
+            clipped_fraction: 1e-3,
         }
     }
 }
@@ -56,6 +62,7 @@ impl VerifyConfig {
             band,
             achievable: Vec::new(),
             welch: WelchConfig::hann(segment),
+            level: Decibels(0.0),
             limits: Limits::individual_transfer_function(),
         }
     }
@@ -81,7 +88,7 @@ pub struct Verification {
     pub error_db_max: f64,
     /// The frequency of the largest error, Hz.
     pub error_max_at_hz: f64,
-    /// The same rms after the level error is taken away: the error in shape alone, dB.
+    /// The same rms after the mean error of the lines is taken away: the error in shape alone, dB.
     pub error_db_rms_level_matched: f64,
     /// The parts of the band that the inverse declared achievable.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
@@ -97,13 +104,30 @@ pub struct Verification {
     pub delay_s: f64,
     /// The share of samples at a limit, of the sensor or of the device, 0–1.
     pub clipped_fraction: f64,
+    /// The level at which the target was rendered on purpose, dB.
+    pub level_db: f64,
+    /// The unit of the PSDs.
+    pub psd_unit: String,
+    /// The rate at which they were compared, Hz.
+    pub rate_hz: f64,
+    /// How the spectra were estimated.
+    pub welch: WelchConfig,
+    /// The number of segments averaged.
+    pub averages: usize,
     /// The lines of the spectra, Hz.
     pub frequency_hz: Vec<f64>,
-    /// The PSD of the band-limited target, unit²/Hz.
+    /// The PSD of the target, unit²/Hz.
     pub target_psd: Vec<f64>,
-    /// The PSD of the band-limited measurement, unit²/Hz.
+    /// The PSD of the measurement, unit²/Hz.
     pub measured_psd: Vec<f64>,
-    /// Where the measurement starts in the aligned target, and the aligned measurement's samples.
+    /// The lines that are judged, Hz: those of the band that hold target power.
+    pub error_frequency_hz: Vec<f64>,
+    /// Their errors, 10·log10(measured/target) of the band-limited signals, dB.
+    pub error_db: Vec<f64>,
+    /// The target at its level, in its unit.
+    #[serde(skip)]
+    pub target: Vec<f64>,
+    /// The measurement at the target's times, in its unit.
     #[serde(skip)]
     pub aligned: Vec<f64>,
     /// Whether it is within the limits.
@@ -115,32 +139,50 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// The error of every line of the spectra, 10·log10(measured/target) in dB; NaN-free: lines without
-    /// target power are 0 and named in the doubts.
-    #[must_use]
-    pub fn error_db(&self) -> Vec<f64> {
-        self.target_psd
-            .iter()
-            .zip(&self.measured_psd)
-            .map(|(target, measured)| ratio_db(*measured, *target))
-            .collect()
-    }
-
     /// One line that says whether it passed and why.
     #[must_use]
     pub fn verdict(&self) -> String {
+        let clipped = if self.clipped_fraction > self.limits.clipped_fraction {
+            format!(
+                ", {:.1} % of samples at a limit (limit {} %)",
+                self.clipped_fraction * 100.0,
+                self.limits.clipped_fraction * 100.0
+            )
+        } else {
+            String::new()
+        };
+        let level = if self.level_db == 0.0 {
+            String::new()
+        } else {
+            format!(", rendered at {:+.1} dB", self.level_db)
+        };
         format!(
-            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} (limit {})",
+            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} (limit {}){clipped}{level}",
             if self.passed { "passed" } else { "failed" },
             self.judged_error_db(),
-            match self.error_db_rms_achievable {
-                Some(_) => format!("the achievable part of {}", self.band_hz),
-                None => self.band_hz.to_string(),
-            },
+            self.judged_band(),
             self.limits.error_db_rms,
             self.waveform_correlation,
             self.limits.waveform_correlation,
         )
+    }
+
+    /// The band that is judged, as text: all of it, or the part that the inverse declared achievable.
+    #[must_use]
+    pub fn judged_band(&self) -> String {
+        match self.achievable_band_hz.as_slice() {
+            _ if self.error_db_rms_achievable.is_none() => self.band_hz.to_string(),
+            [only] if *only == self.band_hz => self.band_hz.to_string(),
+            few if few.len() <= 3 => {
+                let bands: Vec<String> = few.iter().map(ToString::to_string).collect();
+                format!("{} of {}", bands.join(", "), self.band_hz)
+            }
+            many => format!(
+                "the achievable part ({} bands) of {}",
+                many.len(),
+                self.band_hz
+            ),
+        }
     }
 
     fn judged_error_db(&self) -> f64 {
@@ -179,6 +221,7 @@ pub fn verify<Q: Quantity>(
     measured: Measured<'_, Q>,
     config: &VerifyConfig,
 ) -> Result<Verification, VerifyError> {
+    let target = &target.clone().amplified(config.level);
     let (rate, response) = (target.rate(), measured.response);
     if (response.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
         return Err(VerifyError::Rate {
@@ -237,7 +280,15 @@ pub fn verify<Q: Quantity>(
         .map(|(_, error)| *error)
         .collect();
 
+    let full_target = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
+    let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
+
     let mut doubts = target_psd.doubts.clone();
+    if config.level.0 != 0.0 {
+        doubts.push(Doubt::LevelChanged {
+            level_db: config.level.0,
+        });
+    }
     if lines.without_target > 0 {
         let all = lines.without_target + lines.compared.len();
         doubts.push(Doubt::NoTargetPower {
@@ -267,13 +318,16 @@ pub fn verify<Q: Quantity>(
     });
     if driven > 0.0 {
         doubts.push(Doubt::Clipped {
-            what: "the drive, beyond what the device can play".into(),
+            what: "the drive that was played".into(),
             fraction: driven,
         });
     }
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
     let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
-        && waveform_correlation >= config.limits.waveform_correlation;
+        && waveform_correlation >= config.limits.waveform_correlation
+        && flat.max(driven) <= config.limits.clipped_fraction;
+    let mean_error_db =
+        lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
     Ok(Verification {
         band_hz: config.band,
         error_db_rms,
@@ -283,17 +337,33 @@ pub fn verify<Q: Quantity>(
             lines
                 .compared
                 .iter()
-                .map(|(_, error)| error - level_error_db),
+                .map(|(_, error)| error - mean_error_db),
         ),
-        achievable_band_hz: config.achievable.clone(),
+        achievable_band_hz: config
+            .achievable
+            .iter()
+            .filter_map(|band| band.common(config.band))
+            .collect(),
         error_db_rms_achievable,
         level_error_db,
         waveform_correlation,
         delay_s: aligned.delay.0,
         clipped_fraction: flat.max(driven),
-        frequency_hz: frequency_axis(target_psd.resolution_hz, target_psd.values.len()),
-        target_psd: target_psd.values,
-        measured_psd: measured_psd.values,
+        level_db: config.level.0,
+        psd_unit: Q::UNIT.of_psd(),
+        rate_hz: rate.hz(),
+        welch: config.welch.clone(),
+        averages: full_target.averages,
+        frequency_hz: frequency_axis(full_target.resolution_hz, full_target.values.len()),
+        target_psd: full_target.values,
+        measured_psd: full_measured.values,
+        error_frequency_hz: lines
+            .compared
+            .iter()
+            .map(|(frequency_hz, _)| *frequency_hz)
+            .collect(),
+        error_db: lines.compared.iter().map(|(_, error)| *error).collect(),
+        target: target.samples().to_vec(),
         aligned: aligned.measured,
         passed,
         limits: config.limits.clone(),
