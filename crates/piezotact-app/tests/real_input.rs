@@ -219,15 +219,7 @@ fn textsense_is_rendered_through_measured_hands() {
                 Series::new(hand.feel(drive.drive.samples(), &mut noise), hand.rate).unwrap();
             let mut config = VerifyConfig::over(band, hand.rate.hz());
             config.achievable.clone_from(&drive.achievable);
-            let verified = verify(
-                &target,
-                Measured {
-                    response: &felt,
-                    drive: None,
-                },
-                &config,
-            )
-            .unwrap();
+            let verified = verify(&target, Measured::alone(&felt), &config).unwrap();
             let given_up: Vec<String> = drive.given_up.iter().map(ToString::to_string).collect();
             eprintln!(
                 "hand {model}, axis {rank}, {name}: {:.3} dB rms of the achievable part ({:.3} of all), r {:.4}; given up: {}",

@@ -28,7 +28,7 @@ pub struct ExcitationConfig {
 ///
 /// # Errors
 /// [`BenchError::Impossible`] when the duration is shorter than a second or longer than 10 minutes, the peak is
-/// not above 0 and at most 1, or the band does not fit the rate.
+/// not from 0.001 to 1, or the band does not fit the rate.
 pub fn random_excitation(
     config: &ExcitationConfig,
     rate: SampleRate,
@@ -45,11 +45,11 @@ pub fn random_excitation(
             "60 s is usual",
         ));
     }
-    if !(config.peak > 0.0 && config.peak <= 1.0) {
+    if !(1e-3..=1.0).contains(&config.peak) {
         return Err(impossible(
-            "a peak above 0 and at most 1",
+            "a peak from 0.001 to 1",
             config.peak.to_string(),
-            "0.3 is usual",
+            "0.8 is usual",
         ));
     }
     if config.band.high().0 >= rate.nyquist().0 {
@@ -78,6 +78,17 @@ pub fn random_excitation(
     let done = plan.process(&mut bins, &mut samples);
     debug_assert!(done.is_ok());
     let largest = piezotact::series::peak(&samples);
+    if largest <= 0.0 {
+        return Err(impossible(
+            &format!(
+                "a band wider than the {} Hz that {} resolve",
+                1.0 / config.duration.0,
+                config.duration
+            ),
+            config.band.to_string(),
+            "widen it, 2..1200 is usual",
+        ));
+    }
     for sample in &mut samples {
         *sample *= config.peak / largest;
     }

@@ -3,13 +3,13 @@
 use piezotact::Doubt;
 use piezotact::Series;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Drive, Force, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Force, Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, Touch};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use crate::excitation::{ExcitationConfig, random_excitation};
-use crate::traits::{Bench, BenchError, Chunk, RunPlan};
+use crate::traits::{Bench, BenchError, Chunk, PlayDescription, PlayReport, RunPlan};
 
 /// The channels that every bench of this kind has.
 pub const DRIVE_CHANNEL: &str = "drive";
@@ -17,6 +17,12 @@ pub const DRIVE_CHANNEL: &str = "drive";
 pub const ACCELERATION_CHANNEL: &str = "acceleration";
 /// The normal force of the finger.
 pub const FORCE_CHANNEL: &str = "normal_force";
+/// The potential at full scale may depart by this share from what a drive was made for: 0.4 dB.
+const OUTPUT_TOLERANCE: f64 = 0.05;
+/// Below this frequency no device of this kind answers, and low coherence is no finding.
+const LOWEST_JUDGED: Hertz = Hertz(20.0);
+/// Coherence below this in the band that was driven is said.
+const LEAST_COHERENCE: f64 = 0.8;
 /// The mean force may depart by this share from what was asked for.
 const FORCE_TOLERANCE: f64 = 0.1;
 
@@ -60,12 +66,59 @@ pub fn announce(bench: &Bench, run: &RunPlan) -> RunStart {
 pub type Keep<'a> =
     &'a mut dyn FnMut(&Chunk) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
+/// Refuses a drive that was made for another device than the bench is now: another gain, another potential
+/// at full scale, another rate, or samples beyond full scale.
+///
+/// # Errors
+/// [`BenchError::Gain`], [`BenchError::OutputLevel`], [`BenchError::Rate`], [`BenchError::Impossible`].
+pub fn require_device(
+    bench: &mut Bench,
+    drive: &Series<Drive>,
+    rendered_for: Option<&DriveSetup>,
+) -> Result<(), BenchError> {
+    let PlayDescription {
+        name, rate, gain, ..
+    } = bench.player.describe();
+    if drive.rate() != rate {
+        return Err(BenchError::Rate {
+            drive: drive.rate(),
+            output: rate,
+            name,
+        });
+    }
+    if drive.peak() > 1.0 {
+        return Err(BenchError::Impossible {
+            expected: "a drive within ±1 (full scale)".into(),
+            found: format!("a peak of {:.3}", drive.peak()),
+            todo: "render it again at a lower level".into(),
+        });
+    }
+    let Some(setup) = rendered_for else {
+        return Ok(());
+    };
+    if setup.gain != gain {
+        return Err(BenchError::Gain {
+            drive: setup.gain,
+            bench: gain,
+            name,
+        });
+    }
+    let found = bench.player.calibrate()?.volts_per_full_scale;
+    if (found / setup.volts_per_full_scale - 1.0).abs() > OUTPUT_TOLERANCE {
+        return Err(BenchError::OutputLevel {
+            drive: setup.volts_per_full_scale,
+            bench: found,
+            name,
+        });
+    }
+    Ok(())
+}
+
 /// Plays `drive` and acquires what comes of it, handing every chunk to `keep` as it comes and returning all
 /// of it. `rendered_for` is the device the drive was made for.
 ///
 /// # Errors
-/// [`BenchError::Gain`] when the amplifier is set otherwise than the drive needs; [`BenchError::Keep`] when a
-/// chunk cannot be kept; whatever the bench returns. Both halves are stopped in any case.
+/// Those of [`require_device`]; [`BenchError::Keep`] when a chunk cannot be kept; whatever the bench returns. Both halves are stopped in any case.
 pub fn play_and_record(
     bench: &mut Bench,
     drive: &Series<Drive>,
@@ -73,24 +126,28 @@ pub fn play_and_record(
     run: &RunPlan,
     keep: Keep<'_>,
 ) -> Result<Recording, BenchError> {
-    let description = bench.player.describe();
-    if let Some(setup) = rendered_for
-        && setup.gain != description.gain
-    {
-        return Err(BenchError::Gain {
-            drive: setup.gain,
-            bench: description.gain,
-            name: description.name,
-        });
-    }
+    require_device(bench, drive, rendered_for)?;
+    let noise = bench.acquirer.calibrate()?;
     let outcome = acquire_while_playing(bench, drive, run, keep);
     bench.player.stop();
     bench.acquirer.stop();
-    let start = announce(bench, run);
+    let mut start = announce(bench, run);
+    let at_rest: Vec<String> = start
+        .channels
+        .iter()
+        .zip(noise.offset.iter().zip(&noise.noise_rms))
+        .filter(|(_, (_, noise))| **noise > 0.0)
+        .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
+        .collect();
+    start
+        .provenance
+        .steps
+        .push(format!("sensors at rest: {}", at_rest.join(", ")));
+    let (samples, report) = outcome?;
     let channels = start
         .channels
         .into_iter()
-        .zip(outcome?)
+        .zip(samples)
         .map(|((name, unit), samples)| Channel {
             name,
             unit,
@@ -99,6 +156,15 @@ pub fn play_and_record(
         .collect();
     let mut recording = Recording::new(channels, start.rate, start.condition, start.provenance)?;
     recording.doubts.extend(force_doubt(&recording, run));
+    let expected = drive.samples().len();
+    if report.played < expected || report.underruns > 0 {
+        let PlayReport { played, underruns } = report;
+        recording.doubts.push(Doubt::PlaybackIncomplete {
+            played,
+            expected,
+            underruns,
+        });
+    }
     Ok(recording)
 }
 
@@ -107,7 +173,7 @@ fn acquire_while_playing(
     drive: &Series<Drive>,
     run: &RunPlan,
     keep: Keep<'_>,
-) -> Result<Vec<Vec<f64>>, BenchError> {
+) -> Result<(Vec<Vec<f64>>, PlayReport), BenchError> {
     bench.acquirer.ready(run)?;
     bench.player.ready(drive, run)?;
     bench.acquirer.start()?;
@@ -119,8 +185,7 @@ fn acquire_while_playing(
             channel.extend(new);
         }
     }
-    bench.player.wait()?;
-    Ok(samples)
+    Ok((samples, bench.player.wait()?))
 }
 
 fn force_doubt(recording: &Recording, run: &RunPlan) -> Option<Doubt> {
@@ -154,25 +219,76 @@ pub struct Characterisation {
     pub function: TransferFunction<Drive, Acceleration>,
 }
 
+/// The random drive that characterises the device on `bench`, and the set-up it goes through.
+///
+/// # Errors
+/// Those of [`random_excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
+/// the acquisition, or the recording would hold no segment.
+pub fn excite(
+    bench: &mut Bench,
+    config: &CharacteriseConfig,
+) -> Result<(Series<Drive>, DriveSetup), BenchError> {
+    let setup = bench.player.calibrate()?;
+    let acquisition = bench.acquirer.describe().rate;
+    let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
+        expected,
+        found,
+        todo: todo.into(),
+    };
+    if config.excitation.band.high().0 >= acquisition.nyquist().0 {
+        return Err(wrong(
+            format!("a band below half of the acquisition's {acquisition}"),
+            config.excitation.band.to_string(),
+            "lower its end",
+        ));
+    }
+    let holds = acquisition.samples_in(config.excitation.duration);
+    if config.welch.hop().is_err() || config.welch.segment > holds {
+        return Err(wrong(
+            format!(
+                "a segment from 2 to {holds} samples, as {} hold",
+                config.excitation.duration
+            ),
+            config.welch.segment.to_string(),
+            "2048 is usual",
+        ));
+    }
+    // Checked as it was asked for, then brought to what the device can play.
+    let drive = random_excitation(&config.excitation, bench.player.describe().rate)?;
+    let limited = drive.amplified(Decibels::from_amplitude_ratio(setup.drive_limit()));
+    Ok((limited, setup))
+}
+
 /// Sends a random drive to the device and estimates the transfer function from the drive to the nail's
 /// acceleration, with the gain, the level and the condition that it holds for.
 ///
 /// Source: thesis 2.5.3.
 ///
 /// # Errors
-/// Those of [`random_excitation`] and [`play_and_record`]; [`BenchError::Transfer`] when nothing comes through.
+/// Those of [`excite`], [`play_and_record`] and [`transfer_of`].
 pub fn characterise(
     bench: &mut Bench,
     config: &CharacteriseConfig,
     keep: Keep<'_>,
 ) -> Result<Characterisation, BenchError> {
-    let setup = bench.player.calibrate()?;
-    let excitation = ExcitationConfig {
-        peak: config.excitation.peak * setup.drive_limit(),
-        ..config.excitation.clone()
-    };
-    let drive = random_excitation(&excitation, bench.player.describe().rate)?;
+    let (drive, setup) = excite(bench, config)?;
     let recording = play_and_record(bench, &drive, Some(&setup), &config.run, keep)?;
+    let function = transfer_of(&recording, &setup, config)?;
+    Ok(Characterisation {
+        recording,
+        function,
+    })
+}
+
+/// The transfer function that a recording of a random drive gives, with all that it holds for.
+///
+/// # Errors
+/// [`BenchError::Recording`] when it lacks a channel, [`BenchError::Transfer`] when nothing comes through.
+pub fn transfer_of(
+    recording: &Recording,
+    setup: &DriveSetup,
+    config: &CharacteriseConfig,
+) -> Result<TransferFunction<Drive, Acceleration>, BenchError> {
     let mut function = estimate(
         &recording.series::<Drive>(Some(DRIVE_CHANNEL))?,
         &recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?,
@@ -180,16 +296,23 @@ pub fn characterise(
         config.estimator,
     )?;
     let estimated = std::mem::take(&mut function.provenance.steps);
+    let excitation = &config.excitation;
     function.provenance = recording.provenance.clone().then(format!(
         "random drive over {}, {}, peak {:.3} of full scale, seed {}",
-        excitation.band, excitation.duration, excitation.peak, excitation.seed
+        excitation.band,
+        excitation.duration,
+        excitation.peak * setup.drive_limit(),
+        excitation.seed
     ));
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
-    function.drive = Some(setup);
+    function.drive = Some(setup.clone());
     function.doubts.extend(recording.doubts.clone());
-    Ok(Characterisation {
-        recording,
-        function,
-    })
+    let judged = Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
+        .ok()
+        .and_then(|band| excitation.band.common(band));
+    function
+        .doubts
+        .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
+    Ok(function)
 }

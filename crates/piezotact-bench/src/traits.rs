@@ -170,6 +170,18 @@ pub enum BenchError {
         /// The bench.
         name: String,
     },
+    /// The output gives another potential than the drive was made for.
+    #[error(
+        "cannot play: the drive was rendered for {drive:.3} V at full scale, {name} now gives {bench:.3} V; set the volume back, or characterise and render again"
+    )]
+    OutputLevel {
+        /// The potential the drive is for, V.
+        drive: f64,
+        /// The potential that is found, V.
+        bench: f64,
+        /// The bench.
+        name: String,
+    },
     /// What is asked for cannot be.
     #[error("expected {expected}, found {found}; {todo}")]
     Impossible {

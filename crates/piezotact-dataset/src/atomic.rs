@@ -2,50 +2,135 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::WriteError;
 
 /// Writes a file beside its place, flushes it to the disk, and renames it: whoever looks sees the old file
-/// or the new one, never half of it.
+/// or the new one, never half of it. A link is followed; what is no regular file (a pipe, a device) is written
+/// to as it is.
 ///
 /// # Errors
-/// [`WriteError::Io`] when the operating system refuses, and whatever `write` returns; the file at `path` is
-/// then as it was.
+/// [`WriteError::Io`] when the operating system refuses, [`WriteError::Content`] when a folder stands there,
+/// and whatever `write` returns; the file at `path` is then as it was.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
 ) -> Result<(), WriteError> {
+    Prepared::new(path, write)?.commit()
+}
+
+/// A file that is whole and on the disk, but not yet in its place.
+pub(crate) struct Prepared {
+    /// The file beside its place; `None` when it went straight into a pipe or device.
+    side: Option<tempfile::NamedTempFile>,
+    place: PathBuf,
+}
+
+impl Prepared {
+    pub(crate) fn new(
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
+    ) -> Result<Self, WriteError> {
+        // Where a link leads to, so that it stays a link.
+        let place = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if place.is_dir() {
+            return Err(WriteError::content(
+                path,
+                "the name of a file",
+                "a folder",
+                "give a file's name in it",
+            ));
+        }
+        if place.exists() && !place.is_file() {
+            let file = File::options()
+                .write(true)
+                .open(&place)
+                .map_err(WriteError::io(path))?;
+            fill(&file, path, write)?;
+            return Ok(Self { side: None, place });
+        }
+        let folder = match place.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut side = tempfile::Builder::new();
+        side.prefix(".piezotact-").suffix(".tmp");
+        // A file that others may read, as every file that a person's program writes.
+        #[cfg(unix)]
+        side.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+        let side = side.tempfile_in(folder).map_err(|error| WriteError::Io {
+            path: path.into(),
+            // The name of the file beside it is nobody's business.
+            source: std::io::Error::from(error.kind()),
+        })?;
+        fill(side.as_file(), path, write)?;
+        side.as_file().sync_all().map_err(WriteError::io(path))?;
+        Ok(Self {
+            side: Some(side),
+            place,
+        })
+    }
+
+    /// Puts the file in its place.
+    pub(crate) fn commit(self) -> Result<(), WriteError> {
+        let Some(side) = self.side else { return Ok(()) };
+        side.persist(&self.place).map_err(|failed| WriteError::Io {
+            path: self.place.clone(),
+            source: failed.error,
+        })?;
+        sync_folder(&self.place);
+        Ok(())
+    }
+}
+
+fn fill(
+    file: &File,
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
+) -> Result<(), WriteError> {
+    let mut buffer = BufWriter::with_capacity(1 << 16, file);
+    write(&mut buffer)?;
+    buffer.flush().map_err(WriteError::io(path))
+}
+
+/// Brings what was created or renamed in the folder of `path` to the disk. Not every file system allows that.
+pub(crate) fn sync_folder(path: &Path) {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut side = tempfile::Builder::new();
-    side.prefix(".piezotact-").suffix(".tmp");
-    // A file that others may read, as every file that a person's program writes.
-    #[cfg(unix)]
-    side.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    let side = side.tempfile_in(folder).map_err(WriteError::io(path))?;
-    {
-        let mut buffer = BufWriter::with_capacity(1 << 16, side.as_file());
-        write(&mut buffer)?;
-        buffer.flush().map_err(WriteError::io(path))?;
-    }
-    side.as_file().sync_all().map_err(WriteError::io(path))?;
-    side.persist(path).map_err(|failed| WriteError::Io {
-        path: path.into(),
-        source: failed.error,
-    })?;
-    // The rename itself is on the disk when the folder is. Not every file system allows that.
     if let Ok(folder) = File::open(folder) {
         let _best_effort = folder.sync_all();
     }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_folder_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        let write = |path: &Path| {
+            write_atomically(path, |out| {
+                out.write_all(b"new").map_err(WriteError::io(path))
+            })
+        };
+        write(&link).unwrap();
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "new");
+        assert!(link.is_symlink());
+        assert!(
+            write(folder.path())
+                .unwrap_err()
+                .to_string()
+                .contains("a folder")
+        );
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {

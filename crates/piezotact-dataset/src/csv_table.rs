@@ -6,6 +6,7 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::series::is_sample;
 
 use crate::error::ReadError;
 use crate::open::ReadOptions;
@@ -91,6 +92,13 @@ pub(crate) fn read_table(
         let line = at + 1;
         let row =
             row.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
+        if let Some(extra) = row.iter().skip(width).find(|cell| !cell.is_empty()) {
+            return Err(wrong(
+                &format!("{width} columns in every row, as in the header"),
+                format!("one more, `{extra}`, in row {line}"),
+                "if the numbers have decimal commas, export with semicolons or tabs between columns",
+            ));
+        }
         let cells: Vec<&str> = row.iter().take(width).collect();
         if std::mem::take(&mut second) && cells.iter().all(|cell| number(cell).is_none()) {
             for (column, unit) in columns.iter_mut().zip(&cells) {
@@ -106,7 +114,7 @@ pub(crate) fn read_table(
             ));
         }
         for (column, cell) in columns.iter_mut().zip(&cells) {
-            match number(cell).filter(|value| value.is_finite()) {
+            match number(cell).filter(|value| is_sample(*value)) {
                 Some(value) => column.values.push(value),
                 None => {
                     let found = if cell.is_empty() {
@@ -368,6 +376,10 @@ mod tests {
             ("time (s),acc (g)\n0,1\n0,1\n", "rise"),
             ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
             ("time (s),acc (g)\n", "rows of numbers"),
+            (
+                "time (ms),acc (g)\n0,1,5\n1,1,6\n",
+                "one more, `5`, in row 2",
+            ),
             ("time (s),acc (g)\n0,1\n", "two rows"),
             (
                 "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",

@@ -28,7 +28,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use serde::{Deserialize, Serialize};
 
-use crate::atomic::write_atomically;
+use crate::atomic::{sync_folder, write_atomically};
 use crate::error::{ReadError, WriteError};
 use crate::sidecar::Rendering;
 
@@ -70,6 +70,10 @@ impl StartDocument {
 pub struct EndDocument {
     /// The number of samples of each channel.
     pub samples: usize,
+    /// The samples' fingerprint: FNV-1a over the bits of each channel in turn, the channels' added up. Damage to
+    /// the file shows in it.
+    #[serde(default)]
+    pub fingerprint: Option<u64>,
     /// What came up while recording.
     #[serde(default)]
     pub doubts: Vec<Doubt>,
@@ -82,6 +86,29 @@ pub struct JournalWriter {
     start: StartDocument,
     stream: StreamWriter<BufWriter<File>>,
     samples: usize,
+    fingerprints: Vec<Fingerprint>,
+}
+
+/// The running fingerprint of one channel.
+#[derive(Clone, Copy)]
+struct Fingerprint(u64);
+
+impl Fingerprint {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn add(&mut self, samples: &[f64]) {
+        for sample in samples {
+            self.0 = (self.0 ^ sample.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn all(channels: &[Self]) -> u64 {
+        channels.iter().fold(0, |sum, channel| {
+            sum.wrapping_mul(31).wrapping_add(channel.0)
+        })
+    }
 }
 
 impl std::fmt::Debug for JournalWriter {
@@ -101,6 +128,14 @@ impl JournalWriter {
     /// overwritten; [`WriteError::Io`] when the operating system refuses.
     pub fn create(path: &Path, start: StartDocument) -> Result<Self, WriteError> {
         let journal = journal_path(path);
+        if path.is_dir() {
+            return Err(WriteError::content(
+                path,
+                "the name of a file",
+                "a folder",
+                "give a file's name in it",
+            ));
+        }
         let file = File::options()
             .write(true)
             .create_new(true)
@@ -124,12 +159,15 @@ impl JournalWriter {
         let mut stream =
             StreamWriter::try_new(BufWriter::new(file), &schema).map_err(arrow_failed(&journal))?;
         to_disk(&mut stream, &journal)?;
+        sync_folder(&journal);
+        let fingerprints = vec![Fingerprint::new(); start.channels.len()];
         Ok(Self {
             path: path.into(),
             journal,
             start,
             stream,
             samples: 0,
+            fingerprints,
         })
     }
 
@@ -167,6 +205,9 @@ impl JournalWriter {
             .map_err(arrow_failed(&self.journal))?;
         to_disk(&mut self.stream, &self.journal)?;
         self.samples += frames;
+        for (fingerprint, channel) in self.fingerprints.iter_mut().zip(chunk) {
+            fingerprint.add(channel);
+        }
         Ok(())
     }
 
@@ -179,8 +220,10 @@ impl JournalWriter {
     pub fn finish(mut self, doubts: Vec<Doubt>) -> Result<Option<PathBuf>, WriteError> {
         self.stream.finish().map_err(arrow_failed(&self.journal))?;
         to_disk(&mut self.stream, &self.journal)?;
+        let fingerprint = Some(Fingerprint::all(&self.fingerprints));
         let end = EndDocument {
             samples: self.samples,
+            fingerprint,
             doubts,
         };
         let batches = StreamReader::try_new(
@@ -336,7 +379,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         .ok_or_else(|| damaged("an Arrow stream without a start document".into()))?;
     let mut samples = vec![Vec::new(); start.channels.len()];
     // A batch that is not whole ends the journal; everything before it counts.
-    for batch in reader.map_while(Result::ok) {
+    for batch in whole_batches(reader) {
         append_columns(path, &batch, &mut samples)?;
     }
     let mut recording = assemble(path, &start, samples)?;
@@ -347,6 +390,18 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         recording,
         setup: start.setup,
         rendering: start.rendering,
+    })
+}
+
+/// The batches of a journal up to the first that is not whole. The reader checks what it reads, but a damaged
+/// length can still make it panic; that, too, is the end of what can be read.
+fn whole_batches(mut reader: StreamReader<BufReader<File>>) -> impl Iterator<Item = RecordBatch> {
+    std::iter::from_fn(move || {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(|_| {}));
+        let batch = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| reader.next()));
+        std::panic::set_hook(hook);
+        batch.ok().flatten()?.ok()
     })
 }
 
@@ -376,15 +431,53 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
         Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
         None => foreign_start(path, builder.schema(), rate)?,
     };
-    let end: Option<EndDocument> = end.and_then(|text| serde_json::from_str(&text).ok());
+    let ours = start.format > 0;
+    if start.format > StartDocument::FORMAT {
+        return Err(ReadError::content(
+            path,
+            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!("format {}", start.format),
+            "read it with the newer program that wrote it",
+        ));
+    }
+    let end: Option<EndDocument> = end
+        .map(|text| serde_json::from_str(&text))
+        .transpose()
+        .map_err(|error| damaged(&error))?;
     let mut samples = vec![Vec::new(); start.channels.len()];
     for batch in builder.build().map_err(|error| damaged(&error))? {
         append_columns(path, &batch.map_err(|error| damaged(&error))?, &mut samples)?;
     }
+    let fingerprint = Fingerprint::all(
+        &samples
+            .iter()
+            .map(|channel| {
+                let mut fingerprint = Fingerprint::new();
+                fingerprint.add(channel);
+                fingerprint
+            })
+            .collect::<Vec<_>>(),
+    );
     let mut recording = assemble(path, &start, samples)?;
-    recording
-        .doubts
-        .extend(end.into_iter().flat_map(|end| end.doubts));
+    match end {
+        Some(end) => {
+            if end.samples != recording.len()
+                || end.fingerprint.is_some_and(|stored| stored != fingerprint)
+            {
+                return Err(damaged(&"its samples are not those that were recorded"));
+            }
+            recording.doubts.extend(end.doubts);
+        }
+        None if ours => recording.doubts.push(Doubt::Interrupted {
+            read_s: recording.duration().0,
+        }),
+        None => {}
+    }
+    if ours && journal_path(path).exists() {
+        recording.doubts.push(Doubt::InterruptedLater {
+            journal: journal_path(path).display().to_string(),
+        });
+    }
     Ok(Stored {
         recording,
         setup: start.setup,
@@ -406,14 +499,26 @@ fn foreign_start(
             "give the rate with --rate",
         )
     })?;
-    let channels = schema
-        .fields()
+    let channels = schema.fields().iter().map(|field| {
+        let unit = field.metadata().get(UNIT_KEY).map_or("", String::as_str);
+        (field.name().clone(), Unit::parse(unit))
+    });
+    let (channels, factors): (Vec<_>, Vec<f64>) = channels
+        .map(|(name, (unit, factor)): (String, (Unit, f64))| ((name, unit), factor))
+        .unzip();
+    if let Some((name, _)) = channels
         .iter()
-        .map(|field| {
-            let unit = field.metadata().get(UNIT_KEY).map_or("", String::as_str);
-            (field.name().clone(), Unit::from(unit.to_owned()))
-        })
-        .collect();
+        .zip(&factors)
+        .find(|(_, factor)| **factor != 1.0)
+        .map(|(channel, _)| channel)
+    {
+        return Err(ReadError::content(
+            path,
+            "SI units in the columns' metadata",
+            format!("another in `{name}`"),
+            "convert that column to m/s², N or V before it is written",
+        ));
+    }
     Ok(StartDocument {
         format: 0,
         rate_hz,

@@ -7,6 +7,8 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{Channel, Provenance, Recording};
+use piezotact::series::is_sample;
+use piezotact::verify::flat_top_fraction;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
@@ -177,6 +179,13 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
                     &name, &samples, step,
                 ));
             }
+            let fraction = flat_top_fraction(&samples);
+            if fraction > 0.0 {
+                doubts.push(Doubt::Clipped {
+                    what: name.clone(),
+                    fraction,
+                });
+            }
             for sample in &mut samples {
                 *sample *= factor;
             }
@@ -232,10 +241,10 @@ fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
         ));
     }
     for channel in contents.recording.channels() {
-        if let Some(at) = channel.samples.iter().position(|v| !v.is_finite()) {
+        if let Some(at) = channel.samples.iter().position(|v| !is_sample(*v)) {
             return Err(ReadError::content(
                 path,
-                "finite samples",
+                "samples within ±1e100",
                 format!(
                     "{} at sample {at} ({:.3}) of `{}`",
                     channel.samples[at],

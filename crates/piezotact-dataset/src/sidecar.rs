@@ -13,7 +13,7 @@ use piezotact::recording::{Condition, Provenance};
 use piezotact::render::{Headroom, RenderConfig, RenderedDrive};
 use serde::{Deserialize, Serialize};
 
-use crate::atomic::write_atomically;
+use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
 
 /// The sidecar of a WAV file.
@@ -133,18 +133,13 @@ pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
     })
 }
 
-/// Writes the sidecar of the WAV file `path`, whole or not at all.
-///
-/// # Errors
-/// [`WriteError`] when it cannot be written.
-pub fn write_sidecar(path: &Path, sidecar: &Sidecar) -> Result<(), WriteError> {
-    let path = sidecar_path(path);
-    write_json(&path, sidecar)
-}
-
 /// Writes `value` as readable JSON, whole or not at all.
 pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), WriteError> {
-    write_atomically(path, |out| {
+    prepare_json(path, value)?.commit()
+}
+
+pub(crate) fn prepare_json(path: &Path, value: &impl Serialize) -> Result<Prepared, WriteError> {
+    Prepared::new(path, |out| {
         serde_json::to_writer_pretty(&mut *out, value).map_err(|error| WriteError::Io {
             path: path.into(),
             source: error.into(),

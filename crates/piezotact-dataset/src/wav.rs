@@ -6,8 +6,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::atomic::write_atomically;
+use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
+use crate::sidecar::{Sidecar, prepare_json, sidecar_path};
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -256,6 +257,32 @@ pub fn write_wav(
     rate_hz: u32,
     format: SampleFormat,
 ) -> Result<(), WriteError> {
+    prepare_wav(path, channels, rate_hz, format)?.commit()
+}
+
+/// Writes a WAV file with its sidecar: both are whole on the disk before either takes its place, the sidecar
+/// first, so that samples never stand beside another file's scale.
+///
+/// # Errors
+/// Those of [`write_wav`], for either file.
+pub fn write_wav_with_sidecar(
+    path: &Path,
+    channels: &[&[f64]],
+    rate_hz: u32,
+    format: SampleFormat,
+    sidecar: &Sidecar,
+) -> Result<(), WriteError> {
+    let wav = prepare_wav(path, channels, rate_hz, format)?;
+    prepare_json(&sidecar_path(path), sidecar)?.commit()?;
+    wav.commit()
+}
+
+fn prepare_wav(
+    path: &Path,
+    channels: &[&[f64]],
+    rate_hz: u32,
+    format: SampleFormat,
+) -> Result<Prepared, WriteError> {
     let wrong = |expected: &str, found: String, todo: &str| {
         WriteError::content(path, expected, found, todo)
     };
@@ -267,7 +294,15 @@ pub fn write_wav(
             "write them apart",
         ));
     }
-    let size = frames * channels.len() * format.bytes();
+    let width = channels.len() * format.bytes();
+    if u16::try_from(width).is_err() || rate_hz.checked_mul(width as u32).is_none() {
+        return Err(wrong(
+            "a rate and a number of channels that a WAV file can state",
+            format!("{} channels at {rate_hz} Hz", channels.len()),
+            "write Parquet instead",
+        ));
+    }
+    let size = frames * width;
     let Ok(riff_size) = u32::try_from(size + 50) else {
         return Err(wrong(
             "at most 4 GiB",
@@ -297,7 +332,7 @@ pub fn write_wav(
     let float = format.step_ratio().is_none();
     let (bytes, count) = (format.bytes() as u32, channels.len() as u32);
     let pad = size % 2;
-    write_atomically(path, |out| {
+    Prepared::new(path, |out| {
         let mut head = Vec::with_capacity(58);
         head.extend(b"RIFF");
         let fact = if float { 12 } else { 0 };
@@ -320,7 +355,6 @@ pub fn write_wav(
         head.extend(b"data");
         head.extend((size as u32).to_le_bytes());
         out.write_all(&head).map_err(WriteError::io(path))?;
-        let width = format.bytes() * channels.len();
         let mut block = vec![0; BLOCK_FRAMES * width];
         for start in (0..frames).step_by(BLOCK_FRAMES) {
             let end = frames.min(start + BLOCK_FRAMES);

@@ -103,6 +103,7 @@ pub struct UnknownGain {
 /// How the drive reaches the actuator. A transfer function holds for the set-up it was measured with and
 /// for no other, so it carries this, and rendering compares it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "StatedSetup")]
 pub struct DriveSetup {
     /// The gain set on the amplifier.
     pub gain: AmplifierGain,
@@ -112,7 +113,54 @@ pub struct DriveSetup {
     pub load_f: f64,
 }
 
+/// A set-up as a file states it, before it is believed.
+#[derive(Deserialize)]
+struct StatedSetup {
+    gain: AmplifierGain,
+    volts_per_full_scale: f64,
+    load_f: f64,
+}
+
+impl TryFrom<StatedSetup> for DriveSetup {
+    type Error = ImpossibleSetup;
+
+    fn try_from(stated: StatedSetup) -> Result<Self, ImpossibleSetup> {
+        Self::new(
+            stated.gain,
+            Volts(stated.volts_per_full_scale),
+            stated.load_f,
+        )
+    }
+}
+
+/// A set-up that no device has.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {load_f} F; calibrate the output"
+)]
+pub struct ImpossibleSetup {
+    /// The potential found.
+    pub volts: Volts,
+    /// The capacitance found.
+    pub load_f: f64,
+}
+
 impl DriveSetup {
+    /// The amplifier at `gain`, behind an output of `volts` at full scale, before a load of `load_f`.
+    ///
+    /// # Errors
+    /// [`ImpossibleSetup`] when the potential is not from 0.001 to 1000 V, or the load not from 1e-12 to 1 F.
+    pub fn new(gain: AmplifierGain, volts: Volts, load_f: f64) -> Result<Self, ImpossibleSetup> {
+        if (1e-3..=1e3).contains(&volts.0) && (1e-12..=1.0).contains(&load_f) {
+            Ok(Self {
+                gain,
+                volts_per_full_scale: volts.0,
+                load_f,
+            })
+        } else {
+            Err(ImpossibleSetup { volts, load_f })
+        }
+    }
     /// The drive (full scale = 1) at which the first limit is reached: 1, or less where the PC's output
     /// overdrives the amplifier's input.
     #[must_use]

@@ -88,6 +88,25 @@ pub enum Doubt {
         /// The rate of the time stamps, Hz.
         found_hz: f64,
     },
+    /// The measurement follows its target with the sign reversed.
+    Inverted {
+        /// The correlation, below zero.
+        correlation: f64,
+    },
+    /// Not all of a drive was played, or the output ran dry.
+    PlaybackIncomplete {
+        /// Samples played.
+        played: usize,
+        /// Samples of the drive.
+        expected: usize,
+        /// Times the output ran dry.
+        underruns: usize,
+    },
+    /// A later recording of the same name was interrupted.
+    InterruptedLater {
+        /// Where its journal is.
+        journal: String,
+    },
     /// The amplifier cannot follow the drive into the capacitive load.
     SlewLimited {
         /// The steepest slope asked for, V/s.
@@ -226,6 +245,18 @@ impl fmt::Display for Doubt {
                     "): the device hardly answers there or was not measured well; what is felt there may be missing or wrong",
                 )
             }
+            Self::Inverted { correlation } => write!(
+                f,
+                "the measurement follows its target with the sign reversed (correlation {correlation:.3}): check the polarity of sensor and actuator"
+            ),
+            Self::PlaybackIncomplete { played, expected, underruns } => write!(
+                f,
+                "{played} of {expected} samples of the drive were played and the output ran dry {underruns} times: close other programs and play again"
+            ),
+            Self::InterruptedLater { journal } => write!(
+                f,
+                "a later recording of this name was interrupted and stands in {journal}: look whether that is the one you mean"
+            ),
             Self::Unrelated { median_coherence } => write!(
                 f,
                 "the median coherence of the driven lines is {median_coherence:.3}: drive and response have next to nothing in common; check the channels and the sensor"

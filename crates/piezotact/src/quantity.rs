@@ -74,7 +74,7 @@ impl Decibels {
     }
 }
 
-/// A sampling rate in Hz: finite and above zero.
+/// A sampling rate in Hz, from one sample in a quarter of an hour to 10 MHz: beyond that it is a mistake.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub struct SampleRate(f64);
@@ -83,9 +83,9 @@ impl SampleRate {
     /// A rate of `rate_hz` samples per second.
     ///
     /// # Errors
-    /// [`QuantityError::Rate`] when the rate is not a finite number above zero.
+    /// [`QuantityError::Rate`] when the rate is not a number from 0.001 to 1e7 Hz.
     pub fn new(rate_hz: f64) -> Result<Self, QuantityError> {
-        if rate_hz.is_finite() && rate_hz > 0.0 {
+        if (1e-3..=1e7).contains(&rate_hz) {
             Ok(Self(rate_hz))
         } else {
             Err(QuantityError::Rate { found: rate_hz })
@@ -467,8 +467,8 @@ marker!(
 /// A number that cannot be what it was meant to be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuantityError {
-    /// A sampling rate that is not a finite number above zero.
-    #[error("expected a sampling rate above 0 Hz, found {found}; give the rate in Hz")]
+    /// A sampling rate that no recording has.
+    #[error("expected a sampling rate from 0.001 to 1e7 Hz, found {found}; give the rate in Hz")]
     Rate {
         /// What was found.
         found: f64,

@@ -15,8 +15,8 @@ use crate::fourier;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
 use crate::resample::{ResampleError, Resampler};
-use crate::series::{Series, SeriesError, peak, rms};
-use crate::transfer::TransferFunction;
+use crate::series::{Series, SeriesError, mean, peak, rms};
+use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
 
 /// How a transfer function is inverted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -235,7 +235,7 @@ fn require_band(band: Band, highest: Hertz, what: &'static str) -> Result<(), Re
 
 /// The drive (full scale = 1) that makes the device answer with `target`, in the SI unit of `O`.
 ///
-/// The target is faded at both ends, put between `modelling_delay` and `tail` of silence, divided by the
+/// The target, its mean taken away, is faded at both ends, put between `modelling_delay` and `tail` of silence, divided by the
 /// transfer function inside the band, and brought to the output rate.
 ///
 /// Source: thesis sections 4.1 and 2.5; see [`invert`] for the formula.
@@ -255,7 +255,14 @@ pub fn render<O: Quantity>(
     );
     let mut padded = vec![0.0; fourier::fast_length(before + target.samples().len() + after)];
     let texture = &mut padded[before..before + target.samples().len()];
-    texture.copy_from_slice(target.samples());
+    // A mean (gravity, an offset of the amplifier) is no texture; faded, it would become a ramp that is one.
+    let mean = mean(target.samples());
+    for (place, sample) in texture.iter_mut().zip(target.samples()) {
+        *place = sample - mean;
+    }
+    if peak(texture) <= 0.0 {
+        return Err(RenderError::Silent);
+    }
     fade_ends(texture, rate.samples_in(config.fade));
     let mut drive = invert(&padded, rate, function, &config.inverse)?;
     drive.truncate(before + target.samples().len() + after);
@@ -277,16 +284,12 @@ pub fn render<O: Quantity>(
         .low_coherence(band, config.lowest_coherence)
         .into_iter()
         .collect();
+    // What was doubted of the transfer function is doubted of all that comes of it.
     doubts.extend(
         function
             .doubts
             .iter()
-            .filter(|doubt| {
-                matches!(
-                    doubt,
-                    Doubt::LateResponse { .. } | Doubt::FewAverages { .. }
-                )
-            })
+            .filter(|doubt| !matches!(doubt, Doubt::LowCoherence { .. }))
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
@@ -306,7 +309,7 @@ pub fn render<O: Quantity>(
         });
     }
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
-    if headroom.headroom_db < 0.0 {
+    if headroom.peak > headroom.limit {
         match config.clipping {
             Clipping::Refuse => {
                 return Err(RenderError::ExceedsFullScale {
@@ -415,11 +418,8 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
         limited_by: setup
             .map_or("the digital full scale", DriveSetup::limited_by)
             .into(),
-        headroom_db: if peak > 0.0 {
-            Decibels::from_amplitude_ratio(limit / peak).0
-        } else {
-            f64::MAX
-        },
+        // A drive of −240 dB is silence.
+        headroom_db: Decibels::from_amplitude_ratio(limit / peak.max(1e-12)).0,
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
         slope_v_per_s: setup.map(|setup| {
             steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
@@ -444,6 +444,14 @@ pub fn achievable<I: Quantity, O: Quantity>(
     let largest = function.peak_magnitude(band);
     let floor = config.inverse.regularisation * largest * largest;
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
+    // A coherence above 1 is no better than none.
+    let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
+    if function.lines_in(band).next().is_none() {
+        return Err(RenderError::NoLine {
+            band,
+            resolution_hz: function.resolution_hz(),
+        });
+    }
     let reached: Vec<(f64, bool)> = function
         .lines_in(band)
         .map(|(k, frequency_hz)| {
@@ -451,7 +459,7 @@ pub fn achievable<I: Quantity, O: Quantity>(
             let delivered = power / (power + floor);
             (
                 frequency_hz,
-                delivered >= least && function.coherence()[k] >= config.lowest_coherence,
+                delivered >= least && believable.contains(&function.coherence()[k]),
             )
         })
         .collect();
@@ -530,6 +538,21 @@ pub enum RenderError {
     Regularisation {
         /// What was found.
         found: f64,
+    },
+    /// There is nothing to render.
+    #[error(
+        "cannot render: expected a texture, found silence (every sample is the same); check the channel"
+    )]
+    Silent,
+    /// The band falls between two lines.
+    #[error(
+        "cannot render over {band}: it holds no line of the transfer function, which has one every {resolution_hz:.2} Hz; take a wider band"
+    )]
+    NoLine {
+        /// The band.
+        band: Band,
+        /// The step between lines, Hz.
+        resolution_hz: f64,
     },
     /// The device does not answer.
     #[error(

@@ -4,8 +4,11 @@ use std::marker::PhantomData;
 
 use crate::quantity::{Decibels, Quantity, SampleRate, Seconds};
 
-/// One channel of a physical quantity `Q`, in its SI unit, at a uniform rate; every sample is finite and
-/// there is at least one.
+/// The largest magnitude of a sample, in any unit: squares and sums of what lies below stay finite.
+pub const LARGEST_SAMPLE: f64 = 1e100;
+
+/// One channel of a physical quantity `Q`, in its SI unit, at a uniform rate; every sample is a number within
+/// ±[`LARGEST_SAMPLE`], and there is at least one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<Q: Quantity> {
     samples: Vec<f64>,
@@ -18,12 +21,12 @@ impl<Q: Quantity> Series<Q> {
     ///
     /// # Errors
     /// [`SeriesError::Empty`] without samples; [`SeriesError::NotFinite`] with the place of the first
-    /// sample that is NaN or infinite.
+    /// sample that is NaN, infinite or beyond ±1e100.
     pub fn new(samples: Vec<f64>, rate: SampleRate) -> Result<Self, SeriesError> {
         if samples.is_empty() {
             return Err(SeriesError::Empty { quantity: Q::NAME });
         }
-        if let Some(at) = samples.iter().position(|v| !v.is_finite()) {
+        if let Some(at) = samples.iter().position(|v| !is_sample(*v)) {
             return Err(SeriesError::NotFinite {
                 quantity: Q::NAME,
                 at,
@@ -83,6 +86,14 @@ impl<Q: Quantity> Series<Q> {
         }
         self
     }
+}
+
+/// Whether `value` can be a sample: a number within ±[`LARGEST_SAMPLE`].
+///
+/// Source: house rule; NaN, infinities and numbers whose squares overflow are none.
+#[must_use]
+pub fn is_sample(value: f64) -> bool {
+    value.abs() <= LARGEST_SAMPLE
 }
 
 /// The root mean square of `samples` about zero, in their unit; 0 for none.
@@ -148,7 +159,7 @@ pub enum SeriesError {
     },
     /// A sample is NaN or infinite.
     #[error(
-        "expected finite samples of {quantity}, found {found} at sample {at} ({time:.3}); cut that part or repair the export"
+        "expected finite samples of {quantity} within ±1e100, found {found} at sample {at} ({time:.3}); cut that part or repair the export"
     )]
     NotFinite {
         /// The quantity that was wanted.

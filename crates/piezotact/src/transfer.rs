@@ -15,8 +15,8 @@ use crate::quantity::{Band, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
 use crate::series::Series;
 use crate::spectrum::{
-    EstimateError, RECOMMENDED_SEGMENTS, SegmentTransform, WelchConfig, fold_cross, fold_power,
-    frequency_axis, one_sided, segments_in,
+    Averaging, EstimateError, RECOMMENDED_SEGMENTS, Scaling, SegmentTransform, WelchConfig,
+    fold_cross, fold_power, frequency_axis, one_sided, segments_in,
 };
 
 /// Which ratio of spectra estimates the transfer function.
@@ -173,13 +173,19 @@ pub struct CrossPlan {
 }
 
 impl CrossPlan {
-    /// A plan for pairs of channels at `rate`. Averaging is the mean whatever the configuration says: the
-    /// median of a complex cross-spectrum is not defined.
+    /// A plan for pairs of channels at `rate`.
     ///
     /// # Errors
-    /// [`EstimateError::Config`] when the configuration cannot be.
+    /// [`EstimateError::Config`] when the configuration cannot be: the median of a complex cross-spectrum is
+    /// not defined, and ratios of spectra are made of densities.
     pub fn new(config: &WelchConfig, rate: SampleRate) -> Result<Self, EstimateError> {
         let hop = config.hop()?;
+        if config.averaging != Averaging::Mean || config.scaling != Scaling::Density {
+            return Err(EstimateError::Config {
+                what: "the mean of densities for a transfer function",
+                found: format!("{:?} of {:?}", config.averaging, config.scaling),
+            });
+        }
         let n = config.segment;
         let window = config.window.coefficients(n, config.symmetry);
         let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
@@ -299,6 +305,7 @@ pub fn cross_spectra<I: Quantity, O: Quantity>(
             return Err(EstimateError::Silent { signal });
         }
     }
+    config.fits(drive.samples().len().min(response.samples().len()))?;
     CrossPlan::new(config, drive.rate())?.estimate(drive.samples(), response.samples())
 }
 
@@ -343,7 +350,7 @@ pub struct CoherenceSummary {
 const UNRELATED: f64 = 0.5;
 
 /// Coherence above 1 by more than this is no rounding: the pair of signals cannot have it.
-const COHERENCE_ROUNDING: f64 = 1e-6;
+pub(crate) const COHERENCE_ROUNDING: f64 = 1e-6;
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The transfer function that `spectra` estimate.
@@ -502,14 +509,25 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .fold(0.0, |peak, (k, _)| self.response[k].norm().max(peak))
     }
 
-    /// How late the response comes: the time of the largest value of the impulse response; 0 when that lies
-    /// in the second half, which stands for negative times.
+    /// How late the response comes: the time of the largest value of the impulse response, each line weighted
+    /// with its coherence so that what is not driven has no say; 0 when the largest value lies at a negative
+    /// time.
     #[must_use]
     pub fn delay(&self) -> Seconds {
         let n = 2 * (self.response.len() - 1);
-        let impulse = fourier::RealTransform::new(n).inverse(self.response.clone());
-        let largest = (0..n / 2).max_by(|&a, &b| impulse[a].abs().total_cmp(&impulse[b].abs()));
-        Seconds(largest.unwrap_or(0) as f64 / (n as f64 * self.resolution_hz))
+        let weighted = self
+            .response
+            .iter()
+            .zip(&self.coherence)
+            .map(|(h, coherence)| h * coherence.clamp(0.0, 1.0))
+            .collect();
+        let impulse = fourier::RealTransform::new(n).inverse(weighted);
+        let largest = (0..n)
+            .max_by(|&a, &b| impulse[a].abs().total_cmp(&impulse[b].abs()))
+            .unwrap_or(0);
+        // The second half stands for negative times.
+        let late = if largest <= n / 2 { largest } else { 0 };
+        Seconds(late as f64 / (n as f64 * self.resolution_hz))
     }
 
     /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, Seconds};
-use crate::series::{Series, rms};
+use crate::render::Headroom;
+use crate::series::{Series, mean, rms};
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
 
 /// How a measurement is compared with its target.
@@ -69,12 +70,68 @@ impl VerifyConfig {
 }
 
 /// What was measured while a drive was played.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Measured<'a, Q: Quantity> {
-    /// The response, in the unit of the target.
+    /// The response, in the unit of the target, at its rate.
     pub response: &'a Series<Q>,
-    /// The drive recorded beside it and the level at which the device clips (full scale = 1), where known.
-    pub drive: Option<(&'a Series<Drive>, f64)>,
+    /// What is known of clipping on the way; see [`clipping`].
+    pub clipping: Clipping,
+}
+
+impl<'a, Q: Quantity> Measured<'a, Q> {
+    /// A response with nothing known of the way it came, but for flat tops of its own.
+    #[must_use]
+    pub fn alone(response: &'a Series<Q>) -> Self {
+        Self {
+            response,
+            clipping: clipping(response, None, None),
+        }
+    }
+}
+
+/// How much of a measurement stood at a limit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clipping {
+    /// The largest of the shares found, 0–1.
+    pub fraction: f64,
+    /// One for each place where something clipped.
+    pub doubts: Vec<Doubt>,
+}
+
+/// What clipped while `response` was measured, at the rate it was acquired with: the sensor (flat tops), the
+/// drive that was played beside it (beyond the limit, full scale = 1), and the drive as it was rendered.
+///
+/// Source: [`flat_top_fraction`]; [`crate::render::headroom`].
+#[must_use]
+pub fn clipping<Q: Quantity>(
+    response: &Series<Q>,
+    drive: Option<(&Series<Drive>, f64)>,
+    rendered: Option<&Headroom>,
+) -> Clipping {
+    let played = drive.map_or(0.0, |(drive, limit)| {
+        let beyond = drive
+            .samples()
+            .iter()
+            .filter(|sample| sample.abs() > limit)
+            .count();
+        beyond as f64 / drive.samples().len() as f64
+    });
+    let device = rendered
+        .map_or(0.0, |headroom| headroom.clipped_fraction)
+        .max(played);
+    let sensor = flat_top_fraction(response.samples());
+    let found = [
+        (sensor, format!("the measured {}", Q::NAME)),
+        (device, "the drive that was played".into()),
+    ];
+    Clipping {
+        fraction: sensor.max(device),
+        doubts: found
+            .into_iter()
+            .filter(|(fraction, _)| *fraction > 0.0)
+            .map(|(fraction, what)| Doubt::Clipped { what, fraction })
+            .collect(),
+    }
 }
 
 /// How close a measurement came to its target.
@@ -198,8 +255,8 @@ fn ratio_db(measured: f64, target: f64) -> f64 {
     }
 }
 
-/// Lines this far below the band's strongest hold next to no target, dB.
-const NO_POWER_DB: f64 = -100.0;
+/// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
+const NO_POWER_DB: f64 = -50.0;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate.
 ///
@@ -301,31 +358,16 @@ pub fn verify<Q: Quantity>(
             target_s: target.duration().0,
         });
     }
-    let flat = flat_top_fraction(response.samples());
-    if flat > 0.0 {
-        doubts.push(Doubt::Clipped {
-            what: format!("the measured {}", Q::NAME),
-            fraction: flat,
-        });
-    }
-    let driven = measured.drive.map_or(0.0, |(drive, limit)| {
-        let beyond = drive
-            .samples()
-            .iter()
-            .filter(|sample| sample.abs() > limit)
-            .count();
-        beyond as f64 / drive.samples().len() as f64
-    });
-    if driven > 0.0 {
-        doubts.push(Doubt::Clipped {
-            what: "the drive that was played".into(),
-            fraction: driven,
+    doubts.extend(measured.clipping.doubts);
+    if waveform_correlation < 0.0 {
+        doubts.push(Doubt::Inverted {
+            correlation: waveform_correlation,
         });
     }
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
     let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
         && waveform_correlation >= config.limits.waveform_correlation
-        && flat.max(driven) <= config.limits.clipped_fraction;
+        && measured.clipping.fraction <= config.limits.clipped_fraction;
     let mean_error_db =
         lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
     Ok(Verification {
@@ -348,7 +390,7 @@ pub fn verify<Q: Quantity>(
         level_error_db,
         waveform_correlation,
         delay_s: aligned.delay.0,
-        clipped_fraction: flat.max(driven),
+        clipped_fraction: measured.clipping.fraction,
         level_db: config.level.0,
         psd_unit: Q::UNIT.of_psd(),
         rate_hz: rate.hz(),
@@ -450,7 +492,15 @@ fn align<Q: Quantity>(
                 .weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)
         })
         .collect();
-    let (target_bins, measured_bins) = (transform.forward(t), transform.forward(m));
+    // A mean would be a step at both ends of the padding, and a step is in every band.
+    let about_mean = |samples: &[f64]| -> Vec<f64> {
+        let mean = mean(samples);
+        samples.iter().map(|sample| sample - mean).collect()
+    };
+    let (target_bins, measured_bins) = (
+        transform.forward(&about_mean(t)),
+        transform.forward(&about_mean(m)),
+    );
     for (what, bins) in [
         ("the target", &target_bins),
         ("the measurement", &measured_bins),
@@ -473,17 +523,27 @@ fn align<Q: Quantity>(
         .zip(&weights)
         .map(|((t, m), w)| t.conj() * m * w * w)
         .collect();
-    let correlation = transform.inverse(cross.clone());
-    let strongest = (0..n)
-        .max_by(|&a, &b| correlation[a].abs().total_cmp(&correlation[b].abs()))
+    // Four times finer than the samples: the crest of a tone between two samples must not lose against the
+    // trough beside it.
+    let fine = 4 * n;
+    let correlation = fourier::RealTransform::new(fine).inverse(cross.clone());
+    let highest = (0..fine)
+        .max_by(|&a, &b| correlation[a].total_cmp(&correlation[b]))
         .unwrap_or(0);
-    let whole = if strongest > m.len() {
-        strongest as f64 - n as f64
+    let deepest = (0..fine)
+        .min_by(|&a, &b| correlation[a].total_cmp(&correlation[b]))
+        .unwrap_or(0);
+    // A tone has a trough as deep as its crest half a period away: only a clearly deeper one is an inversion.
+    let inverted = -correlation[deepest] > 1.05 * correlation[highest];
+    let strongest = if inverted { deepest } else { highest };
+    let place = strongest as f64 / 4.0;
+    let whole = if place > m.len() as f64 {
+        place - n as f64
     } else {
-        strongest as f64
+        place
     };
-    // The correlation between samples is a sum of cosines; its extreme is within half a sample.
-    let sign = correlation[strongest].signum();
+    // The correlation between samples is a sum of cosines; its extreme is within a quarter of a sample.
+    let sign = if inverted { -1.0 } else { 1.0 };
     let at = |lag: f64| {
         cross
             .iter()
@@ -493,7 +553,7 @@ fn align<Q: Quantity>(
             .sum::<f64>()
             * sign
     };
-    let lag = golden_section_maximum(at, whole - 0.75, whole + 0.75);
+    let lag = golden_section_maximum(at, whole - 0.25, whole + 0.25);
     let mut shifted = |in_band: bool| {
         let bins = measured_bins
             .iter()

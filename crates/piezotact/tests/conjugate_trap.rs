@@ -97,7 +97,7 @@ proptest! {
             let drive = invert(target.samples(), rate, &function, &InverseConfig::over(band)).unwrap();
             let felt = Series::new(plant.feel(&drive), rate).unwrap();
             let config = VerifyConfig::over(Band::new(Hertz(30.0), Hertz(500.0)).unwrap(), RATE_HZ);
-            verify(&target, Measured { response: &felt, drive: None }, &config).unwrap()
+            verify(&target, Measured::alone(&felt), &config).unwrap()
         };
         let (right, wrong) = (judge(Conjugate::No), judge(Conjugate::Yes));
         prop_assert!(right.passed, "{plant:?}: {}", right.verdict());

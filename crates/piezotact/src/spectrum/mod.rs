@@ -89,6 +89,18 @@ impl WelchConfig {
         Self::hann(1024)
     }
 
+    /// Checks, before anything is planned, that `samples` hold a segment.
+    pub(crate) fn fits(&self, samples: usize) -> Result<(), EstimateError> {
+        self.hop()?;
+        if samples < self.segment {
+            return Err(EstimateError::TooShort {
+                expected: self.segment,
+                found: samples,
+            });
+        }
+        Ok(())
+    }
+
     /// The step between segments in samples.
     ///
     /// # Errors
@@ -352,6 +364,7 @@ pub fn welch<Q: Quantity>(
     x: &Series<Q>,
     config: &WelchConfig,
 ) -> Result<Spectrum<Q>, EstimateError> {
+    config.fits(x.samples().len())?;
     WelchPlan::new(config, x.rate())?.estimate(&[x.samples()])
 }
 
