@@ -13,7 +13,7 @@ use piezotact_bench::BenchSpec;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, 1 something is wrong with the data or the device, 2 the command cannot be what was meant."
+    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, 1 something is wrong with the data or the device, 2 the command cannot be what was\nmeant, 3 a verification was done and did not pass."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -42,7 +42,7 @@ pub(crate) enum Command {
     Characterise(Characterise),
     /// Estimates the transfer function between two channels of a recording.
     #[command(
-        after_help = "Example:\n  piezotact transfer hammer.csv --drive force --response nail --rate 5000 --out tf.json"
+        after_help = "Example:\n  piezotact transfer bench.csv --drive drive --response nail --gain B3 --volts-per-full-scale 1.41 --out tf.json"
     )]
     Transfer(Transfer),
     /// Computes the drive that makes a resting finger feel a texture.
@@ -78,7 +78,8 @@ pub(crate) struct Demo {
 /// What a person adds to what a recording says of itself.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
-    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
+    /// What a sample of 1 stands for, such as "200 m/s2": full scale of a WAV file without a sidecar
+    /// FILE.json, or plain numbers of a table.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,
     /// The rate of a table without a time column, in Hz.
@@ -102,6 +103,7 @@ pub(crate) struct Spectrum {
     /// A recording.
     pub(crate) file: PathBuf,
     /// Where --json or --csv go instead of standard output.
+    #[arg(conflicts_with = "svg")]
     pub(crate) out: Option<PathBuf>,
     /// The channel; not needed when there is one, or one of acceleration.
     #[arg(long)]
@@ -201,6 +203,16 @@ pub(crate) struct Transfer {
     /// Which ratio of spectra.
     #[arg(long, value_enum, default_value = "h1")]
     pub(crate) estimator: EstimatorName,
+    /// The gain set on the amplifier, B1–B4; together with --volts-per-full-scale it describes the device.
+    #[arg(long, requires = "volts_per_full_scale")]
+    pub(crate) gain: Option<AmplifierGain>,
+    /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
+    /// brought to full scale = 1.
+    #[arg(long, value_name = "V")]
+    pub(crate) volts_per_full_scale: Option<f64>,
+    /// The capacitance of the actuator, in nF.
+    #[arg(long, default_value_t = 80.0, value_name = "NF")]
+    pub(crate) load_nf: f64,
     /// The transfer function to write.
     #[arg(long)]
     pub(crate) out: PathBuf,
@@ -243,7 +255,7 @@ pub(crate) struct Render {
     )]
     pub(crate) level: f64,
     /// The rate of the drive, in Hz.
-    #[arg(long, default_value_t = 48_000, value_name = "HZ")]
+    #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
     pub(crate) rate: u32,
     /// Writes a drive that clips, instead of refusing it.
     #[arg(long)]
@@ -284,6 +296,16 @@ pub(crate) struct Verify {
     /// The channel of the target; not needed when there is one, or one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
+    /// The channel of the measurement; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) measured_channel: Option<String>,
+    /// What a sample of 1 stands for in the measurement, where it differs from --scale.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) measured_scale: Option<Measure>,
+    /// The drive (WAV) that was played, when the measurement does not hold it itself: its level and its
+    /// achievable band count.
+    #[arg(long)]
+    pub(crate) drive: Option<PathBuf>,
     /// The band over which they are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,

@@ -2,12 +2,16 @@
 
 use std::process::ExitCode;
 
+use crate::output::say;
+
 /// Why a command did not do what it was asked.
 pub(crate) enum Failure {
     /// The command was asked for something that cannot be: exit code 2, as for a wrong option.
     Usage(anyhow::Error),
     /// The data, a file or a device is not what it must be: exit code 1.
     Data(anyhow::Error),
+    /// A verification did not pass; its result has been printed: exit code 3.
+    NotPassed,
     /// Whoever reads our output has gone: nobody is left to tell.
     ReaderGone,
 }
@@ -26,18 +30,32 @@ pub(crate) fn usage<E: Into<anyhow::Error>>(error: E) -> Failure {
     Failure::Usage(error.into())
 }
 
-/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage.
-#[allow(clippy::print_stderr, reason = "this is where errors are told")]
+/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed.
 pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(()) | Err(Failure::ReaderGone) => ExitCode::SUCCESS,
+        Err(Failure::NotPassed) => ExitCode::from(3),
         Err(Failure::Data(error)) => {
-            eprintln!("piezotact: {error:#}");
+            say(&format!("piezotact: {}", sentence(&error)));
             ExitCode::from(1)
         }
         Err(Failure::Usage(error)) => {
-            eprintln!("piezotact: {error:#}");
+            say(&format!("piezotact: {}", sentence(&error)));
             ExitCode::from(2)
         }
     }
+}
+
+/// An error and what caused it, each said once.
+fn sentence(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |mut sentence, cause| {
+        let cause = cause.to_string();
+        if !sentence.contains(&cause) {
+            if !sentence.is_empty() {
+                sentence.push_str(": ");
+            }
+            sentence.push_str(&cause);
+        }
+        sentence
+    })
 }

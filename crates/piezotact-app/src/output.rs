@@ -8,6 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
 use piezotact::quantity::Seconds;
+use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -50,6 +51,37 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
     Ok(())
 }
 
+/// A number with three digits that count.
+pub(crate) fn digits(value: f64) -> String {
+    let before = if value == 0.0 {
+        0.0
+    } else {
+        value.abs().log10().floor()
+    };
+    if (-4.0..6.0).contains(&before) {
+        let decimals = (2.0 - before).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// How far a drive stays below what limits it, as a person says it.
+pub(crate) fn headroom_text(headroom: &Headroom) -> String {
+    let side = if headroom.headroom_db >= 0.0 {
+        "below"
+    } else {
+        "above"
+    };
+    format!(
+        "peak {} of full scale, {:.1} dB {side} {} at {:.3}",
+        digits(headroom.peak),
+        headroom.headroom_db.abs(),
+        headroom.limited_by,
+        headroom.limit
+    )
+}
+
 /// Doubts as JSON: their fields, and their sentence as `text`.
 pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
     let mut values = Vec::with_capacity(doubts.len());
@@ -63,10 +95,9 @@ pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
     Ok(Value::Array(values))
 }
 
-/// Says on standard error what is being done.
-#[allow(clippy::print_stderr, reason = "progress goes to standard error")]
+/// Says on standard error what is being done. When nobody can hear it the work still goes on.
 pub(crate) fn say(text: &str) {
-    eprintln!("{text}");
+    let _nobody_hears = writeln!(std::io::stderr().lock(), "{text}");
 }
 
 /// Says every doubt on standard error.

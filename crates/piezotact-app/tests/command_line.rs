@@ -344,6 +344,11 @@ fn a_file_that_cannot_be_read_is_named_with_what_to_do() {
     folder.write("binary.dat", [7, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
     folder.write("words.csv", "once upon a time\nthere was a finger\n");
     folder.write("nan.csv", "time (s),acc (m/s2)\n0,1\n0.001,NaN\n0.002,1\n");
+    folder.write("decimal.csv", "time (ms),acc (g)\n0,1,5\n1,1,6\n");
+    folder.write(
+        "gap.csv",
+        "time (s),acc (g)\n0,1\n0.001,1\n0.002,1\n0.9,1\n0.901,1\n",
+    );
     folder.write("cut.parquet", b"PAR1 and then nothing");
     folder.write("notes.json", "{\"hello\": 1}");
     folder.write("scale.wav", &whole);
@@ -370,6 +375,11 @@ fn a_file_that_cannot_be_read_is_named_with_what_to_do() {
         ("other.wav", &["a MATLAB file", "CSV"]),
         ("binary.dat", &["binary file of an unknown kind"]),
         ("words.csv", &["rows of numbers", "check the export"]),
+        (
+            "decimal.csv",
+            &["one more, `5`, in row 2", "decimal commas"],
+        ),
+        ("gap.csv", &["a gap from 0.002 to 0.9"]),
         ("nan.csv", &["`NaN` in row 3, column `acc`"]),
         ("nan.wav", &["NaN at sample 0"]),
         ("cut.parquet", &["Parquet", "copy it again"]),
@@ -552,7 +562,9 @@ fn allowed_clipping_is_doubted() {
             "m.parquet",
             "--json",
         ])
-        .json();
+        .json_and_code();
+    let (verified, code) = verified;
+    assert_eq!(code, Some(3), "done, and not passed: {verified}");
     assert!(verified["clipped_fraction"].as_f64().unwrap() > 0.0);
     assert_eq!(verified["passed"], false);
 }
@@ -594,6 +606,299 @@ fn a_changed_level_is_said() {
             .to_string()
             .contains("-6.0 dB on purpose")
     );
+}
+
+/// What is advised on a refusal works when it is followed, whatever the level was.
+#[test]
+fn the_level_that_is_advised_fits() {
+    let folder = prepared();
+    let refused = folder.run(&[&RENDER[..], &["2 m/s2", "--level", "30"]].concat());
+    refused.expect_failure(1, &["--level"]);
+    let text = refused.err();
+    let advised = text
+        .split("--level ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--level", advised]].concat())
+        .expect_success();
+    let louder = (advised.parse::<f64>().unwrap() + 0.3).to_string();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--level", &louder]].concat())
+        .expect_failure(1, &["--level"]);
+}
+
+/// Gravity on an accelerometer is no texture: it changes neither the drive nor the verification.
+#[test]
+fn an_offset_changes_nothing() {
+    let folder = prepared();
+    let table = |offset: f64| {
+        let rows = noise(20_000)
+            .enumerate()
+            .map(|(i, v)| format!("{},{}\n", i as f64 / 5000.0, v + offset));
+        format!("time (s),acc (m/s2)\n{}", rows.collect::<String>())
+    };
+    folder.write("plain.csv", table(0.0));
+    folder.write("gravity.csv", table(9.80665));
+    let peak = |target: &str| {
+        let render = [
+            "render",
+            target,
+            "--transfer",
+            "tf.json",
+            "--out",
+            "drive.wav",
+            "--json",
+        ];
+        folder.run(&render).json()["headroom"]["peak"]
+            .as_f64()
+            .unwrap()
+    };
+    let (gravity, plain) = (peak("gravity.csv"), peak("plain.csv"));
+    assert!((gravity / plain - 1.0).abs() < 1e-6, "{gravity} {plain}");
+    folder
+        .run(&[
+            "play",
+            "drive.wav",
+            "--bench",
+            BENCH,
+            "--record",
+            "m.parquet",
+        ])
+        .expect_success();
+    let verified = |target: &str| {
+        let verified = folder
+            .run(&[
+                "verify",
+                "--target",
+                target,
+                "--measured",
+                "m.parquet",
+                "--json",
+            ])
+            .json();
+        (
+            verified["waveform_correlation"].as_f64().unwrap(),
+            verified["error_db_rms"].as_f64().unwrap(),
+        )
+    };
+    let (a, b) = (verified("plain.csv"), verified("gravity.csv"));
+    assert!(
+        (a.0 - b.0).abs() < 1e-6 && (a.1 - b.1).abs() < 1e-3,
+        "{a:?} {b:?}"
+    );
+}
+
+/// A drive for one finger, played to another and under another load: played, and said.
+#[test]
+fn another_finger_is_doubted() {
+    let folder = prepared();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2"]].concat())
+        .expect_success();
+    let other = [
+        "play",
+        "drive.wav",
+        "--bench",
+        "twin:participant=5,seed=7",
+        "--load",
+        "0.6",
+        "--record",
+        "m.parquet",
+    ];
+    let played = folder.run(&other);
+    played.expect_success();
+    assert!(
+        played.err().contains("participant P01") && played.err().contains("load 0.2 N"),
+        "{}",
+        played.err()
+    );
+    let verify = [
+        "verify",
+        "--target",
+        "texture.wav",
+        "--scale",
+        "2 m/s2",
+        "--measured",
+        "m.parquet",
+        "--json",
+    ];
+    let (verified, _) = folder.run(&verify).json_and_code();
+    assert!(
+        verified["doubts"].to_string().contains("other_condition"),
+        "{verified}"
+    );
+}
+
+/// No output takes the place of an input, and a measurement is not made when it could not be kept.
+#[test]
+fn outputs_are_looked_at_before_anything_is_done() {
+    let folder = prepared();
+    let characterise = |extra: &[&str]| {
+        folder.run(&[&["characterise", "--bench", BENCH, "--seconds", "5"], extra].concat())
+    };
+    characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "make it"]);
+    characterise(&["--out", "a.json", "--record", "a.json"]).expect_failure(2, &["written twice"]);
+    characterise(&["--out", "a.json", "--record", "r.parquet", "--segment", "1"])
+        .expect_failure(2, &["segment"]);
+    characterise(&["--out", "a.json", "--record", "r.parquet", "--peak", "1.5"])
+        .expect_failure(2, &["1.5", "0.8"]);
+    characterise(&[
+        "--out",
+        "a.json",
+        "--record",
+        "r.parquet",
+        "--band",
+        "10..4000",
+    ])
+    .expect_failure(2, &["5000 Hz"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--scale",
+            "2 m/s2",
+            "--transfer",
+            "tf.json",
+            "--out",
+            "tf.json",
+        ])
+        .expect_failure(2, &["would be replaced"]);
+    assert_eq!(folder.names(), ["texture.wav", "tf.json"]);
+    folder
+        .run(&[
+            "spectrum",
+            "texture.wav",
+            "--segment",
+            "18446744073709551615",
+        ])
+        .expect_failure(1, &["20000"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--transfer",
+            "tf.json",
+            "--out",
+            "d.wav",
+            "--rate",
+            "4000000000",
+        ])
+        .expect_failure(2, &["768000"]);
+}
+
+/// A measurement of one's own, in a table, of a drive that was rendered at another level.
+#[test]
+fn a_drive_is_verified_with_a_measurement_of_one_s_own() {
+    let folder = prepared();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--level", "-3"]].concat())
+        .expect_success();
+    folder
+        .run(&[
+            "play",
+            "drive.wav",
+            "--bench",
+            BENCH,
+            "--record",
+            "m.parquet",
+        ])
+        .expect_success();
+    let table = piezotact_dataset::read_recording(
+        &folder.path("m.parquet"),
+        &piezotact_dataset::ReadOptions::default(),
+    );
+    let recording = table.unwrap().recording;
+    let rows = recording.channels()[1]
+        .samples
+        .iter()
+        .enumerate()
+        .map(|(i, v)| format!("{};{:.9};0\n", i as f64 / 5000.0, v));
+    folder.write(
+        "own.csv",
+        format!(
+            "time (s);nail (m/s2);palm (m/s2)\n{}",
+            rows.collect::<String>()
+        ),
+    );
+    let verify = [
+        "verify",
+        "--target",
+        "texture.wav",
+        "--scale",
+        "2 m/s2",
+        "--measured",
+        "own.csv",
+        "--json",
+    ];
+    folder
+        .run(&verify)
+        .expect_failure(1, &["nail [m/s²], palm [m/s²]"]);
+    let with = [
+        &verify[..],
+        &["--measured-channel", "nail", "--drive", "drive.wav"],
+    ]
+    .concat();
+    assert!(
+        folder.run(&with).json()["level_error_db"]
+            .as_f64()
+            .unwrap()
+            .abs()
+            < 1.0
+    );
+}
+
+/// A drive channel in volts becomes a drive when the output is described, and headroom knows the amplifier.
+#[test]
+fn a_device_of_one_s_own_is_described() {
+    let folder = prepared();
+    let rows = noise(20_000)
+        .enumerate()
+        .map(|(i, v)| format!("{},{},{}\n", i as f64 / 5000.0, v, 3.0 * v));
+    folder.write(
+        "bench.csv",
+        format!(
+            "time (s),drive (V),nail (m/s2)\n{}",
+            rows.collect::<String>()
+        ),
+    );
+    let transfer = [
+        "transfer",
+        "bench.csv",
+        "--drive",
+        "drive",
+        "--response",
+        "nail",
+        "--out",
+        "own.json",
+    ];
+    let described = [
+        &transfer[..],
+        &["--gain", "B2", "--volts-per-full-scale", "2"],
+    ]
+    .concat();
+    folder.run(&described).expect_success();
+    let render = [
+        "render",
+        "texture.wav",
+        "--scale",
+        "2 m/s2",
+        "--transfer",
+        "own.json",
+        "--out",
+        "d.wav",
+        "--json",
+    ];
+    let rendered = folder.run(&render).json();
+    assert_eq!(rendered["headroom"]["limited_by"], "the amplifier");
+    // 3 m/s² a volt and 2 V a full scale: 6 m/s² a full scale, for a texture that peaks at about 1 m/s².
+    let peak = rendered["headroom"]["peak"].as_f64().unwrap();
+    assert!((0.1..0.25).contains(&peak), "{peak}");
+    folder.run(&transfer).expect_success();
+    folder.run(&render).expect_failure(1, &["found V"]);
 }
 
 /// Reading stops early, as in `piezotact spectrum … --json | head`: no panic, no error.

@@ -70,11 +70,7 @@ fn the_examples_in_the_help_are_understood() {
                 .collect();
             let done = folder.run(&arguments);
             // Either it ran, or only its files are missing; never a matter of usage.
-            let text = done.err();
-            assert!(
-                !text.contains("Usage:") && !text.contains("error:"),
-                "{line}: {text}"
-            );
+            assert_ne!(done.code(), Some(2), "{line}: {}", done.err());
             ran += 1;
         }
     }

@@ -228,6 +228,15 @@ fn textsense_is_rendered_through_measured_hands() {
                 verified.waveform_correlation,
                 given_up.join(", ")
             );
+            let reached_hz: f64 = drive
+                .achievable
+                .iter()
+                .map(|band| band.high().0 - band.low().0)
+                .sum();
+            assert!(
+                reached_hz > 0.8 * 530.0,
+                "hand {model}, axis {rank}: only {reached_hz:.0} Hz of 530 are declared achievable"
+            );
             let error_db = verified.error_db_rms_achievable.unwrap();
             assert!(
                 error_db <= 1.0,

@@ -217,7 +217,13 @@ impl JournalWriter {
     ///
     /// # Errors
     /// [`WriteError`] when the Parquet file cannot be written; the journal then stays and can be read.
-    pub fn finish(mut self, doubts: Vec<Doubt>) -> Result<Option<PathBuf>, WriteError> {
+    pub fn finish(
+        mut self,
+        provenance: Provenance,
+        doubts: Vec<Doubt>,
+    ) -> Result<Option<PathBuf>, WriteError> {
+        // What was learned on the way, as the sensors' noise, joins what was known at the start.
+        self.start.provenance = provenance;
         self.stream.finish().map_err(arrow_failed(&self.journal))?;
         to_disk(&mut self.stream, &self.journal)?;
         let fingerprint = Some(Fingerprint::all(&self.fingerprints));
@@ -661,7 +667,9 @@ mod tests {
             mean_n: 0.3,
             target_n: 0.2,
         };
-        writer.finish(vec![doubt.clone()]).unwrap();
+        writer
+            .finish(start().provenance, vec![doubt.clone()])
+            .unwrap();
         assert!(!journal_path(&path).exists());
         let recording = read_parquet(&path, None).unwrap().recording;
         assert_eq!(recording.len(), 300);
@@ -679,7 +687,7 @@ mod tests {
         let record = |of| {
             let mut writer = JournalWriter::create(&path, start()).unwrap();
             writer.append(&second(of)).unwrap();
-            writer.finish(vec![]).unwrap()
+            writer.finish(start().provenance, vec![]).unwrap()
         };
         assert_eq!(record(0), None);
         assert_eq!(record(0), None, "the same again");
@@ -751,7 +759,7 @@ mod tests {
         let path = folder.path().join("r.parquet");
         let mut writer = JournalWriter::create(&path, start()).unwrap();
         writer.append(&second(0)).unwrap();
-        writer.finish(vec![]).unwrap();
+        writer.finish(start().provenance, vec![]).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for length in (0..whole.len()).step_by(11) {
             std::fs::write(&path, &whole[..length]).unwrap();

@@ -376,6 +376,16 @@ pub fn straight<O: Quantity>(
     )?)
 }
 
+/// A drive turned down until it stays 1 dB below the first limit of the device; unchanged when it does already.
+///
+/// Source: [`DriveSetup::drive_limit`].
+#[must_use]
+pub fn fitting(drive: &Series<Drive>, setup: &DriveSetup) -> Series<Drive> {
+    let room =
+        Decibels::from_amplitude_ratio(setup.drive_limit() / drive.peak().max(f64::MIN_POSITIVE));
+    drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
+}
+
 /// Refuses a transfer function that was measured with another gain than the one the drive is for.
 ///
 /// Source: a transfer function holds for one amplifier gain (thesis 2.4, 2.5.3).

@@ -73,10 +73,13 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], rtol: f64) {
         .zip(expected)
         .map(|(g, e)| (g - e).abs() / e.abs().max(f64::MIN_POSITIVE))
         .enumerate()
-        .fold(
-            (0, 0.0),
-            |worst, (k, error)| if error > worst.1 { (k, error) } else { worst },
-        );
+        .fold((0, 0.0), |worst, (k, error)| {
+            if error > worst.1 || error.is_nan() {
+                (k, error)
+            } else {
+                worst
+            }
+        });
     eprintln!(
         "{what}: worst relative error {:.2e} at line {}",
         worst.1, worst.0
@@ -120,7 +123,7 @@ fn assert_driven_lines(
         let undriven = usize::from(*power < 1e-10 * strongest);
         let error = (got[k] - expected[k]).norm() / expected[k].norm();
         counted[undriven] += 1;
-        if error > worst[undriven].0 {
+        if error > worst[undriven].0 || error.is_nan() {
             worst[undriven] = (error, k);
         }
     }

@@ -1,21 +1,20 @@
 //! `piezotact characterise`: the transfer function of a device with a finger on it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::Estimator;
-use piezotact_bench::procedure::{self, Characterisation, CharacteriseConfig, RunStart, announce};
-use piezotact_bench::{Bench, Chunk, ExcitationConfig, RunPlan};
-use piezotact_dataset::sidecar::Rendering;
-use piezotact_dataset::{JournalWriter, StartDocument, TransferDocument, write_transfer};
+use piezotact_bench::procedure::{self, Characterisation, CharacteriseConfig};
+use piezotact_bench::{Bench, ExcitationConfig};
+use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
 
-use super::{bench_failure, run_plan};
+use super::play::{Keeping, play};
+use super::{bench_failure, outputs, run_plan};
 use crate::cli::Characterise;
 use crate::failure::Outcome;
-use crate::output::{doubts_json, print, print_json, progress, say_doubts};
+use crate::output::{doubts_json, print, print_json, say_doubts};
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     let config = CharacteriseConfig {
@@ -29,6 +28,11 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         estimator: Estimator::H1,
         run: run_plan("characterise", &args.finger),
     };
+    let written: Vec<&Path> = std::iter::once(&args.out)
+        .chain(&args.record)
+        .map(PathBuf::as_path)
+        .collect();
+    outputs(&[], &written)?;
     let done = characterise(&mut args.bench.open(), &config, args.record.as_deref())?;
     let function = &done.function;
     write_transfer(
@@ -64,63 +68,25 @@ pub(crate) fn characterise(
     config: &CharacteriseConfig,
     record: Option<&Path>,
 ) -> Outcome<Characterisation> {
-    let setup = bench.player.calibrate()?;
-    // Refused before a file is begun.
-    bench.acquirer.ready(&config.run).map_err(bench_failure)?;
-    let mut journal = record
-        .map(|path| begin(path, bench, &config.run, Some(setup), None))
-        .transpose()?;
-    let bar = progress(
-        &format!(
-            "characterising with a random drive of {}",
-            config.excitation.duration
-        ),
-        config.excitation.duration,
+    let (drive, setup) = procedure::excite(bench, config).map_err(bench_failure)?;
+    let what = format!(
+        "characterising with a random drive of {}",
+        config.excitation.duration
     );
-    let rate = bench.acquirer.describe().rate;
-    let done = procedure::characterise(bench, config, &mut |chunk: &Chunk| {
-        bar.inc(tenths(chunk, rate.hz()));
-        journal.as_mut().map_or(Ok(()), |journal| {
-            journal.append(&chunk.channels).map_err(Into::into)
-        })
-    });
-    bar.finish_and_clear();
-    let done = done.map_err(bench_failure)?;
-    if let Some(journal) = journal {
-        journal.finish(done.recording.doubts.clone())?;
-    }
-    Ok(done)
-}
-
-/// Begins the recording of a run on `bench`.
-pub(crate) fn begin(
-    path: &Path,
-    bench: &Bench,
-    run: &RunPlan,
-    setup: Option<DriveSetup>,
-    rendering: Option<Rendering>,
-) -> Outcome<JournalWriter> {
-    let RunStart {
-        rate,
-        channels,
-        condition,
-        provenance,
-    } = announce(bench, run);
-    let start = StartDocument {
-        format: StartDocument::FORMAT,
-        rate_hz: rate,
-        channels,
-        condition,
-        provenance,
-        setup,
-        rendering,
-    };
-    Ok(JournalWriter::create(path, start)?)
-}
-
-/// The length of a chunk in tenths of a second, for a progress bar.
-pub(crate) fn tenths(chunk: &Chunk, rate_hz: f64) -> u64 {
-    chunk.channels.first().map_or(0, |channel| {
-        (channel.len() as f64 / rate_hz * 10.0).round() as u64
+    let recording = play(
+        bench,
+        &drive,
+        Some(&setup),
+        &config.run,
+        Keeping {
+            record,
+            rendering: None,
+            what: &what,
+        },
+    )?;
+    let function = procedure::transfer_of(&recording, &setup, config)?;
+    Ok(Characterisation {
+        recording,
+        function,
     })
 }

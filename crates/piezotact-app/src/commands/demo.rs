@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
 use piezotact::device::AmplifierGain;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
@@ -12,24 +11,24 @@ use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::twin::{TextureParameters, record_texture};
 use piezotact_bench::{Bench, BenchSpec, ExcitationConfig};
-use piezotact_dataset::sidecar::{Rendering, Sidecar, write_sidecar};
-use piezotact_dataset::wav::{SampleFormat, write_wav};
-use piezotact_dataset::{TransferDocument, write_transfer};
+use piezotact_dataset::sidecar::{Rendering, Sidecar};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
 use serde_json::json;
 
 use super::characterise::characterise;
-use super::play::play;
+use super::play::{Keeping, play};
 use super::render::write_drive;
 use super::run_plan;
-use super::verify::verification_json;
+use super::verify::{verdict, verification_json};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, say_doubts, write_text};
-use crate::report::{self, Page};
+use crate::report::{self, Page, Straight};
 
 const FINGER: Finger = Finger {
     load: 0.2,
@@ -38,6 +37,7 @@ const FINGER: Finger = Finger {
 const PARTICIPANT: u64 = 1;
 const TEXTURE_RATE_HZ: u32 = 5_000;
 const DRIVE_RATE_HZ: u32 = 48_000;
+const TARGET: &str = "target.wav";
 
 pub(crate) fn run(args: &Demo) -> Outcome {
     let out = &args.out;
@@ -60,68 +60,82 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     ));
 
     say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
-    let target = texture(&out.join("target.wav"), args.seed)?;
+    let (recorded, target) = texture(&out.join(TARGET), args.seed)?;
     say("2/5 characterising the device with the finger on it");
     let function = transfer_function(&mut bench, args.seed, &out.join("tf.json"))?;
     say("3/5 rendering: the drive that makes the resting finger feel that texture");
-    let (drive, level_db) = rendered(&target, &function, &out.join("drive.wav"))?;
-    let target = target.amplified(Decibels(level_db));
+    let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
+    let rendering = Rendering::of(&drive, TARGET, level.0);
     say("4/5 playing it and measuring again, the finger put back anew");
     let measured = played(
         &mut bench,
         "play",
         &drive.drive,
-        Some(Rendering::of(&drive, level_db)),
+        Some(rendering.clone()),
         &out.join("measured.parquet"),
     )?;
+    say(
+        "    and as a negative control the texture itself, as it stands and turned down until nothing clips",
+    );
     let straight = sent_straight(&mut bench, &target, out)?;
     say("5/5 comparing");
     let limit = drive.headroom.limit;
-    let mut verification = compared(&target, &measured, limit)?;
+    let mut verification = compared(&target, &measured, limit, level)?;
     verification
         .doubts
         .splice(0..0, drive.doubts.iter().chain(&measured.doubts).cloned());
-    if level_db != 0.0 {
-        verification.doubts.push(Doubt::LevelChanged { level_db });
-    }
-    let straight = compared(&target, &straight, limit)?;
+    let straight = Straight {
+        as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0))?,
+        turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0))?,
+    };
 
     let path = out.join("report.html");
     let page = Page {
         title: "A texture rendered end to end".into(),
         verification: &verification,
-        target: &target,
+        target: &recorded,
         function: Some(&function),
         drive: Some((&drive.drive, limit)),
-        rendering: Some(&Rendering::of(&drive, level_db)),
+        rendering: Some(&rendering),
         provenance: &measured.provenance,
         condition: &measured.condition,
         straight: Some(&straight),
     };
     write_text(&path, &report::render(&page)?)?;
     let result = json!({
-        "report": path,
+        "report": report::name(&path),
         "verification": verification_json(&verification)?,
-        "straight": verification_json(&straight)?,
+        "straight": verification_json(&straight.as_it_stands)?,
+        "straight_level_matched": verification_json(&straight.turned_down)?,
     });
     write_text(
         &out.join("verification.json"),
         &serde_json::to_string_pretty(&result)?,
     )?;
     if args.json {
-        return print_json(&result);
+        print_json(&result)?;
+        return verdict(&verification);
     }
     say_doubts(&verification.doubts);
     print(&format!(
-        "sent straight instead: {:.1} dB rms at the device's own scale, {:.1} dB level-matched, waveform correlation {:.2}",
-        straight.error_db_rms, straight.error_db_rms_level_matched, straight.waveform_correlation
+        "sent straight instead: {:.1} dB rms at the device's own scale ({:.0} % clipped), {:.1} dB level-matched, waveform correlation {:.2}",
+        straight.as_it_stands.error_db_rms,
+        straight.as_it_stands.clipped_fraction * 100.0,
+        straight.turned_down.error_db_rms_level_matched,
+        straight.turned_down.waveform_correlation
     ))?;
     print(&format!("report: {}", path.display()))?;
-    print(&verification.verdict())
+    print(&verification.verdict())?;
+    verdict(&verification)
 }
 
 fn band(low_hz: f64, high_hz: f64) -> Outcome<Band> {
     Ok(Band::new(Hertz(low_hz), Hertz(high_hz))?)
+}
+
+/// The band that is judged: where the textures of the thesis hold most of their power.
+fn judged_band() -> Outcome<Band> {
+    band(30.0, 500.0)
 }
 
 /// The band that is rendered.
@@ -130,7 +144,7 @@ fn rendered_band() -> Outcome<Band> {
 }
 
 /// The texture of the demo, as a WAV file with its sidecar.
-fn texture(path: &Path, seed: u64) -> Outcome<Series<Acceleration>> {
+fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)> {
     let rate = SampleRate::new(f64::from(TEXTURE_RATE_HZ))?;
     let (series, condition, provenance) = record_texture(
         &TextureParameters::s8(),
@@ -139,26 +153,26 @@ fn texture(path: &Path, seed: u64) -> Outcome<Series<Acceleration>> {
         PARTICIPANT,
         seed,
     )?;
-    write_sidecar(
-        path,
-        &Sidecar {
-            full_scale: Some(Measure {
-                value: 1.0,
-                unit: Unit::MetrePerSecondSquared,
-            }),
-            channels: vec![ACCELERATION_CHANNEL.into()],
-            condition,
-            provenance,
-            rendering: None,
-        },
-    )?;
-    write_wav(
+    let sidecar = Sidecar {
+        full_scale: Some(Measure {
+            value: 1.0,
+            unit: Unit::MetrePerSecondSquared,
+        }),
+        channels: vec![ACCELERATION_CHANNEL.into()],
+        condition,
+        provenance,
+        rendering: None,
+    };
+    write_wav_with_sidecar(
         path,
         &[series.samples()],
         TEXTURE_RATE_HZ,
         SampleFormat::Float32,
+        &sidecar,
     )?;
-    Ok(series)
+    let contents = read_recording(path, &ReadOptions::default())?;
+    let series = contents.recording.series(None)?;
+    Ok((contents.recording, series))
 }
 
 fn transfer_function(
@@ -185,12 +199,12 @@ fn transfer_function(
     Ok(function)
 }
 
-/// The drive, and the level it had to be rendered at to fit the device, dB.
+/// The drive, and the level it had to be rendered at to fit the device.
 fn rendered(
     target: &Series<Acceleration>,
     function: &TransferFunction<Drive, Acceleration>,
     path: &Path,
-) -> Outcome<(RenderedDrive, f64)> {
+) -> Outcome<(RenderedDrive, Decibels)> {
     let config = RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?);
     let (drive, level) = match render(target, function, &config) {
         Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
@@ -205,8 +219,13 @@ fn rendered(
         }
         other => (other?, Decibels(0.0)),
     };
-    write_drive(path, &drive, DRIVE_RATE_HZ, level.0)?;
-    Ok((drive, level.0))
+    write_drive(
+        path,
+        &drive,
+        DRIVE_RATE_HZ,
+        Rendering::of(&drive, TARGET, level.0),
+    )?;
+    Ok((drive, level))
 }
 
 fn played(
@@ -217,45 +236,66 @@ fn played(
     path: &Path,
 ) -> Outcome<Recording> {
     let setup = bench.player.calibrate()?;
+    let what = format!("playing {:.1} of drive", drive.duration());
     play(
         bench,
         drive,
-        &setup,
+        Some(&setup),
         &run_plan(label, &FINGER),
-        path,
-        rendering,
+        Keeping {
+            record: Some(path),
+            rendering,
+            what: &what,
+        },
     )
 }
 
-/// The negative control: the texture's samples as they are, 1 m/s² as a drive of 1.
+/// The negative control: the texture's samples as they are, 1 m/s² as a drive of 1, which clips; and turned
+/// down until nothing clips.
 fn sent_straight(
     bench: &mut Bench,
     target: &Series<Acceleration>,
     out: &Path,
-) -> Outcome<Recording> {
+) -> Outcome<Straight<Recording>> {
+    let setup = bench.player.calibrate()?;
     let drive = piezotact::render::straight(target, bench.player.describe().rate)?;
-    played(
-        bench,
-        "play straight",
-        &drive,
-        None,
-        &out.join("straight.parquet"),
-    )
+    let fitting = piezotact::render::fitting(&drive, &setup);
+    Ok(Straight {
+        as_it_stands: played(
+            bench,
+            "play straight",
+            &drive,
+            None,
+            &out.join("straight.parquet"),
+        )?,
+        turned_down: played(
+            bench,
+            "play straight, turned down",
+            &fitting,
+            None,
+            &out.join("straight-fitting.parquet"),
+        )?,
+    })
 }
 
 fn compared(
     target: &Series<Acceleration>,
     measured: &Recording,
     limit: f64,
+    level: Decibels,
 ) -> Outcome<Verification> {
     let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
     let drive = measured.series::<Drive>(Some(DRIVE_CHANNEL))?;
-    let config = VerifyConfig::over(band(30.0, 500.0)?, target.rate().hz());
+    let config = VerifyConfig {
+        level,
+        ..VerifyConfig::over(judged_band()?, target.rate().hz())
+    };
+    let clipping = clipping(&response, Some((&drive, limit)), None);
     Ok(verify(
         target,
         Measured {
             response: &response,
-            drive: Some((&drive, limit)),
+            clipping,
         },
         &config,
     )?)

@@ -3,15 +3,16 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use piezotact::quantity::{Acceleration, Drive, Quantity};
-use piezotact::series::{peak, rms};
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
+use piezotact::recording::Condition;
+use piezotact::series::{mean, peak, standard_deviation};
 use piezotact_dataset::{Contents, TransferDocument, read_transfer};
 use serde_json::json;
 
 use super::read;
 use crate::cli::Info;
 use crate::failure::Outcome;
-use crate::output::{doubts_json, print, print_json};
+use crate::output::{digits, doubts_json, print, print_json};
 
 pub(crate) fn run(args: &Info) -> Outcome {
     if is_json(&args.file) {
@@ -43,7 +44,8 @@ fn recording_json(args: &Info, contents: &Contents) -> Outcome {
             json!({
                 "name": channel.name,
                 "unit": channel.unit,
-                "rms": rms(&channel.samples),
+                "mean": mean(&channel.samples),
+                "standard_deviation": standard_deviation(&channel.samples),
                 "peak": peak(&channel.samples),
             })
         })
@@ -76,35 +78,15 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     for channel in recording.channels() {
         let _never_fails = write!(
             text,
-            "\n  {:<20} rms {:.5} {unit}, peak {:.5} {unit}",
+            "\n  {:<20} mean {}, standard deviation {}, peak {} {}",
             channel.name,
-            rms(&channel.samples),
-            peak(&channel.samples),
-            unit = channel.unit
+            digits(mean(&channel.samples)),
+            digits(standard_deviation(&channel.samples)),
+            digits(peak(&channel.samples)),
+            channel.unit
         );
     }
-    let condition = &recording.condition;
-    let known = [
-        condition
-            .sample
-            .as_ref()
-            .map(|sample| format!("sample {sample}")),
-        condition
-            .participant
-            .as_ref()
-            .map(|participant| format!("participant {participant}")),
-        condition.load_n.map(|load| format!("load {load}")),
-        condition
-            .angle_deg
-            .map(|angle| format!("angle {}°", angle.0)),
-        condition
-            .speed_m_s
-            .map(|speed| format!("speed {speed} m/s")),
-    ];
-    let known: Vec<String> = known.into_iter().flatten().collect();
-    if !known.is_empty() {
-        let _never_fails = write!(text, "\n  condition: {}", known.join(", "));
-    }
+    text.push_str(&condition_text(&recording.condition));
     if !recording.provenance.source.is_empty() {
         let _never_fails = write!(text, "\n  from: {}", recording.provenance.source);
     }
@@ -126,6 +108,37 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     print(&text)
 }
 
+/// The band over which coherence is summed up: the one that is rendered unless stated.
+fn shown_band() -> Outcome<Band> {
+    Ok(Band::new(Hertz(20.0), Hertz(1000.0))?)
+}
+
+fn condition_text(condition: &Condition) -> String {
+    let known = [
+        condition
+            .sample
+            .as_ref()
+            .map(|sample| format!("sample {sample}")),
+        condition
+            .participant
+            .as_ref()
+            .map(|participant| format!("participant {participant}")),
+        condition.load_n.map(|load| format!("load {load}")),
+        condition
+            .angle_deg
+            .map(|angle| format!("angle {}°", angle.0)),
+        condition
+            .speed_m_s
+            .map(|speed| format!("speed {speed} m/s")),
+    ];
+    let known: Vec<String> = known.into_iter().flatten().collect();
+    if known.is_empty() {
+        String::new()
+    } else {
+        format!("\n  condition: {}", known.join(", "))
+    }
+}
+
 fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
     // Read as what it says it is, so that what is wrong with it is found here.
     let mut read = document.clone();
@@ -142,6 +155,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             "highest_hz": function.highest_hz(),
             "estimator": function.estimator,
             "averages": function.averages,
+            "coherence": function.coherence_in(shown_band()?),
             "condition": function.condition,
             "drive_setup": function.drive,
             "provenance": function.provenance,
@@ -159,6 +173,14 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
         function.estimator,
         function.averages
     );
+    if let Some(coherence) = function.coherence_in(shown_band()?) {
+        let _never_fails = write!(
+            text,
+            "\n  coherence over {}: median {:.4}, lowest {:.4} at {:.1} Hz",
+            coherence.band_hz, coherence.median, coherence.lowest, coherence.lowest_at_hz
+        );
+    }
+    text.push_str(&condition_text(&function.condition));
     if let Some(setup) = &function.drive {
         let _never_fails = write!(
             text,

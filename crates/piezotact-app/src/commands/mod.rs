@@ -52,6 +52,49 @@ fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
     )?)
 }
 
+/// Refuses outputs that would replace an input or each other, or that have no folder to stand in: before
+/// anything is measured that could not be kept.
+fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
+    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    for (i, output) in outputs.iter().enumerate() {
+        if inputs
+            .iter()
+            .any(|input| place(input).is_some() && place(input) == place(output))
+        {
+            return Err(usage(anyhow!(
+                "{} is read and would be replaced: give the output another name",
+                output.display()
+            )));
+        }
+        if outputs[..i].contains(output) {
+            return Err(usage(anyhow!(
+                "{} is written twice: give each output its own name",
+                output.display()
+            )));
+        }
+        let folder = output
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(anyhow!(
+                "{}: expected the folder {} to be there, found none; make it",
+                output.display(),
+                folder.display()
+            )
+            .into());
+        }
+        if output.is_dir() {
+            return Err(anyhow!(
+                "{}: expected the name of a file, found a folder; give a file's name in it",
+                output.display()
+            )
+            .into());
+        }
+    }
+    Ok(())
+}
+
 /// The texture in a recording, in m/s²; when its scale is not known, what to do about it.
 fn texture(
     path: &Path,

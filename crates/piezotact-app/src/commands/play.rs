@@ -7,19 +7,19 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::Drive;
 use piezotact::recording::Recording;
 use piezotact::series::Series;
-use piezotact_bench::procedure::play_and_record;
-use piezotact_bench::{Bench, BenchError, Chunk, RunPlan};
+use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
+use piezotact_bench::{Bench, Chunk, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
-use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
 
-use super::characterise::{begin, tenths};
-use super::{bench_failure, run_plan};
+use super::{bench_failure, outputs, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome};
-use crate::output::{doubts_json, print, print_json, progress, say_doubts};
+use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
+    outputs(&[&args.drive], &[&args.record])?;
     let contents = read_recording(&args.drive, &ReadOptions::default())?;
     let named =
         |error: anyhow::Error| Failure::Data(error.context(args.drive.display().to_string()));
@@ -28,25 +28,38 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .series::<Drive>(None)
         .map_err(|error| named(error.into()))?;
     let mut bench = args.bench.open();
-    let mut setup = bench.player.calibrate()?;
-    match (&contents.setup, args.gain) {
-        (Some(made_for), _) => setup.gain = made_for.gain,
-        (None, Some(gain)) => setup.gain = gain,
-        (None, None) => {
+    let setup = match (&contents.setup, args.gain) {
+        (Some(made_for), Some(gain)) if made_for.gain != gain => {
             return Err(named(anyhow!(
-                "expected a sidecar that says which gain the drive is for, found none; render it again, or state it with --gain"
+                "expected the gain {} that the drive was rendered for, found --gain {gain}; leave it out, or render for {gain}",
+                made_for.gain
             )));
         }
-    }
+        (Some(made_for), _) => made_for.clone(),
+        (None, Some(gain)) => DriveSetup {
+            gain,
+            ..bench.player.calibrate()?
+        },
+        (None, None) => {
+            return Err(named(anyhow!(
+                "expected to know which gain the drive is for, found nothing that says it; state it with --gain, or render with a transfer function that says it"
+            )));
+        }
+    };
     let run = run_plan("play", &args.finger);
-    let recording = play(
-        &mut bench,
-        &drive,
-        &setup,
-        &run,
-        &args.record,
-        contents.rendering,
-    )?;
+    let keeping = Keeping {
+        record: Some(&args.record),
+        rendering: contents.rendering.clone(),
+        what: &format!("playing {:.1} of drive", drive.duration()),
+    };
+    let mut recording = play(&mut bench, &drive, Some(&setup), &run, keeping)?;
+    if let Some(rendering) = &contents.rendering {
+        recording.doubts.extend(
+            rendering
+                .condition
+                .doubts_when_measured(&recording.condition),
+        );
+    }
     if args.json {
         return print_json(&json!({
             "record": args.record,
@@ -65,48 +78,75 @@ pub(crate) fn run(args: &Play) -> Outcome {
     ))
 }
 
-/// Plays `drive` and records it in `record`, with its progress shown.
+/// How a run is kept.
+pub(crate) struct Keeping<'a> {
+    /// The recording to write, if it is to be kept.
+    pub(crate) record: Option<&'a Path>,
+    /// How the drive was made.
+    pub(crate) rendering: Option<Rendering>,
+    /// What the progress bar says.
+    pub(crate) what: &'a str,
+}
+
+/// Plays `drive` and records what comes of it, with its progress shown.
 pub(crate) fn play(
     bench: &mut Bench,
     drive: &Series<Drive>,
-    setup: &DriveSetup,
+    setup: Option<&DriveSetup>,
     run: &RunPlan,
-    record: &Path,
-    rendering: Option<Rendering>,
+    keeping: Keeping<'_>,
 ) -> Outcome<Recording> {
-    let description = bench.player.describe();
     // Refused before a file is begun.
-    if drive.rate() != description.rate {
-        let (drive, output) = (drive.rate(), description.rate);
-        return Err(BenchError::Rate {
-            drive,
-            output,
-            name: description.name,
-        }
-        .into());
-    }
-    if setup.gain != description.gain {
-        let (drive, bench) = (setup.gain, description.gain);
-        return Err(BenchError::Gain {
-            drive,
-            bench,
-            name: description.name,
-        }
-        .into());
-    }
+    require_device(bench, drive, setup).map_err(bench_failure)?;
     bench.acquirer.ready(run).map_err(bench_failure)?;
-    let mut journal = begin(record, bench, run, Some(setup.clone()), rendering)?;
-    let bar = progress(
-        &format!("playing {:.1} of drive", drive.duration()),
-        drive.duration(),
-    );
-    let rate = bench.acquirer.describe().rate;
-    let done = play_and_record(bench, drive, Some(setup), run, &mut |chunk: &Chunk| {
-        bar.inc(tenths(chunk, rate.hz()));
-        journal.append(&chunk.channels).map_err(Into::into)
+    let RunStart {
+        rate,
+        channels,
+        condition,
+        provenance,
+    } = announce(bench, run);
+    let start = StartDocument {
+        format: StartDocument::FORMAT,
+        rate_hz: rate,
+        channels,
+        condition,
+        provenance,
+        setup: setup.cloned(),
+        rendering: keeping.rendering,
+    };
+    let mut journal = keeping
+        .record
+        .map(|path| JournalWriter::create(path, start))
+        .transpose()?;
+    let bar = progress(keeping.what, drive.duration());
+    let done = play_and_record(bench, drive, setup, run, &mut |chunk: &Chunk| {
+        let frames = chunk.channels.first().map_or(0, Vec::len);
+        bar.inc((frames as f64 / rate.hz() * 10.0).round() as u64);
+        journal.as_mut().map_or(Ok(()), |journal| {
+            journal.append(&chunk.channels).map_err(Into::into)
+        })
     });
     bar.finish_and_clear();
     let recording = done.map_err(bench_failure)?;
-    journal.finish(recording.doubts.clone())?;
+    if let Some(kept) = finish(journal, &recording)? {
+        say(&kept);
+    }
     Ok(recording)
+}
+
+/// Ends a journal, and says where a recording of the same name was put.
+fn finish(
+    journal: Option<JournalWriter>,
+    recording: &Recording,
+) -> Result<Option<String>, WriteError> {
+    let Some(journal) = journal else {
+        return Ok(None);
+    };
+    let kept = journal.finish(recording.provenance.clone(), recording.doubts.clone())?;
+    Ok(kept.map(|kept| {
+        format!(
+            "the recording of that name that was there is kept as {}",
+            kept.display()
+        )
+    }))
 }

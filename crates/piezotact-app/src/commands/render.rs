@@ -2,19 +2,28 @@
 
 use std::path::Path;
 
+use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
 use piezotact::render::{self, Clipping, RenderConfig, RenderError, RenderedDrive, require_gain};
-use piezotact_dataset::sidecar::{Rendering, Sidecar, write_sidecar};
-use piezotact_dataset::wav::{SampleFormat, write_wav};
+use piezotact_dataset::sidecar::{Rendering, Sidecar};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::json;
 
-use super::{rate_option, texture};
+use super::{outputs, rate_option, texture};
 use crate::cli::Render;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts};
+use crate::output::{doubts_json, headroom_text, print, print_json, say_doubts};
+use crate::report::name;
 
 pub(crate) fn run(args: &Render) -> Outcome {
+    outputs(&[&args.target, &args.transfer], &[&args.out])?;
+    if !(-120.0..=120.0).contains(&args.level) {
+        return Err(usage(anyhow!(
+            "expected a level from -120 to 120 dB, found {}; 0 is the texture's own",
+            args.level
+        )));
+    }
     let document = read_transfer(&args.transfer)?;
     let function = document.function::<Drive, Acceleration>(&args.transfer)?;
     if let Some(gain) = args.gain {
@@ -36,7 +45,16 @@ pub(crate) fn run(args: &Render) -> Outcome {
         config.clipping = Clipping::Allow;
     }
     let mut drive = render::render(&target, &function, &config).map_err(|error| match error {
-        RenderError::BandAboveNyquist { .. } | RenderError::Rate(_) => usage(error),
+        RenderError::BandAboveNyquist { .. }
+        | RenderError::NoLine { .. }
+        | RenderError::Rate(_) => usage(error),
+        RenderError::ExceedsFullScale { fits_at, .. } => {
+            let level = args.level + fits_at.0;
+            Failure::Data(anyhow!(
+                "{}: {error}: --level {level:.1} fits, --allow-clipping plays it as it is",
+                args.target.display()
+            ))
+        }
         _ => Failure::Data(anyhow::Error::new(error).context(args.target.display().to_string())),
     })?;
     drive.doubts.splice(0..0, recording.doubts.iter().cloned());
@@ -44,7 +62,8 @@ pub(crate) fn run(args: &Render) -> Outcome {
         .provenance
         .steps
         .insert(0, format!("target {}", args.target.display()));
-    write_drive(&args.out, &drive, args.rate, args.level)?;
+    let rendering = Rendering::of(&drive, &name(&args.target), args.level);
+    write_drive(&args.out, &drive, args.rate, rendering)?;
     if args.json {
         return print_json(&json!({
             "out": args.out,
@@ -59,21 +78,19 @@ pub(crate) fn run(args: &Render) -> Outcome {
     say_doubts(&drive.doubts);
     let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
     print(&format!(
-        "wrote {}: peak {:.3} of full scale, {:.1} dB below {}; achievable {}",
+        "wrote {}: {}; achievable {}",
         args.out.display(),
-        drive.headroom.peak,
-        drive.headroom.headroom_db,
-        drive.headroom.limited_by,
+        headroom_text(&drive.headroom),
         bands.join(", ")
     ))
 }
 
-/// Writes a drive and its sidecar. The sidecar goes first: a drive is never there without it.
+/// Writes a drive with its sidecar.
 pub(crate) fn write_drive(
     path: &Path,
     drive: &RenderedDrive,
     rate_hz: u32,
-    level_db: f64,
+    rendering: Rendering,
 ) -> Outcome {
     let sidecar = Sidecar {
         full_scale: Some(Measure {
@@ -83,14 +100,14 @@ pub(crate) fn write_drive(
         channels: vec!["drive".into()],
         condition: drive.condition.clone(),
         provenance: drive.provenance.clone(),
-        rendering: Some(Rendering::of(drive, level_db)),
+        rendering: Some(rendering),
     };
-    write_sidecar(path, &sidecar)?;
-    write_wav(
+    write_wav_with_sidecar(
         path,
         &[drive.drive.samples()],
         rate_hz,
         SampleFormat::Float32,
+        &sidecar,
     )?;
     Ok(())
 }

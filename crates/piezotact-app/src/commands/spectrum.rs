@@ -1,21 +1,31 @@
 //! `piezotact spectrum`: the PSD of one channel.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::spectrum::{Averaging, EstimateError, WelchConfig, welch};
 use serde_json::json;
 
-use super::read;
+use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_or_write, say_doubts, write_text};
-use crate::report::figures;
+use crate::report::{figures, name};
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
+    let written: Vec<&Path> = args
+        .out
+        .iter()
+        .chain(&args.svg)
+        .map(PathBuf::as_path)
+        .collect();
+    outputs(&[&args.file], &written)?;
     let contents = read(&args.file, &args.reading)?;
     let recording = &contents.recording;
-    let (channel, series) = recording.raw(args.channel.as_deref())?;
+    let (channel, series) = recording.raw(args.channel.as_deref()).map_err(|error| {
+        Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
+    })?;
     let config = WelchConfig {
         window: args.window,
         overlap: args.overlap,
@@ -30,7 +40,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         EstimateError::Config { .. } => usage(error),
         _ => Failure::Data(anyhow!("{}: {error}", args.file.display())),
     })?;
-    let unit = format!("({})²/Hz", channel.unit);
+    let unit = channel.unit.of_psd();
     let doubts: Vec<_> = recording
         .doubts
         .iter()
@@ -62,7 +72,16 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         return print_or_write(args.out.as_deref(), &text);
     }
     if let Some(svg) = &args.svg {
-        let figure = figures::psd(&channel.name, &unit, &frequencies_hz, &psd.values)?;
+        let title = format!(
+            "{}, {} ({} window, {} samples, {:.2} Hz, {} segments)",
+            name(&args.file),
+            channel.name,
+            args.window.name(),
+            args.segment,
+            psd.resolution_hz,
+            psd.averages
+        );
+        let figure = figures::psd(&title, &unit, &frequencies_hz, &psd.values)?;
         write_text(svg, &figure)?;
         return print(&format!("wrote {}", svg.display()));
     }

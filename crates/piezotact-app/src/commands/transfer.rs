@@ -1,24 +1,41 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
+use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
+use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
+use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{Estimator, TransferError, estimate};
 use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
 
-use super::read;
+use super::{outputs, read};
 use crate::cli::{EstimatorName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
+    outputs(&[&args.recording], &[&args.out])?;
     let contents = read(&args.recording, &args.reading)?;
     let recording = &contents.recording;
     let named = |error: RecordingError| {
         Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
     };
+    let setup = described(args)?;
     let (drive_channel, drive) = recording.raw(Some(&args.drive)).map_err(named)?;
     let (response_channel, response) = recording.raw(Some(&args.response)).map_err(named)?;
+    let mut drive_unit = drive_channel.unit.clone();
+    let drive = match args.volts_per_full_scale {
+        Some(volts) if drive_unit == Unit::Volt => {
+            drive_unit = Unit::FullScale;
+            let potential = recording
+                .series::<Potential>(Some(&args.drive))
+                .map_err(named)?;
+            let drive = drive_of_potential(&potential, Volts(volts))?;
+            Series::<Uncalibrated>::new(drive.into_samples(), recording.rate())?
+        }
+        _ => drive,
+    };
     let estimator = match args.estimator {
         EstimatorName::H1 => Estimator::H1,
         EstimatorName::H2 => Estimator::H2,
@@ -40,13 +57,9 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .then(format!("{} → {}", args.drive, args.response));
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
-    function.drive.clone_from(&contents.setup);
+    function.drive = setup.or_else(|| contents.setup.clone());
     function.doubts.extend(recording.doubts.clone());
-    let document = TransferDocument::of(
-        &function,
-        drive_channel.unit.clone(),
-        response_channel.unit.clone(),
-    );
+    let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
     write_transfer(&args.out, &document)?;
     if args.json {
         return print_json(&json!({
@@ -68,4 +81,15 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         document.drive_unit,
         document.response_unit
     ))
+}
+
+/// The device that the options describe, if they do.
+fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
+    match (args.gain, args.volts_per_full_scale) {
+        (Some(gain), Some(volts)) => Ok(Some(
+            DriveSetup::new(gain, Volts(volts), args.load_nf * 1e-9)
+                .map_err(usage::<ImpossibleSetup>)?,
+        )),
+        _ => Ok(None),
+    }
 }

@@ -9,15 +9,20 @@ use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 use crate::failure::Outcome;
+use crate::report::Straight;
 
 const TARGET: RGBColor = RGBColor(30, 30, 30);
+/// The target where the measurement lies over it.
+const UNDER: RGBColor = RGBColor(172, 180, 188);
 const MEASURED: RGBColor = RGBColor(0, 121, 107);
 const OTHER: RGBColor = RGBColor(198, 83, 26);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
-const MUTED: RGBColor = RGBColor(120, 130, 140);
 
+/// The size of a figure in a page.
 const WIDTH: u32 = 900;
 const HEIGHT: u32 = 300;
+/// The figure is drawn this many times larger, since points fall on whole units.
+const FINE: u32 = 8;
 /// Points of a line beyond which only the extremes of every stretch are drawn.
 const MOST_POINTS: usize = 2400;
 
@@ -41,6 +46,7 @@ impl Axis {
 struct Line {
     label: String,
     colour: RGBColor,
+    /// In half pixels.
     width: u32,
     points: Vec<(f64, f64)>,
 }
@@ -50,19 +56,26 @@ impl Line {
         Self {
             label: label.into(),
             colour,
-            width: 2,
+            width: 4,
             points,
         }
     }
 
+    fn thick(mut self) -> Self {
+        self.width = 10;
+        self
+    }
+
     fn thin(mut self) -> Self {
-        self.width = 1;
+        self.width = 2;
         self
     }
 }
 
 /// What stands in a chart.
 struct Chart {
+    /// Above it, where it stands alone.
+    title: String,
     x: Axis,
     y: Axis,
     /// Logarithmic x axis.
@@ -84,14 +97,18 @@ impl Chart {
     fn svg(&self, height: u32) -> Outcome<String> {
         let mut svg = String::new();
         {
-            let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
+            let area = SVGBackend::with_string(&mut svg, (WIDTH * FINE, height * FINE))
+                .into_drawing_area();
             area.fill(&WHITE).map_err(plot_failed)?;
             let mut builder = ChartBuilder::on(&area);
             builder
-                .margin(8)
-                .margin_right(28)
-                .x_label_area_size(42)
-                .y_label_area_size(72);
+                .margin(10 * FINE)
+                .margin_right(28 * FINE)
+                .x_label_area_size(44 * FINE)
+                .y_label_area_size(76 * FINE);
+            if !self.title.is_empty() {
+                builder.caption(&self.title, ("sans-serif", 15 * FINE));
+            }
             let y = self.y.low..self.y.high;
             match self.scale {
                 Scale::Linear => {
@@ -102,7 +119,7 @@ impl Chart {
                 }
                 Scale::Logarithmic => {
                     // Decades alone leave a band of 30–500 Hz with one tick.
-                    let ticks = [1.0, 2.0, 5.0]
+                    let ticks = [1.0, 2.0, 3.0, 5.0, 7.0]
                         .iter()
                         .flat_map(|m| (-1..6).map(move |e| m * 10f64.powi(e)));
                     let ticks = ticks
@@ -118,7 +135,7 @@ impl Chart {
         }
         // In a page the figure takes the width there is.
         Ok(svg.replacen(
-            &format!("width=\"{WIDTH}\" height=\"{height}\""),
+            &format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, height * FINE),
             "role=\"img\"",
             1,
         ))
@@ -132,7 +149,9 @@ impl Chart {
         X: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let font = ("sans-serif", 14).into_font().color(&RGBColor(70, 78, 86));
+        let font = ("sans-serif", 15 * FINE)
+            .into_font()
+            .color(&RGBColor(70, 78, 86));
         for (from, to) in &self.shaded {
             let corners = [
                 (from.max(self.x.low), self.y.low),
@@ -153,9 +172,9 @@ impl Chart {
             .y_label_formatter(&|v| number(*v))
             .label_style(font.clone())
             .axis_desc_style(font.clone())
-            .bold_line_style(RGBColor(222, 226, 230))
+            .bold_line_style(RGBColor(222, 226, 230).stroke_width(FINE))
             .light_line_style(TRANSPARENT)
-            .axis_style(RGBColor(150, 158, 166))
+            .axis_style(RGBColor(150, 158, 166).stroke_width(FINE))
             .draw()
             .map_err(plot_failed)?;
         for level in &self.levels {
@@ -163,7 +182,7 @@ impl Chart {
             chart
                 .draw_series(std::iter::once(PathElement::new(
                     ends,
-                    LIMIT.stroke_width(1),
+                    LIMIT.stroke_width(FINE),
                 )))
                 .map_err(plot_failed)?;
         }
@@ -173,20 +192,22 @@ impl Chart {
                 .iter()
                 .filter(|(x, y)| *x >= self.x.low && *x <= self.x.high && y.is_finite())
                 .map(|(x, y)| (*x, y.clamp(self.y.low, self.y.high)));
-            let style = line.colour.stroke_width(line.width);
+            let style = line.colour.stroke_width(line.width * FINE / 2);
             let drawn = chart
                 .draw_series(LineSeries::new(extremes(inside.collect()), style))
                 .map_err(plot_failed)?;
             if !line.label.is_empty() {
-                drawn
-                    .label(&line.label)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+                drawn.label(&line.label).legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 20 * FINE as i32, y)], style)
+                });
             }
         }
         if self.lines.iter().any(|line| !line.label.is_empty()) {
             chart
                 .configure_series_labels()
                 .position(SeriesLabelPosition::UpperRight)
+                .margin(10 * FINE as i32)
+                .legend_area_size(30 * FINE as i32)
                 .background_style(WHITE.mix(0.85))
                 .label_font(font)
                 .draw()
@@ -265,9 +286,9 @@ fn range(lines: &[&[(f64, f64)]], low: f64, high: f64, step: f64, depth: f64) ->
     (((bottom / step).floor() * step).max(top - depth), top)
 }
 
-/// The PSD of one channel.
+/// The PSD of one channel, as a file of its own: `title` says what it is and how it was estimated.
 pub(crate) fn psd(
-    channel: &str,
+    title: &str,
     unit: &str,
     frequencies_hz: &[f64],
     values: &[f64],
@@ -276,128 +297,141 @@ pub(crate) fn psd(
     let last = frequencies_hz[frequencies_hz.len() - 1];
     let (low, high) = range(&[&points], 0.0, last, 10.0, 120.0);
     let chart = Chart {
+        title: title.into(),
         x: Axis::new("frequency, Hz", frequencies_hz[1], last),
         y: Axis::new(format!("PSD, dB re 1 {unit}"), low, high),
         scale: Scale::Logarithmic,
-        lines: vec![Line::new(channel, MEASURED, points)],
+        lines: vec![Line::new("", MEASURED, points)],
         shaded: Vec::new(),
         levels: Vec::new(),
     };
-    let svg = chart.svg(HEIGHT + 100)?;
-    // A file of its own needs its size again.
-    Ok(svg.replacen(
-        "role=\"img\"",
-        &format!("width=\"{WIDTH}\" height=\"{}\"", HEIGHT + 100),
-        1,
-    ))
+    let svg = chart.svg(HEIGHT + 120)?;
+    // In a page a figure takes the width there is; a file of its own needs its size.
+    let size = format!("width=\"{WIDTH}\" height=\"{}\"", HEIGHT + 120);
+    Ok(svg.replacen("role=\"img\"", &size, 1))
 }
 
-/// The span of frequencies that a verification's figures show.
+/// The span of frequencies that figures of a band show: a little more on both sides.
 fn span(band: Band) -> (f64, f64) {
-    ((band.low().0 * 0.95).max(1.0), band.high().0 * 1.05)
+    ((band.low().0 * 0.6).max(1.0), band.high().0 * 1.4)
 }
 
-/// Target and measured PSD over the band that is judged.
+/// What is judged: the achievable parts of the band where they are known, or all of it.
+fn judged(verification: &Verification) -> Vec<(f64, f64)> {
+    let bands = match verification.achievable_band_hz.as_slice() {
+        [] => std::slice::from_ref(&verification.band_hz),
+        achievable => achievable,
+    };
+    bands
+        .iter()
+        .map(|band| (band.low().0, band.high().0))
+        .collect()
+}
+
+/// Target and measured PSD around the band that is judged.
 pub(crate) fn spectra(verification: &Verification) -> Outcome<String> {
     let f = &verification.frequency_hz;
     let target = decibels(f, &verification.target_psd);
     let measured = decibels(f, &verification.measured_psd);
-    spectra_chart(
-        verification.band_hz,
-        vec![
-            Line::new("target", TARGET, target),
-            Line::new("measured on the finger", MEASURED, measured),
-        ],
-    )
+    let lines = vec![
+        Line::new("target", UNDER, target).thick(),
+        Line::new("measured on the finger", MEASURED, measured),
+    ];
+    spectra_chart(verification, lines)
 }
 
-/// The target's PSD, and what comes of sending the texture straight to the device, as it is and level-matched.
-pub(crate) fn straight(verification: &Verification) -> Outcome<String> {
-    let f = &verification.frequency_hz;
-    let target = decibels(f, &verification.target_psd);
-    let measured = decibels(f, &verification.measured_psd);
-    let matched = measured
-        .iter()
-        .map(|(f, db)| (*f, db - verification.level_error_db))
-        .collect();
-    spectra_chart(
-        verification.band_hz,
-        vec![
-            Line::new("target", TARGET, target),
-            Line::new("sent straight, device's own scale", OTHER, measured),
-            Line::new("sent straight, level-matched", MUTED, matched).thin(),
-        ],
-    )
+/// The target's PSD, and what comes of sending the texture straight to the device: as it stands, and turned
+/// down until nothing clips.
+pub(crate) fn straight(straight: &Straight<Verification>) -> Outcome<String> {
+    let loud = &straight.as_it_stands;
+    let quiet = &straight.turned_down;
+    let lines = vec![
+        Line::new(
+            "target",
+            UNDER,
+            decibels(&loud.frequency_hz, &loud.target_psd),
+        )
+        .thick(),
+        Line::new(
+            "sent straight, device's own scale",
+            OTHER,
+            decibels(&loud.frequency_hz, &loud.measured_psd),
+        ),
+        Line::new(
+            "sent straight, turned down",
+            TARGET,
+            decibels(&quiet.frequency_hz, &quiet.measured_psd),
+        )
+        .thin(),
+    ];
+    spectra_chart(loud, lines)
 }
 
-fn spectra_chart(band: Band, lines: Vec<Line>) -> Outcome<String> {
-    let (from, to) = span(band);
+fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Outcome<String> {
+    let (from, to) = span(verification.band_hz);
     let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
-    let (low, high) = range(&points, from, to, 10.0, 80.0);
-    // Room for the legend above the lines.
-    let high = high + 15.0;
+    let (low, high) = range(&points, from, to, 10.0, 70.0);
     Chart {
+        title: String::new(),
         x: Axis::new("frequency, Hz", from, to),
-        y: Axis::new("PSD, dB re 1 (m/s²)²/Hz", low, high),
+        // Room for the legend above the lines.
+        y: Axis::new(
+            format!("PSD, dB re 1 {}", verification.psd_unit),
+            low,
+            high + 12.0,
+        ),
         scale: Scale::Logarithmic,
-        shaded: vec![(band.low().0, band.high().0)],
+        shaded: judged(verification),
         levels: Vec::new(),
         lines,
     }
     .svg(HEIGHT + 40)
 }
 
-/// The error of every line.
+/// The error of every line that is judged.
 pub(crate) fn error(verification: &Verification) -> Outcome<String> {
     let (from, to) = span(verification.band_hz);
     let points: Vec<(f64, f64)> = verification
-        .frequency_hz
+        .error_frequency_hz
         .iter()
         .copied()
-        .zip(verification.error_db())
+        .zip(verification.error_db.iter().copied())
         .collect();
-    let (low, high) = range(
-        &[&points],
-        verification.band_hz.low().0,
-        verification.band_hz.high().0,
-        1.0,
-        40.0,
-    );
+    let (low, high) = range(&[&points], from, to, 1.0, 40.0);
     let reach = low.abs().max(high.abs()).max(2.0);
+    let limit_db = verification.limits.error_db_rms;
     Chart {
+        title: String::new(),
         x: Axis::new("frequency, Hz", from, to),
         y: Axis::new("measured − target, dB", -reach, reach),
         scale: Scale::Logarithmic,
-        shaded: vec![(verification.band_hz.low().0, verification.band_hz.high().0)],
-        levels: vec![
-            -verification.limits.error_db_rms,
-            verification.limits.error_db_rms,
-        ],
+        shaded: judged(verification),
+        levels: vec![-limit_db, limit_db],
         lines: vec![Line::new("", MEASURED, points)],
     }
     .svg(HEIGHT - 60)
 }
 
 /// A short stretch of the target and the aligned measurement, from the middle.
-pub(crate) fn waveforms<Q: Quantity>(target: &Series<Q>, aligned: &[f64]) -> Outcome<String> {
-    let rate_hz = target.rate().hz();
+pub(crate) fn waveforms(verification: &Verification) -> Outcome<String> {
+    let rate_hz = verification.rate_hz;
     let shown = (0.15 * rate_hz) as usize;
-    let count = target.samples().len().min(aligned.len());
+    let count = verification.target.len().min(verification.aligned.len());
     let start = count.saturating_sub(shown) / 2;
     let points = |samples: &[f64]| -> Vec<(f64, f64)> {
         (start..count.min(start + shown))
             .map(|i| (i as f64 / rate_hz, samples[i]))
             .collect()
     };
-    let (wanted, got) = (points(target.samples()), points(aligned));
+    let (wanted, got) = (points(&verification.target), points(&verification.aligned));
     let reach = wanted
         .iter()
         .chain(&got)
         .map(|(_, y)| y.abs())
-        .fold(0.0, f64::max)
-        .max(f64::MIN_POSITIVE)
-        * 1.6;
+        .fold(f64::MIN_POSITIVE, f64::max)
+        * 1.5;
     Chart {
+        title: String::new(),
         x: Axis::new(
             "time, s",
             start as f64 / rate_hz,
@@ -408,7 +442,7 @@ pub(crate) fn waveforms<Q: Quantity>(target: &Series<Q>, aligned: &[f64]) -> Out
         shaded: Vec::new(),
         levels: Vec::new(),
         lines: vec![
-            Line::new("target", TARGET, wanted),
+            Line::new("target", UNDER, wanted).thick(),
             Line::new("measured, aligned", MEASURED, got).thin(),
         ],
     }
@@ -434,8 +468,14 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         .skip(1)
         .collect();
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
+    // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
+    let lowest = function
+        .coherence_in(band)
+        .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
+    let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
     let chart =
-        |label: String, low: f64, high: f64, colour: RGBColor, points: Vec<(f64, f64)>| Chart {
+        |label: &str, low: f64, high: f64, colour: RGBColor, points: Vec<(f64, f64)>| Chart {
+            title: String::new(),
             x: Axis::new("frequency, Hz", from, to),
             y: Axis::new(label, low, high),
             scale: Scale::Logarithmic,
@@ -444,16 +484,16 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             lines: vec![Line::new("", colour, points)],
         };
     Ok(vec![
+        chart("|H|, dB re 1 (m/s²)/FS", low, high, MEASURED, magnitude).svg(HEIGHT - 20)?,
+        chart("phase with delay, °", -180.0, 180.0, TARGET, phase).svg(HEIGHT - 80)?,
         chart(
-            "|H|, dB re 1 (m/s²)/FS".into(),
-            low,
-            high,
-            MEASURED,
-            magnitude,
+            "coherence",
+            floor,
+            1.0 + 0.05 * (1.0 - floor),
+            OTHER,
+            coherence,
         )
-        .svg(HEIGHT - 20)?,
-        chart("phase, °".into(), -180.0, 180.0, TARGET, phase).svg(HEIGHT - 110)?,
-        chart("coherence".into(), 0.0, 1.05, OTHER, coherence).svg(HEIGHT - 110)?,
+        .svg(HEIGHT - 80)?,
     ])
 }
 
@@ -468,6 +508,7 @@ pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Outcome<String> {
         .collect();
     let reach = drive.peak().max(limit) * 1.15;
     Chart {
+        title: String::new(),
         x: Axis::new("time, s", 0.0, drive.duration().0),
         y: Axis::new("drive, full scale = 1", -reach, reach),
         scale: Scale::Linear,

@@ -6,19 +6,21 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use piezotact::quantity::{Acceleration, Drive};
-use piezotact::recording::{BenchKind, Condition, Provenance};
+use piezotact::recording::{BenchKind, Condition, Provenance, Recording};
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 use piezotact_dataset::sidecar::Rendering;
 
 use crate::failure::Outcome;
+use crate::output::headroom_text;
 
 /// What a verification report shows.
 pub(crate) struct Page<'a> {
     pub(crate) title: String,
     pub(crate) verification: &'a Verification,
-    pub(crate) target: &'a Series<Acceleration>,
+    /// The texture as it was recorded.
+    pub(crate) target: &'a Recording,
     pub(crate) function: Option<&'a TransferFunction<Drive, Acceleration>>,
     /// The drive, and the level at which the device clips.
     pub(crate) drive: Option<(&'a Series<Drive>, f64)>,
@@ -26,7 +28,15 @@ pub(crate) struct Page<'a> {
     pub(crate) provenance: &'a Provenance,
     pub(crate) condition: &'a Condition,
     /// The negative control: the texture sent straight to the device.
-    pub(crate) straight: Option<&'a Verification>,
+    pub(crate) straight: Option<&'a Straight<Verification>>,
+}
+
+/// The texture sent straight to the device, without its transfer function.
+pub(crate) struct Straight<T> {
+    /// One unit of texture as full scale.
+    pub(crate) as_it_stands: T,
+    /// Turned down until nothing clips.
+    pub(crate) turned_down: T,
 }
 
 /// A file's name without its folder.
@@ -88,7 +98,7 @@ fn bench_line(page: &Page<'_>) -> String {
     if parts.is_empty() {
         kind.into()
     } else {
-        format!("{kind} {}.", parts.join(", "))
+        format!("{kind} Measured with {}.", parts.join(", "))
     }
 }
 
@@ -106,11 +116,36 @@ fn verdict(page: &Page<'_>) -> Markup {
                 (number(format!("{:.2} dB", v.error_db_max), &format!("largest error, at {:.0} Hz", v.error_max_at_hz)))
                 (number(format!("{:+.2} dB", v.level_error_db), "level error in the band"))
                 (number(format!("{:.3}", v.waveform_correlation), "waveform correlation, delay aligned"))
-                (number(format!("{:.2} ms", v.delay_s * 1e3), "delay that was taken away"))
+                (number(format!("{:.1} ms", v.delay_s * 1e3), &delay_words(page)))
                 (number(format!("{:.2} %", v.clipped_fraction * 100.0), "samples at a limit"))
             }
         }
     }
+}
+
+fn delay_words(page: &Page<'_>) -> String {
+    let modelling = page
+        .rendering
+        .map(|rendering| rendering.config.modelling_delay.0 * 1e3);
+    match modelling {
+        Some(modelling_ms) => format!(
+            "delay taken away: {modelling_ms:.0} ms of silence before the texture, and the start of the devices"
+        ),
+        None => "delay taken away".into(),
+    }
+}
+
+fn estimator_line(v: &Verification) -> String {
+    format!(
+        "PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} averages; one-sided, in {}. Error: unweighted rms over the lines of the band.",
+        v.rate_hz,
+        v.welch.window.name(),
+        v.welch.segment,
+        v.rate_hz / v.welch.segment as f64,
+        v.welch.overlap * 100.0,
+        v.averages,
+        v.psd_unit
+    )
 }
 
 fn doubts(page: &Page<'_>) -> Markup {
@@ -136,8 +171,9 @@ fn spectra(page: &Page<'_>) -> Outcome<Markup> {
     Ok(html! {
         section {
             h2 { "Spectrum: what was meant and what was felt" }
-            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: the band that is judged."))
-            (figure(&figures::error(v)?, "Error of every line. Red: the limit on its rms."))
+            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: what is judged."))
+            (figure(&figures::error(v)?, "Error of every line of the band. Red: the limit that its rms is judged by; single lines may cross it."))
+            p.soft { (estimator_line(v)) }
         }
     })
 }
@@ -147,28 +183,34 @@ fn waveform(page: &Page<'_>) -> Outcome<Markup> {
         section {
             h2 { "Waveform" }
             p { "Spectra overlap even when every phase is wrong; waveforms do not." }
-            (figure(&figures::waveforms(page.target, &page.verification.aligned)?, "150 ms from the middle of the texture, the measurement moved back by its delay."))
+            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, the measurement moved back by its delay."))
         }
     })
 }
 
-fn negative_control(rendered: &Verification, straight: &Verification) -> Outcome<Markup> {
-    let row = |what: &str, error: f64, correlation: f64| {
+fn negative_control(rendered: &Verification, straight: &Straight<Verification>) -> Outcome<Markup> {
+    let row = |what: &str, v: &Verification, error_db: f64| {
         html! {
-            tr { td { (what) } td.n { (format!("{error:.2} dB")) } td.n { (format!("{correlation:.3}")) } }
+            tr {
+                td { (what) }
+                td.n { (format!("{error_db:.2} dB")) }
+                td.n { (format!("{:.3}", v.waveform_correlation)) }
+                td.n { (format!("{:.1} %", v.clipped_fraction * 100.0)) }
+            }
         }
     };
+    let (loud, fitting) = (&straight.as_it_stands, &straight.turned_down);
     Ok(html! {
         section {
             h2 { "Negative control: the texture sent straight to the device" }
-            p { "Without its transfer function the device answers with something else. Here 1 m/s² of texture was sent as a drive of 1, as it stands." }
+            p { "Without its transfer function the device answers with something else. The texture was sent as it stands, 1 m/s² as a drive of 1, which the device clips; and turned down until nothing clips, compared after the mean error is taken away." }
             table {
-                tr { th { "strategy" } th.n { (format!("spectrum error, rms over {}", straight.band_hz)) } th.n { "waveform correlation" } }
-                (row("rendered through the transfer function", rendered.error_db_rms, rendered.waveform_correlation))
-                (row("sent straight, at the device's own scale", straight.error_db_rms, straight.waveform_correlation))
-                (row("sent straight, level-matched", straight.error_db_rms_level_matched, straight.waveform_correlation))
+                tr { th { "strategy" } th.n { (format!("spectrum error, rms over {}", rendered.band_hz)) } th.n { "waveform correlation" } th.n { "clipped" } }
+                (row("rendered through the transfer function", rendered, rendered.error_db_rms))
+                (row("sent straight, at the device's own scale", loud, loud.error_db_rms))
+                (row("sent straight without clipping, level-matched", fitting, fitting.error_db_rms_level_matched))
             }
-            (figure(&figures::straight(straight)?, "What the finger feels when the texture is sent straight, at the device's own scale and shifted to the target's level."))
+            (figure(&figures::straight(straight)?, "What the finger feels when the texture is sent straight: at the device's own scale, and turned down."))
         }
     })
 }
@@ -177,7 +219,12 @@ fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
     let Some(function) = page.function else {
         return Ok(html! {});
     };
-    let figures = figures::transfer(function, page.verification.band_hz)?;
+    let shown = page
+        .rendering
+        .map_or(page.verification.band_hz, |rendering| {
+            rendering.config.inverse.band
+        });
+    let figures = figures::transfer(function, shown)?;
     Ok(html! {
         section {
             h2 { "Transfer function of the device with the finger on it" }
@@ -205,8 +252,7 @@ fn drive(page: &Page<'_>) -> Outcome<Markup> {
             @if let Some(rendering) = page.rendering {
                 @let headroom = &rendering.headroom;
                 p { (format!(
-                    "The drive peaks at {:.3} of full scale, {:.1} dB below {} at {:.3}.",
-                    headroom.peak, headroom.headroom_db, headroom.limited_by, headroom.limit
+                    "The drive as computed: {}.", headroom_text(headroom)
                 )) }
                 p {
                     "Achievable: "
@@ -229,18 +275,18 @@ fn origin(page: &Page<'_>) -> Markup {
         section {
             h2 { "Where it comes from" }
             table {
+                tr { th { "texture" } td { (page.target.provenance.source) ol { @for step in &page.target.provenance.steps { li { (step) } } } } }
                 tr { th { "bench" } td { (page.provenance.source) } }
                 tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }
                 @if let Some(rendering) = page.rendering {
+                    tr { th { "transfer function" } td { ol { @for step in &rendering.provenance.steps { li { (step) } } } } }
                     tr { th { "rendering" } td { (format!(
                         "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
                         rendering.config.inverse.band, rendering.config.inverse.regularisation,
                         rendering.config.modelling_delay, rendering.config.fade, rendering.level_db
                     )) } }
                 }
-                @if let Some(function) = page.function {
-                    tr { th { "transfer function" } td { ol { @for step in &function.provenance.steps { li { (step) } } } } }
-                }
+
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }
         }

@@ -113,6 +113,20 @@ impl Done {
         }
     }
 
+    /// Its JSON, with which code it ended.
+    #[track_caller]
+    pub(crate) fn json_and_code(&self) -> (serde_json::Value, Option<i32>) {
+        (
+            serde_json::from_slice(&self.output.stdout).unwrap(),
+            self.output.status.code(),
+        )
+    }
+
+    #[track_caller]
+    pub(crate) fn code(&self) -> Option<i32> {
+        self.output.status.code()
+    }
+
     #[track_caller]
     pub(crate) fn json(&self) -> serde_json::Value {
         self.expect_success();
