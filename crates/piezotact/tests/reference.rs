@@ -102,6 +102,7 @@ fn assert_close_complex(what: &str, got: &[Complex<f64>], expected: &[Complex<f6
         .map(|(g, e)| (g - e).norm() / e.norm())
         .fold(0.0, f64::max);
     eprintln!("{what}: worst relative error {worst:.2e}");
+    assert!(got.iter().all(|g| g.is_finite()), "{what} holds NaN");
     assert!(worst <= rtol, "{what}: {worst:.3e}");
 }
 
