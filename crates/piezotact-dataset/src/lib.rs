@@ -9,6 +9,7 @@ mod csv_table;
 mod error;
 mod journal;
 mod open;
+mod recording_file;
 pub mod sidecar;
 mod transfer_json;
 pub mod wav;

@@ -12,7 +12,8 @@ use piezotact::verify::flat_top_fraction;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
-use crate::journal::{Stored, journal_path, read_journal, read_parquet};
+use crate::journal::journal_path;
+use crate::recording_file::{Stored, read_journal, read_parquet};
 use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
 use crate::wav::{SampleFormat, parse_wav};
 

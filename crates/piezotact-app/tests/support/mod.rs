@@ -133,3 +133,63 @@ impl Done {
         serde_json::from_slice(&self.output.stdout).unwrap()
     }
 }
+
+pub(crate) const BENCH: &str = "twin:participant=1,seed=7";
+
+/// A mono WAV file of 16-bit integers.
+pub(crate) fn wav(samples: impl Iterator<Item = f64>, rate_hz: u32) -> Vec<u8> {
+    let data: Vec<u8> = samples
+        .flat_map(|v| ((v * 32_767.0).round() as i16).to_le_bytes())
+        .collect();
+    let mut bytes = b"RIFF".to_vec();
+    bytes.extend((36 + data.len() as u32).to_le_bytes());
+    bytes.extend(b"WAVEfmt ");
+    bytes.extend(16u32.to_le_bytes());
+    bytes.extend([1, 0, 1, 0]);
+    bytes.extend(rate_hz.to_le_bytes());
+    bytes.extend((rate_hz * 2).to_le_bytes());
+    bytes.extend([2, 0, 16, 0]);
+    bytes.extend(b"data");
+    bytes.extend((data.len() as u32).to_le_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+/// Noise-like samples of about 0.3 rms that hold something at every frequency.
+pub(crate) fn noise(count: usize) -> impl Iterator<Item = f64> {
+    let mut state = 1u64;
+    (0..count).map(move |_| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    })
+}
+
+/// A folder with a texture, the transfer function of a twin, and what is wrong in one way or another.
+pub(crate) fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.write("texture.wav", wav(noise(20_000), 5_000));
+    folder
+        .run(&[
+            "characterise",
+            "--bench",
+            BENCH,
+            "--seconds",
+            "10",
+            "--out",
+            "tf.json",
+        ])
+        .expect_success();
+    folder
+}
+
+pub(crate) const RENDER: [&str; 7] = [
+    "render",
+    "texture.wav",
+    "--transfer",
+    "tf.json",
+    "--out",
+    "drive.wav",
+    "--scale",
+];

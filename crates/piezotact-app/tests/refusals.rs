@@ -1,0 +1,284 @@
+//! What is wrong is refused in a sentence that says what was expected, what was found and what to do, with an
+//! exit code that means something, and nothing is written.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use support::{BENCH, Folder, RENDER, noise, prepared, wav};
+
+#[test]
+fn a_file_that_cannot_be_read_is_named_with_what_to_do() {
+    let folder = Folder::new();
+    let whole = wav(noise(5_000), 5_000);
+    folder.write("empty.wav", []);
+    folder.write("cut.wav", &whole[..whole.len() / 2]);
+    folder.write("head.wav", &whole[..20]);
+    folder.write("other.wav", b"MATLAB 5.0 MAT-file, and more of it");
+    folder.write("binary.dat", [7, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    folder.write("words.csv", "once upon a time\nthere was a finger\n");
+    folder.write("nan.csv", "time (s),acc (m/s2)\n0,1\n0.001,NaN\n0.002,1\n");
+    folder.write("decimal.csv", "time (ms),acc (g)\n0,1,5\n1,1,6\n");
+    folder.write(
+        "gap.csv",
+        "time (s),acc (g)\n0,1\n0.001,1\n0.002,1\n0.9,1\n0.901,1\n",
+    );
+    folder.write("cut.parquet", b"PAR1 and then nothing");
+    folder.write("notes.json", "{\"hello\": 1}");
+    folder.write("scale.wav", &whole);
+    folder.write(
+        "scale.wav.json",
+        "{\"full_scale\": {\"value\": 200, \"unit\": \"bananas\"}}",
+    );
+    let mut float_nan = whole.clone();
+    // 32-bit float, one sample that is not a number.
+    float_nan[20] = 3;
+    float_nan[32] = 4;
+    float_nan[34] = 32;
+    float_nan[44..48].copy_from_slice(&f32::NAN.to_le_bytes());
+    folder.write("nan.wav", float_nan);
+    for (file, parts) in [
+        (
+            "absent.wav",
+            &["absent.wav", "expected a file, found none"][..],
+        ),
+        (".", &["folder"]),
+        ("empty.wav", &["an empty file"]),
+        ("cut.wav", &["10000 bytes of samples", "cut short"]),
+        ("head.wav", &["damaged"]),
+        ("other.wav", &["a MATLAB file", "CSV"]),
+        ("binary.dat", &["binary file of an unknown kind"]),
+        ("words.csv", &["rows of numbers", "check the export"]),
+        (
+            "decimal.csv",
+            &["one more, `5`, in row 2", "decimal commas"],
+        ),
+        ("gap.csv", &["a gap from 0.002 to 0.9"]),
+        ("nan.csv", &["`NaN` in row 3, column `acc`"]),
+        ("nan.wav", &["NaN at sample 0"]),
+        ("cut.parquet", &["Parquet", "copy it again"]),
+        ("notes.json", &["transfer function", "frequency_hz"]),
+        ("scale.wav", &["scale.wav.json", "bananas"]),
+    ] {
+        folder.run(&["info", file]).expect_failure(1, parts);
+    }
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_and_nothing_is_written() {
+    let folder = prepared();
+    folder.write(
+        "words.json",
+        "{\"frequency_hz\": [0, 1], \"real\": [1], \"imaginary\": [0, 0], \"coherence\": [1, 1]}",
+    );
+    folder.write("slow.wav", wav(noise(4_000), 1_000));
+    folder.write("mono.csv", "time (s),acc (m/s2)\n0,1\n0.001,2\n0.002,1\n");
+    folder.write("short.wav", wav(noise(300), 5_000));
+    let before = folder.names();
+    let render = |extra: &[&str]| {
+        folder.run(
+            &[
+                &["render", "--transfer", "tf.json", "--out", "drive.wav"],
+                extra,
+            ]
+            .concat(),
+        )
+    };
+    // No physical scale is guessed.
+    render(&["texture.wav"]).expect_failure(1, &["physical scale", "--scale", "texture.wav.json"]);
+    render(&["texture.wav", "--scale", "200 N"]).expect_failure(1, &["m/s²", "in N"]);
+    render(&["texture.wav", "--scale", "200"]).expect_failure(2, &["200 m/s2"]);
+    // Another gain than the transfer function's.
+    render(&["texture.wav", "--scale", "2 m/s2", "--gain", "B2"])
+        .expect_failure(1, &["B3", "B2", "characterise at B2"]);
+    // Another rate, whose half is below the band.
+    render(&["slow.wav", "--scale", "2 m/s2"]).expect_failure(2, &["20–1000 Hz", "500 Hz"]);
+    render(&["texture.wav", "--scale", "2 m/s2", "--band", "20..3000"])
+        .expect_failure(2, &["2500 Hz"]);
+    render(&["texture.wav", "--scale", "2 m/s2", "--band", "1000..20"])
+        .expect_failure(2, &["20..1000"]);
+    // More than full scale.
+    render(&["texture.wav", "--scale", "200 m/s2"])
+        .expect_failure(1, &["--level -", "--allow-clipping", "amplifier"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--scale",
+            "2 m/s2",
+            "--transfer",
+            "words.json",
+            "--out",
+            "drive.wav",
+        ])
+        .expect_failure(1, &["2 values in `real`", "found 1"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--scale",
+            "2 m/s2",
+            "--transfer",
+            "absent.json",
+            "--out",
+            "drive.wav",
+        ])
+        .expect_failure(1, &["absent.json"]);
+    // One channel too few.
+    folder
+        .run(&[
+            "transfer",
+            "mono.csv",
+            "--drive",
+            "force",
+            "--response",
+            "acc",
+            "--out",
+            "new.json",
+        ])
+        .expect_failure(1, &["`force`", "acc [m/s²]"]);
+    folder
+        .run(&["spectrum", "short.wav"])
+        .expect_failure(1, &["1024", "300", "shorter segment"]);
+    folder
+        .run(&["spectrum", "texture.wav", "--overlap", "1"])
+        .expect_failure(2, &["overlap"]);
+    folder
+        .run(&["spectrum", "texture.wav", "--window", "hat"])
+        .expect_failure(2, &["hann"]);
+    folder
+        .run(&[
+            "characterise",
+            "--bench",
+            "twin:participant=one",
+            "--out",
+            "new.json",
+        ])
+        .expect_failure(2, &["participant=one"]);
+    folder
+        .run(&[
+            "characterise",
+            "--bench",
+            BENCH,
+            "--load",
+            "-1",
+            "--out",
+            "new.json",
+        ])
+        .expect_failure(2, &["0.05 to 2", "-1"]);
+    folder
+        .run(&[
+            "characterise",
+            "--bench",
+            BENCH,
+            "--load",
+            "9",
+            "--out",
+            "new.json",
+        ])
+        .expect_failure(2, &["0.05 to 2"]);
+    assert_eq!(folder.names(), before, "a refusal writes nothing");
+}
+
+#[test]
+fn a_drive_goes_only_to_the_device_it_was_made_for() {
+    let folder = prepared();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2"]].concat())
+        .expect_success();
+    let play = |drive: &str, bench: &str| {
+        folder.run(&["play", drive, "--bench", bench, "--record", "m.parquet"])
+    };
+    play("drive.wav", "twin:gain=B2").expect_failure(1, &["B3", "B2"]);
+    // Without its sidecar nobody knows which gain it is for.
+    play("texture.wav", BENCH).expect_failure(1, &["gain", "--gain"]);
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--rate", "44100"]].concat())
+        .expect_success();
+    play("drive.wav", BENCH).expect_failure(1, &["44100 Hz", "48000 Hz"]);
+    assert!(
+        !folder
+            .names()
+            .iter()
+            .any(|name| name.starts_with("m.parquet"))
+    );
+}
+
+/// No output takes the place of an input, and a measurement is not made when it could not be kept.
+#[test]
+fn outputs_are_looked_at_before_anything_is_done() {
+    let folder = prepared();
+    let characterise = |extra: &[&str]| {
+        folder.run(&[&["characterise", "--bench", BENCH, "--seconds", "5"], extra].concat())
+    };
+    characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "make it"]);
+    characterise(&["--out", "a.json", "--record", "a.json"]).expect_failure(2, &["written twice"]);
+    characterise(&["--out", "a.json", "--record", "r.parquet", "--segment", "1"])
+        .expect_failure(2, &["segment"]);
+    characterise(&["--out", "a.json", "--record", "r.parquet", "--peak", "1.5"])
+        .expect_failure(2, &["1.5", "0.8"]);
+    characterise(&[
+        "--out",
+        "a.json",
+        "--record",
+        "r.parquet",
+        "--band",
+        "10..4000",
+    ])
+    .expect_failure(2, &["5000 Hz"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--scale",
+            "2 m/s2",
+            "--transfer",
+            "tf.json",
+            "--out",
+            "tf.json",
+        ])
+        .expect_failure(2, &["would be replaced"]);
+    assert_eq!(folder.names(), ["texture.wav", "tf.json"]);
+    folder
+        .run(&[
+            "spectrum",
+            "texture.wav",
+            "--segment",
+            "18446744073709551615",
+        ])
+        .expect_failure(1, &["20000"]);
+    folder
+        .run(&[
+            "render",
+            "texture.wav",
+            "--transfer",
+            "tf.json",
+            "--out",
+            "d.wav",
+            "--rate",
+            "4000000000",
+        ])
+        .expect_failure(2, &["768000"]);
+}
+
+/// What is advised on a refusal works when it is followed, whatever the level was.
+#[test]
+fn the_level_that_is_advised_fits() {
+    let folder = prepared();
+    let refused = folder.run(&[&RENDER[..], &["2 m/s2", "--level", "30"]].concat());
+    refused.expect_failure(1, &["--level"]);
+    let text = refused.err();
+    let advised = text
+        .split("--level ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--level", advised]].concat())
+        .expect_success();
+    let louder = (advised.parse::<f64>().unwrap() + 0.3).to_string();
+    folder
+        .run(&[&RENDER[..], &["2 m/s2", "--level", &louder]].concat())
+        .expect_failure(1, &["--level"]);
+}

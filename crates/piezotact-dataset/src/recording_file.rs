@@ -1,0 +1,287 @@
+//! Recordings as they are read: our Parquet files, journals of interrupted recordings, and Parquet files of
+//! other programs.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch};
+use arrow_ipc::reader::StreamReader;
+use arrow_schema::Schema;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+
+use crate::error::ReadError;
+use crate::journal::{
+    END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, journal_path,
+};
+use crate::sidecar::Rendering;
+
+/// A recording and what its start says of the drive.
+pub(crate) struct Stored {
+    pub(crate) recording: Recording,
+    pub(crate) setup: Option<DriveSetup>,
+    pub(crate) rendering: Option<Rendering>,
+}
+
+/// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted.
+pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
+    let damaged = |found: String| {
+        ReadError::content(
+            path,
+            "the journal of a recording",
+            found,
+            "it was interrupted before its first line, or is damaged: nothing can be read from it",
+        )
+    };
+    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let reader = StreamReader::try_new(BufReader::new(file), None)
+        .map_err(|error| damaged(error.to_string()))?;
+    let start = reader.schema().metadata().get(START_KEY).cloned();
+    let start: StartDocument = start
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .ok_or_else(|| damaged("an Arrow stream without a start document".into()))?;
+    let mut samples = vec![Vec::new(); start.channels.len()];
+    // A batch that is not whole ends the journal; everything before it counts.
+    for batch in whole_batches(reader) {
+        append_columns(path, &batch, &mut samples)?;
+    }
+    let mut recording = assemble(path, &start, samples)?;
+    recording.doubts.push(Doubt::Interrupted {
+        read_s: recording.duration().0,
+    });
+    Ok(Stored {
+        recording,
+        setup: start.setup,
+        rendering: start.rendering,
+    })
+}
+
+/// The batches of a journal up to the first that is not whole. The reader checks what it reads, but a damaged
+/// length can still make it panic; that, too, is the end of what can be read.
+fn whole_batches(mut reader: StreamReader<BufReader<File>>) -> impl Iterator<Item = RecordBatch> {
+    std::iter::from_fn(move || {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(|_| {}));
+        let batch = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| reader.next()));
+        std::panic::set_hook(hook);
+        batch.ok().flatten()?.ok()
+    })
+}
+
+/// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.
+pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stored, ReadError> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        ReadError::content(
+            path,
+            "a whole Parquet file",
+            format!("one that cannot be read ({error})"),
+            "it was cut short or damaged: copy it again",
+        )
+    };
+    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let builder =
+        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| damaged(&error))?;
+    let stored = |key: &str| {
+        builder
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .and_then(|pairs| pairs.iter().find(|pair| pair.key == key))
+            .and_then(|pair| pair.value.clone())
+    };
+    let (start, end) = (stored(START_KEY), stored(END_KEY));
+    let start = match start {
+        Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
+        None => foreign_start(path, builder.schema(), rate)?,
+    };
+    let ours = start.format > 0;
+    if start.format > StartDocument::FORMAT {
+        return Err(ReadError::content(
+            path,
+            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!("format {}", start.format),
+            "read it with the newer program that wrote it",
+        ));
+    }
+    let end: Option<EndDocument> = end
+        .map(|text| serde_json::from_str(&text))
+        .transpose()
+        .map_err(|error| damaged(&error))?;
+    let mut samples = vec![Vec::new(); start.channels.len()];
+    for batch in builder.build().map_err(|error| damaged(&error))? {
+        append_columns(path, &batch.map_err(|error| damaged(&error))?, &mut samples)?;
+    }
+    let fingerprint = Fingerprint::all(
+        &samples
+            .iter()
+            .map(|channel| {
+                let mut fingerprint = Fingerprint::new();
+                fingerprint.add(channel);
+                fingerprint
+            })
+            .collect::<Vec<_>>(),
+    );
+    let mut recording = assemble(path, &start, samples)?;
+    match end {
+        Some(end) => {
+            if end.samples != recording.len()
+                || end.fingerprint.is_some_and(|stored| stored != fingerprint)
+            {
+                return Err(damaged(&"its samples are not those that were recorded"));
+            }
+            recording.doubts.extend(end.doubts);
+        }
+        None if ours => recording.doubts.push(Doubt::Interrupted {
+            read_s: recording.duration().0,
+        }),
+        None => {}
+    }
+    if ours && journal_path(path).exists() {
+        recording.doubts.push(Doubt::InterruptedLater {
+            journal: journal_path(path).display().to_string(),
+        });
+    }
+    Ok(Stored {
+        recording,
+        setup: start.setup,
+        rendering: start.rendering,
+    })
+}
+
+/// What a Parquet file of another program says of itself.
+fn foreign_start(
+    path: &Path,
+    schema: &Schema,
+    rate: Option<SampleRate>,
+) -> Result<StartDocument, ReadError> {
+    let rate_hz = rate.ok_or_else(|| {
+        ReadError::content(
+            path,
+            "a recording of this program, or a rate",
+            "a Parquet file of another program, which names no rate",
+            "give the rate with --rate",
+        )
+    })?;
+    let channels = schema.fields().iter().map(|field| {
+        let unit = field.metadata().get(UNIT_KEY).map_or("", String::as_str);
+        (field.name().clone(), Unit::parse(unit))
+    });
+    let (channels, factors): (Vec<_>, Vec<f64>) = channels
+        .map(|(name, (unit, factor)): (String, (Unit, f64))| ((name, unit), factor))
+        .unzip();
+    if let Some((name, _)) = channels
+        .iter()
+        .zip(&factors)
+        .find(|(_, factor)| **factor != 1.0)
+        .map(|(channel, _)| channel)
+    {
+        return Err(ReadError::content(
+            path,
+            "SI units in the columns' metadata",
+            format!("another in `{name}`"),
+            "convert that column to m/s², N or V before it is written",
+        ));
+    }
+    Ok(StartDocument {
+        format: 0,
+        rate_hz,
+        channels,
+        condition: Condition::default(),
+        provenance: Provenance {
+            source: path.display().to_string(),
+            ..Provenance::default()
+        },
+        setup: None,
+        rendering: None,
+    })
+}
+
+fn append_columns(
+    path: &Path,
+    batch: &RecordBatch,
+    samples: &mut [Vec<f64>],
+) -> Result<(), ReadError> {
+    if batch.num_columns() != samples.len() {
+        return Err(ReadError::content(
+            path,
+            format!("{} channels, as its start says", samples.len()),
+            format!("{}", batch.num_columns()),
+            "the file is damaged: copy it again",
+        ));
+    }
+    for ((column, field), channel) in batch
+        .columns()
+        .iter()
+        .zip(batch.schema().fields())
+        .zip(samples)
+    {
+        if column.null_count() > 0 {
+            return Err(ReadError::content(
+                path,
+                "a number in every row",
+                format!("gaps in `{}`", field.name()),
+                "fill or cut them",
+            ));
+        }
+        if !append_numbers(column, channel) {
+            return Err(ReadError::content(
+                path,
+                "numbers",
+                format!("{} in `{}`", column.data_type(), field.name()),
+                "export that column as numbers, or leave it out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Appends a column of numbers of whatever width; false when it holds something else.
+fn append_numbers(column: &ArrayRef, channel: &mut Vec<f64>) -> bool {
+    macro_rules! widths {
+        ($($array:ty),*) => {
+            $(if let Some(numbers) = column.as_any().downcast_ref::<$array>() {
+                channel.extend(numbers.values().iter().map(|v| *v as f64));
+                return true;
+            })*
+        };
+    }
+    widths!(
+        Float64Array,
+        arrow_array::Float32Array,
+        arrow_array::Int16Array,
+        arrow_array::Int32Array,
+        arrow_array::Int64Array
+    );
+    false
+}
+
+fn assemble(
+    path: &Path,
+    start: &StartDocument,
+    samples: Vec<Vec<f64>>,
+) -> Result<Recording, ReadError> {
+    let channels = start
+        .channels
+        .iter()
+        .zip(samples)
+        .map(|((name, unit), samples)| Channel {
+            name: name.clone(),
+            unit: unit.clone(),
+            samples,
+        })
+        .collect();
+    Recording::new(
+        channels,
+        start.rate_hz,
+        start.condition.clone(),
+        start.provenance.clone(),
+    )
+    .map_err(|source| ReadError::Recording {
+        path: path.into(),
+        source,
+    })
+}

@@ -1,0 +1,157 @@
+//! A measurement brought onto its target's time, to a fraction of a sample.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex;
+
+use super::{VerifyConfig, VerifyError};
+use crate::fourier;
+use crate::quantity::{Quantity, Seconds};
+use crate::series::{Series, mean};
+
+/// A measurement brought onto its target's time.
+pub(super) struct Aligned {
+    /// How much later the measurement is.
+    pub(super) delay: Seconds,
+    /// The measurement at the target's times, one sample for each of the target's.
+    pub(super) measured: Vec<f64>,
+    pub(super) measured_in_band: Vec<f64>,
+    pub(super) target_in_band: Vec<f64>,
+    /// The part of the target that the measurement covers.
+    pub(super) from: usize,
+    pub(super) to: usize,
+}
+
+/// The widest edge of the band-pass that the waveforms go through before they are compared.
+const EDGE_RATIO: f64 = 0.1;
+
+pub(super) fn align<Q: Quantity>(
+    target: &Series<Q>,
+    measured: &Series<Q>,
+    config: &VerifyConfig,
+) -> Result<Aligned, VerifyError> {
+    let (t, m) = (target.samples(), measured.samples());
+    let n = fourier::fast_length(t.len() + m.len());
+    let mut transform = fourier::RealTransform::new(n);
+    let rate_hz = target.rate().hz();
+    let weights: Vec<f64> = (0..=n / 2)
+        .map(|k| {
+            config
+                .band
+                .weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)
+        })
+        .collect();
+    // A mean would be a step at both ends of the padding, and a step is in every band.
+    let about_mean = |samples: &[f64]| -> Vec<f64> {
+        let mean = mean(samples);
+        samples.iter().map(|sample| sample - mean).collect()
+    };
+    let (target_bins, measured_bins) = (
+        transform.forward(&about_mean(t)),
+        transform.forward(&about_mean(m)),
+    );
+    for (what, bins) in [
+        ("the target", &target_bins),
+        ("the measurement", &measured_bins),
+    ] {
+        let power: f64 = bins
+            .iter()
+            .zip(&weights)
+            .map(|(bin, w)| bin.norm_sqr() * w)
+            .sum();
+        if power <= 0.0 {
+            return Err(VerifyError::Silent {
+                what,
+                band: config.band,
+            });
+        }
+    }
+    let cross: Vec<Complex<f64>> = target_bins
+        .iter()
+        .zip(&measured_bins)
+        .zip(&weights)
+        .map(|((t, m), w)| t.conj() * m * w * w)
+        .collect();
+    // Four times finer than the samples: the crest of a tone between two samples must not lose against the
+    // trough beside it.
+    let fine = 4 * n;
+    let correlation = fourier::RealTransform::new(fine).inverse(cross.clone());
+    let highest = (0..fine)
+        .max_by(|&a, &b| correlation[a].total_cmp(&correlation[b]))
+        .unwrap_or(0);
+    let deepest = (0..fine)
+        .min_by(|&a, &b| correlation[a].total_cmp(&correlation[b]))
+        .unwrap_or(0);
+    // A tone has a trough as deep as its crest half a period away: only a clearly deeper one is an inversion.
+    let inverted = -correlation[deepest] > 1.05 * correlation[highest];
+    let strongest = if inverted { deepest } else { highest };
+    let place = strongest as f64 / 4.0;
+    let whole = if place > m.len() as f64 {
+        place - n as f64
+    } else {
+        place
+    };
+    // The correlation between samples is a sum of cosines; its extreme is within a quarter of a sample.
+    let sign = if inverted { -1.0 } else { 1.0 };
+    let at = |lag: f64| {
+        cross
+            .iter()
+            .enumerate()
+            .filter(|(_, bin)| bin.norm_sqr() > 0.0)
+            .map(|(k, bin)| (bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64)).re)
+            .sum::<f64>()
+            * sign
+    };
+    let lag = golden_section_maximum(at, whole - 0.25, whole + 0.25);
+    let mut shifted = |in_band: bool| {
+        let bins = measured_bins
+            .iter()
+            .zip(&weights)
+            .enumerate()
+            .map(|(k, (bin, w))| {
+                let turned = bin * Complex::from_polar(1.0, TAU * k as f64 * lag / n as f64);
+                if in_band { turned * w } else { turned }
+            });
+        let mut samples = transform.inverse(bins.collect());
+        samples.truncate(t.len());
+        samples
+    };
+    let (measured, measured_in_band) = (shifted(false), shifted(true));
+    let mut target_in_band = transform.inverse(
+        target_bins
+            .iter()
+            .zip(&weights)
+            .map(|(bin, w)| bin * w)
+            .collect(),
+    );
+    target_in_band.truncate(t.len());
+    let from = (-lag).ceil().max(0.0) as usize;
+    let to = (m.len() as f64 - lag).floor().clamp(0.0, t.len() as f64) as usize;
+    Ok(Aligned {
+        delay: Seconds(lag / rate_hz),
+        measured,
+        measured_in_band,
+        target_in_band,
+        from: from.min(to),
+        to,
+    })
+}
+
+/// Where `f` is largest between `low` and `high`, to 1e-4 of a sample.
+fn golden_section_maximum(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut fa, mut fb) = (f(a), f(b));
+    while high - low > 1e-4 {
+        if fa > fb {
+            (high, b, fb) = (b, a, fa);
+            a = high - golden * (high - low);
+            fa = f(a);
+        } else {
+            (low, a, fa) = (a, b, fb);
+            b = low + golden * (high - low);
+            fb = f(b);
+        }
+    }
+    0.5 * (low + high)
+}
