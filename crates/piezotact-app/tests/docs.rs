@@ -9,7 +9,10 @@ mod support;
 
 use std::path::Path;
 
-use support::Folder;
+use piezotact::quantity::{Drive, SampleRate};
+use piezotact::resample::resample;
+use piezotact_dataset::{ReadOptions, read_recording};
+use support::{Folder, noise, wav};
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
@@ -34,6 +37,60 @@ fn the_readme_s_tour_works() {
     }
 }
 
+/// A line of shell as words, with what stands in quotes kept together.
+fn words(line: &str) -> Vec<&str> {
+    line.split('"')
+        .enumerate()
+        .flat_map(|(i, part)| {
+            if i % 2 == 1 {
+                vec![part]
+            } else {
+                part.split_whitespace().collect()
+            }
+        })
+        .collect()
+}
+
+/// The commands for a device of one's own, with a device that is known: 3 m/s² a volt.
+#[test]
+fn the_readme_s_commands_for_one_s_own_device_work() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let folder = Folder::new();
+    folder.write("texture.wav", wav(noise(20_000).map(|v| v * 0.01), 5_000));
+    let rows = noise(60_000)
+        .enumerate()
+        .map(|(i, v)| format!("{},{},{}\n", i as f64 / 5000.0, v, 3.0 * v));
+    folder.write(
+        "bench.csv",
+        format!(
+            "time (s),drive (V),nail (m/s2)\n{}",
+            rows.collect::<String>()
+        ),
+    );
+    let mut ran = 0;
+    for line in readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("piezotact "))
+    {
+        if line.starts_with("verify") {
+            let drive = read_recording(&folder.path("drive.wav"), &ReadOptions::default())
+                .unwrap()
+                .recording;
+            let drive = drive.series::<Drive>(None).unwrap();
+            let felt = resample(&drive, SampleRate::new(5000.0).unwrap()).unwrap();
+            let rows = felt.samples().iter().enumerate();
+            let rows = rows.map(|(i, v)| format!("{},{:.9}\n", i as f64 / 5000.0, 3.0 * 1.41 * v));
+            folder.write(
+                "own.csv",
+                format!("time (s),nail (m/s2)\n{}", rows.collect::<String>()),
+            );
+        }
+        folder.run(&words(line)).expect_success();
+        ran += 1;
+    }
+    assert_eq!(ran, 3);
+}
+
 /// The examples in the help name options that exist: each is parsed up to its files.
 #[test]
 fn the_examples_in_the_help_are_understood() {
@@ -56,18 +113,7 @@ fn the_examples_in_the_help_are_understood() {
             .filter_map(|line| line.trim().strip_prefix("piezotact "))
         {
             let line = line.split(" > ").next().unwrap();
-            // Words, with quoted ones kept together.
-            let arguments: Vec<&str> = line
-                .split('"')
-                .enumerate()
-                .flat_map(|(i, part)| {
-                    if i % 2 == 1 {
-                        vec![part]
-                    } else {
-                        part.split_whitespace().collect()
-                    }
-                })
-                .collect();
+            let arguments = words(line);
             let done = folder.run(&arguments);
             // Either it ran, or only its files are missing; never a matter of usage.
             assert_ne!(done.code(), Some(2), "{line}: {}", done.err());
@@ -91,7 +137,22 @@ fn links_of_the_documents_lead_somewhere() {
             .skip(1)
             .filter_map(|rest| rest.split(')').next())
         {
-            assert!(root().join(link).exists(), "{document} links to {link}");
+            if let Some(anchor) = link.strip_prefix('#') {
+                let slug = |heading: &str| {
+                    heading
+                        .trim_start_matches('#')
+                        .trim()
+                        .to_lowercase()
+                        .replace(' ', "-")
+                };
+                assert!(
+                    text.lines()
+                        .any(|line| line.starts_with('#') && slug(line) == anchor),
+                    "{document}: {link}"
+                );
+            } else {
+                assert!(root().join(link).exists(), "{document} links to {link}");
+            }
         }
         for path in text
             .split('`')
