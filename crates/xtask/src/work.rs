@@ -114,8 +114,8 @@ fn w1b(folder: &Path) -> Result<Prepared> {
 /// H1 and H2 in magnitude, and coherence, one after the other.
 fn transfer(plan: &mut CrossPlan, drive: &[f64], answer: &[f64], out: &mut Vec<f64>) -> Result<()> {
     let spectra = plan.estimate::<Drive, Acceleration>(drive, answer)?;
-    out.extend(spectra.h1().iter().map(|h| h.norm()));
-    out.extend(spectra.h2().iter().map(|h| h.norm()));
+    out.extend(spectra.h1().iter().map(|h| h.norm_sqr().sqrt()));
+    out.extend(spectra.h2().iter().map(|h| h.norm_sqr().sqrt()));
     out.extend(spectra.coherence());
     Ok(())
 }
