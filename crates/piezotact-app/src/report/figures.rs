@@ -230,6 +230,8 @@ fn plot_failed<E: std::error::Error + Send + Sync>(
 
 /// A tick's number without needless digits.
 fn number(value: f64) -> String {
+    // Ticks are sums of steps: what is left at 0 is rounding.
+    let value = if value.abs() < 1e-9 { 0.0 } else { value };
     let text = if value.abs() >= 10.0 || value == 0.0 {
         format!("{value:.0}")
     } else {

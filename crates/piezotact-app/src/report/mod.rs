@@ -183,7 +183,7 @@ fn waveform(page: &Page<'_>) -> Outcome<Markup> {
         section {
             h2 { "Waveform" }
             p { "Spectra overlap even when every phase is wrong; waveforms do not." }
-            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, the measurement moved back by its delay."))
+            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, both limited to the band that is compared, the measurement moved back by its delay."))
         }
     })
 }

@@ -136,10 +136,10 @@ pub struct Verification {
     pub error_frequency_hz: Vec<f64>,
     /// Their errors, 10·log10(measured/target) of the band-limited signals, dB.
     pub error_db: Vec<f64>,
-    /// The target at its level, in its unit.
+    /// The target at its level, limited to the band, in its unit.
     #[serde(skip)]
     pub target: Vec<f64>,
-    /// The measurement at the target's times, in its unit.
+    /// The measurement at the target's times, limited to the band, in its unit.
     #[serde(skip)]
     pub aligned: Vec<f64>,
     /// Whether it is within the limits.
@@ -360,8 +360,8 @@ pub fn verify<Q: Quantity>(
             .map(|(frequency_hz, _)| *frequency_hz)
             .collect(),
         error_db: lines.compared.iter().map(|(_, error)| *error).collect(),
-        target: target.samples().to_vec(),
-        aligned: aligned.measured,
+        target: aligned.target_in_band,
+        aligned: aligned.measured_in_band,
         passed,
         limits: config.limits.clone(),
         doubts,
