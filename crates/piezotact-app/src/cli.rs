@@ -103,7 +103,7 @@ pub(crate) struct Spectrum {
     /// A recording.
     pub(crate) file: PathBuf,
     /// Where --json or --csv go instead of standard output.
-    #[arg(conflicts_with = "svg")]
+    #[arg(requires = "form", conflicts_with = "svg")]
     pub(crate) out: Option<PathBuf>,
     /// The channel; not needed when there is one, or one of acceleration.
     #[arg(long)]
@@ -208,10 +208,10 @@ pub(crate) struct Transfer {
     pub(crate) gain: Option<AmplifierGain>,
     /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
     /// brought to full scale = 1.
-    #[arg(long, value_name = "V")]
+    #[arg(long, value_name = "V", requires = "gain")]
     pub(crate) volts_per_full_scale: Option<f64>,
     /// The capacitance of the actuator, in nF.
-    #[arg(long, default_value_t = 80.0, value_name = "NF")]
+    #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
     pub(crate) load_nf: f64,
     /// The transfer function to write.
     #[arg(long)]

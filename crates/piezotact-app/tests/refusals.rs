@@ -52,7 +52,7 @@ fn a_file_that_cannot_be_read_is_named_with_what_to_do() {
             "decimal.csv",
             &["one more, `5`, in row 2", "decimal commas"],
         ),
-        ("gap.csv", &["a gap from 0.002 to 0.9"]),
+        ("gap.csv", &["a step from 0.002 to 0.9"]),
         ("nan.csv", &["`NaN` in row 3, column `acc`"]),
         ("nan.wav", &["NaN at sample 0"]),
         ("cut.parquet", &["Parquet", "copy it again"]),
@@ -212,6 +212,9 @@ fn outputs_are_looked_at_before_anything_is_done() {
     };
     characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "make it"]);
     characterise(&["--out", "a.json", "--record", "a.json"]).expect_failure(2, &["written twice"]);
+    characterise(&["--out", "a.json", "--record", "./a.json"])
+        .expect_failure(2, &["written twice"]);
+    characterise(&["--out", "r.part", "--record", "r"]).expect_failure(2, &["written twice"]);
     characterise(&["--out", "a.json", "--record", "r.parquet", "--segment", "1"])
         .expect_failure(2, &["segment"]);
     characterise(&["--out", "a.json", "--record", "r.parquet", "--peak", "1.5"])
@@ -237,6 +240,11 @@ fn outputs_are_looked_at_before_anything_is_done() {
             "tf.json",
         ])
         .expect_failure(2, &["would be replaced"]);
+    folder.write("texture.wav.json", "{\"full_scale\": \"2 m/s2\"}");
+    folder
+        .run(&["spectrum", "texture.wav", "--json", "texture.wav.json"])
+        .expect_failure(2, &["would be replaced"]);
+    std::fs::remove_file(folder.path("texture.wav.json")).unwrap();
     assert_eq!(folder.names(), ["texture.wav", "tf.json"]);
     folder
         .run(&[

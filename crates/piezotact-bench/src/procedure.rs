@@ -242,6 +242,8 @@ pub fn excite(
             "lower its end",
         ));
     }
+    // Checked as it was asked for, then brought to what the device can play.
+    let drive = random_excitation(&config.excitation, bench.player.describe().rate)?;
     let holds = acquisition.samples_in(config.excitation.duration);
     if config.welch.hop().is_err() || config.welch.segment > holds {
         return Err(wrong(
@@ -253,8 +255,7 @@ pub fn excite(
             "2048 is usual",
         ));
     }
-    // Checked as it was asked for, then brought to what the device can play.
-    let drive = random_excitation(&config.excitation, bench.player.describe().rate)?;
+
     let limited = drive.amplified(Decibels::from_amplitude_ratio(setup.drive_limit()));
     Ok((limited, setup))
 }

@@ -15,8 +15,8 @@ use crate::open::ReadOptions;
 const TIME_NAMES: [&str; 5] = ["time", "t", "timestamp", "zeit", "temps"];
 /// Time steps that differ by less than this from the usual one are even.
 const EVEN: f64 = 0.01;
-/// A step longer than this many usual ones is a gap: rows are missing.
-const GAP: f64 = 1.5;
+/// A step that differs by more than this share from the usual one is no jitter: rows are missing.
+const GAP: f64 = 0.25;
 
 /// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
 /// channel that names no unit may come from `options` too.
@@ -186,13 +186,19 @@ fn assemble(
         .map(|at| columns.remove(at));
     let rate = match (options.rate, time) {
         (Some(stated), Some(time)) => {
-            if let Ok(found) = rate_of(path, &time, &mut Vec::new())
-                && (found.hz() / stated.hz() - 1.0).abs() > EVEN
-            {
-                doubts.push(Doubt::RateStated {
-                    stated_hz: stated.hz(),
-                    found_hz: found.hz(),
-                });
+            match rate_of(path, &time, &mut Vec::new()) {
+                Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {
+                    doubts.push(Doubt::RateStated {
+                        stated_hz: stated.hz(),
+                        found_hz: found.hz(),
+                    });
+                }
+                Ok(_) => {}
+                Err(error) => doubts.push(Doubt::Guessed {
+                    what: format!(
+                        "the time column was not believed, the stated rate was ({error})"
+                    ),
+                }),
             }
             stated
         }
@@ -285,12 +291,15 @@ fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<Sample
     let mut sorted = steps.clone();
     sorted.sort_by(f64::total_cmp);
     let usual = sorted[sorted.len() / 2];
-    if let Some(at) = steps.iter().position(|step| *step > GAP * usual) {
+    if let Some(at) = steps
+        .iter()
+        .position(|step| (step / usual - 1.0).abs() > GAP)
+    {
         return Err(ReadError::content(
             path,
             format!("`{}` to rise in steps of about {usual}", time.name),
-            format!("a gap from {} to {}", time.values[at], time.values[at + 1]),
-            "rows are missing: cut the recording there, or state --rate to read it as if it were whole",
+            format!("a step from {} to {}", time.values[at], time.values[at + 1]),
+            "rows are missing or the clock changed: cut the recording there, or state --rate to read it as if it were even",
         ));
     }
     let mean = (time.values[time.values.len() - 1] - time.values[0]) / steps.len() as f64;
@@ -383,7 +392,7 @@ mod tests {
             ("time (s),acc (g)\n0,1\n", "two rows"),
             (
                 "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",
-                "a gap from 0.2 to 0.7",
+                "a step from 0.2 to 0.7",
             ),
         ] {
             let error = read(text).unwrap_err().to_string();

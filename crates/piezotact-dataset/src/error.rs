@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use piezotact::quantity::QuantityError;
 use piezotact::recording::RecordingError;
+use piezotact::transfer::TransferError;
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +36,14 @@ pub enum ReadError {
         path: PathBuf,
         /// Why.
         source: RecordingError,
+    },
+    /// The lines make no transfer function.
+    #[error("{}: {source}", path.display())]
+    Transfer {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TransferError,
     },
     /// A number that cannot be what it was meant to be.
     #[error("{}: {source}", path.display())]

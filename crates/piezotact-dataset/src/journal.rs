@@ -73,9 +73,19 @@ pub struct EndDocument {
     /// the file shows in it.
     #[serde(default)]
     pub fingerprint: Option<u64>,
+    /// The fingerprint of the start document as it is stored.
+    #[serde(default)]
+    pub start_fingerprint: Option<u64>,
     /// What came up while recording.
     #[serde(default)]
     pub doubts: Vec<Doubt>,
+}
+
+/// The fingerprint of a text: FNV-1a over its bytes.
+pub(crate) fn fingerprint_of(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }
 
 /// A recording that is being written.
@@ -229,6 +239,7 @@ impl JournalWriter {
         let end = EndDocument {
             samples: self.samples,
             fingerprint,
+            start_fingerprint: None,
             doubts,
         };
         let batches = StreamReader::try_new(
@@ -326,10 +337,12 @@ fn write_parquet(
             source: error.into(),
         })
     };
-    let (start_text, end_text) = (
-        json(serde_json::to_string(start))?,
-        json(serde_json::to_string(end))?,
-    );
+    let start_text = json(serde_json::to_string(start))?;
+    let end = EndDocument {
+        start_fingerprint: Some(fingerprint_of(&start_text)),
+        ..end.clone()
+    };
+    let end_text = json(serde_json::to_string(&end))?;
     write_atomically(path, |out| {
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
@@ -352,7 +365,8 @@ fn write_parquet(
 }
 
 /// The journal of the recording at `path`: `NAME.part`.
-pub(crate) fn journal_path(path: &Path) -> PathBuf {
+#[must_use]
+pub fn journal_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
     name.into()

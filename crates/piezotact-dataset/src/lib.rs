@@ -16,6 +16,6 @@ pub mod wav;
 
 pub use atomic::write_atomically;
 pub use error::{ReadError, WriteError};
-pub use journal::{EndDocument, JournalWriter, StartDocument};
+pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
 pub use transfer_json::{TransferDocument, read_transfer, write_transfer};

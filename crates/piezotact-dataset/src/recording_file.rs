@@ -16,7 +16,8 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording};
 
 use crate::error::ReadError;
 use crate::journal::{
-    END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, journal_path,
+    END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, fingerprint_of,
+    journal_path,
 };
 use crate::sidecar::Rendering;
 
@@ -94,6 +95,7 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
             .and_then(|pair| pair.value.clone())
     };
     let (start, end) = (stored(START_KEY), stored(END_KEY));
+    let start_text = start.clone();
     let start = match start {
         Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
         None => foreign_start(path, builder.schema(), rate)?,
@@ -128,10 +130,15 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
     let mut recording = assemble(path, &start, samples)?;
     match end {
         Some(end) => {
-            if end.samples != recording.len()
+            let start_changed = match (&start_text, end.start_fingerprint) {
+                (Some(text), Some(stored)) => fingerprint_of(text) != stored,
+                _ => false,
+            };
+            if start_changed
+                || end.samples != recording.len()
                 || end.fingerprint.is_some_and(|stored| stored != fingerprint)
             {
-                return Err(damaged(&"its samples are not those that were recorded"));
+                return Err(damaged(&"it does not hold what was recorded"));
             }
             recording.doubts.extend(end.doubts);
         }

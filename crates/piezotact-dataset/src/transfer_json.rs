@@ -146,18 +146,14 @@ impl TransferDocument {
                 "export the transfer function on a uniform axis",
             ));
         }
-        let wrong = |error: &dyn std::fmt::Display| {
-            ReadError::content(
-                path,
-                "a transfer function",
-                error.to_string(),
-                "measure or export it again",
-            )
-        };
         let rate = match self.rate_hz {
             Some(rate) => rate,
-            None => SampleRate::new(2.0 * resolution_hz * (lines.max(2) - 1) as f64)
-                .map_err(|error| wrong(&error))?,
+            None => SampleRate::new(2.0 * resolution_hz * (lines.max(2) - 1) as f64).map_err(
+                |source| ReadError::Quantity {
+                    path: path.into(),
+                    source,
+                },
+            )?,
         };
         let response = self
             .real
@@ -173,7 +169,10 @@ impl TransferDocument {
             self.estimator,
             self.averages,
         )
-        .map_err(|error| wrong(&error))?;
+        .map_err(|source| ReadError::Transfer {
+            path: path.into(),
+            source,
+        })?;
         // What was doubted when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.doubts);
         function.doubts.clone_from(&self.doubts);

@@ -25,10 +25,13 @@ pub enum Doubt {
     },
     /// A coherence outside 0–1, which no pair of signals can have.
     ImpossibleCoherence {
-        /// The frequency in Hz.
+        /// The frequency of the worst line, Hz.
         at_hz: f64,
-        /// The value found.
+        /// The value found there.
         found: f64,
+        /// The number of such lines.
+        #[serde(default)]
+        lines: usize,
     },
     /// Few averages: the estimate scatters.
     FewAverages {
@@ -216,9 +219,9 @@ impl fmt::Display for Doubt {
                 "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz): measure longer or louder, or narrow the band",
                 percent(*share)
             ),
-            Self::ImpossibleCoherence { at_hz, found } => write!(
+            Self::ImpossibleCoherence { at_hz, found, lines } => write!(
                 f,
-                "coherence is {found:.3} at {at_hz:.1} Hz, which no pair of signals can have: do not use this line, and ask the program that exported it"
+                "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which no pair of signals can have: do not use such lines, and ask the program that exported them"
             ),
             Self::FewAverages {
                 averages,
@@ -333,12 +336,9 @@ impl fmt::Display for Doubt {
                 "{} of the band holds next to no target power and was left out of the error: narrow the band to the texture",
                 percent(*share)
             ),
-            Self::Cut {
-                compared_s,
-                target_s,
-            } => write!(
+            Self::Cut { compared_s, target_s } => write!(
                 f,
-                "only {compared_s:.2} s of the target's {target_s:.2} s are in the measurement: record until the playback has ended"
+                "target and measurement share {compared_s:.2} s of the target's {target_s:.2} s: record from before the playback until it has ended, and check that they belong together"
             ),
             Self::LevelChanged { level_db } => write!(
                 f,

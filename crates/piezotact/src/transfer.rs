@@ -374,12 +374,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             estimator,
             spectra.averages,
         )?;
-        if spectra.averages < RECOMMENDED_SEGMENTS {
-            function.doubts.push(Doubt::FewAverages {
-                averages: spectra.averages,
-                recommended: RECOMMENDED_SEGMENTS,
-            });
-        }
+
         if let Some(median_coherence) = spectra
             .driven_coherence()
             .filter(|median| *median < UNRELATED)
@@ -439,7 +434,14 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         if response.iter().all(|h| h.norm_sqr() == 0.0) {
             return Err(TransferError::Zero);
         }
-        let doubts = coherence_doubts(&coherence, resolution_hz);
+        let mut doubts = coherence_doubts(&coherence, resolution_hz);
+        // 0 stands for a number that the file does not say.
+        if averages > 0 && averages < RECOMMENDED_SEGMENTS {
+            doubts.push(Doubt::FewAverages {
+                averages,
+                recommended: RECOMMENDED_SEGMENTS,
+            });
+        }
         Ok(Self {
             response,
             coherence,
@@ -570,14 +572,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
 
 fn coherence_doubts(coherence: &[f64], resolution_hz: f64) -> Vec<Doubt> {
     let possible = -COHERENCE_ROUNDING..=1.0 + COHERENCE_ROUNDING;
-    coherence
+    let impossible: Vec<(usize, f64)> = coherence
         .iter()
+        .copied()
         .enumerate()
-        .filter(|(_, found)| !possible.contains(*found))
-        .map(|(k, found)| Doubt::ImpossibleCoherence {
-            at_hz: k as f64 * resolution_hz,
+        .filter(|(_, found)| !possible.contains(found))
+        .collect();
+    let worst = impossible
+        .iter()
+        .max_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
+    worst
+        .map(|(line, found)| Doubt::ImpossibleCoherence {
+            at_hz: *line as f64 * resolution_hz,
             found: *found,
+            lines: impossible.len(),
         })
+        .into_iter()
         .collect()
 }
 

@@ -11,7 +11,7 @@ use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
 
 use super::play::{Keeping, play};
-use super::{bench_failure, outputs, run_plan};
+use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::Characterise;
 use crate::failure::Outcome;
 use crate::output::{doubts_json, print, print_json, say_doubts};
@@ -28,10 +28,12 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         estimator: Estimator::H1,
         run: run_plan("characterise", &args.finger),
     };
-    let written: Vec<&Path> = std::iter::once(&args.out)
-        .chain(&args.record)
-        .map(PathBuf::as_path)
-        .collect();
+    let recording = args
+        .record
+        .iter()
+        .flat_map(|record| recording_files(record));
+    let written: Vec<PathBuf> = std::iter::once(args.out.clone()).chain(recording).collect();
+    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
     let done = characterise(&mut args.bench.open(), &config, args.record.as_deref())?;
     let function = &done.function;

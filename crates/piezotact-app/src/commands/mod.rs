@@ -9,14 +9,15 @@ mod spectrum;
 mod transfer;
 mod verify;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
 use piezotact_bench::{BenchError, RunPlan};
-use piezotact_dataset::{Contents, ReadOptions, read_recording};
+use piezotact_dataset::sidecar::sidecar_path;
+use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
 
 use crate::cli::{Cli, Command, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
@@ -52,30 +53,30 @@ fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
     )?)
 }
 
-/// Refuses outputs that would replace an input or each other, or that have no folder to stand in: before
-/// anything is measured that could not be kept.
+/// Refuses outputs that would replace an input, an input's sidecar, or each other, or that have no folder to
+/// stand in: before anything is measured that could not be kept.
 fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
-    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    let read: Vec<PathBuf> = inputs
+        .iter()
+        .flat_map(|input| [place(input), place(&sidecar_path(input))])
+        .collect();
     for (i, output) in outputs.iter().enumerate() {
-        if inputs
-            .iter()
-            .any(|input| place(input).is_some() && place(input) == place(output))
-        {
+        if read.contains(&place(output)) {
             return Err(usage(anyhow!(
                 "{} is read and would be replaced: give the output another name",
                 output.display()
             )));
         }
-        if outputs[..i].contains(output) {
+        if outputs[..i]
+            .iter()
+            .any(|other| place(other) == place(output))
+        {
             return Err(usage(anyhow!(
                 "{} is written twice: give each output its own name",
                 output.display()
             )));
         }
-        let folder = output
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
+        let folder = folder_of(output);
         if !folder.is_dir() {
             return Err(anyhow!(
                 "{}: expected the folder {} to be there, found none; make it",
@@ -93,6 +94,26 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
         }
     }
     Ok(())
+}
+
+/// The files that a recording called `record` takes up while it is made.
+fn recording_files(record: &Path) -> [PathBuf; 2] {
+    [record.to_owned(), journal_path(record)]
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// Where a path leads to, whatever its spelling and whether the file is there yet or not.
+fn place(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| {
+        let folder =
+            std::fs::canonicalize(folder_of(path)).unwrap_or_else(|_| folder_of(path).to_owned());
+        folder.join(path.file_name().unwrap_or_default())
+    })
 }
 
 /// The texture in a recording, in m/s²; when its scale is not known, what to do about it.

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::Drive;
 use piezotact::recording::Recording;
+use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
 use piezotact_bench::{Bench, Chunk, RunPlan};
@@ -13,13 +15,14 @@ use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
 
-use super::{bench_failure, outputs, run_plan};
+use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome};
 use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
-    outputs(&[&args.drive], &[&args.record])?;
+    let [record, journal] = recording_files(&args.record);
+    outputs(&[&args.drive], &[&record, &journal])?;
     let contents = read_recording(&args.drive, &ReadOptions::default())?;
     let named =
         |error: anyhow::Error| Failure::Data(error.context(args.drive.display().to_string()));
@@ -53,6 +56,13 @@ pub(crate) fn run(args: &Play) -> Outcome {
         what: &format!("playing {:.1} of drive", drive.duration()),
     };
     let mut recording = play(&mut bench, &drive, Some(&setup), &run, keeping)?;
+    let clipped = headroom(drive.samples(), drive.rate(), Some(&setup)).clipped_fraction;
+    if clipped > 0.0 {
+        recording.doubts.push(Doubt::Clipped {
+            what: "the drive that was played".into(),
+            fraction: clipped,
+        });
+    }
     if let Some(rendering) = &contents.rendering {
         recording.doubts.extend(
             rendering

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
 use piezotact::render::{self, Clipping, RenderConfig, RenderError, RenderedDrive, require_gain};
-use piezotact_dataset::sidecar::{Rendering, Sidecar};
+use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::json;
@@ -17,7 +17,10 @@ use crate::output::{doubts_json, headroom_text, print, print_json, say_doubts};
 use crate::report::name;
 
 pub(crate) fn run(args: &Render) -> Outcome {
-    outputs(&[&args.target, &args.transfer], &[&args.out])?;
+    outputs(
+        &[&args.target, &args.transfer],
+        &[&args.out, &sidecar_path(&args.out)],
+    )?;
     if !(-120.0..=120.0).contains(&args.level) {
         return Err(usage(anyhow!(
             "expected a level from -120 to 120 dB, found {}; 0 is the texture's own",

@@ -1,5 +1,6 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
+use anyhow::anyhow;
 use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
@@ -33,6 +34,11 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
                 .map_err(named)?;
             let drive = drive_of_potential(&potential, Volts(volts))?;
             Series::<Uncalibrated>::new(drive.into_samples(), recording.rate())?
+        }
+        Some(_) if drive_unit != Unit::FullScale => {
+            return Err(usage(anyhow!(
+                "expected the drive channel in V or FS, found {drive_unit}; state its unit in the header, or leave --volts-per-full-scale out"
+            )));
         }
         _ => drive,
     };

@@ -1,10 +1,14 @@
 //! `piezotact verify`: how close a measurement came to its target.
 
+use std::path::Path;
+
+use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::verify::{self, Measured, Verification, VerifyConfig, VerifyError, clipping};
 use piezotact_bench::procedure::DRIVE_CHANNEL;
+use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::Value;
 
@@ -58,12 +62,9 @@ pub(crate) fn run(args: &Verify) -> Outcome {
     let stated = args
         .drive
         .as_ref()
-        .map(|path| read_recording(path, &ReadOptions::default()))
+        .map(|path| rendering_of(path))
         .transpose()?;
-    let rendering = stated
-        .as_ref()
-        .and_then(|drive| drive.rendering.as_ref())
-        .or(measured.rendering.as_ref());
+    let rendering = stated.as_ref().or(measured.rendering.as_ref());
 
     let mut doubts: Vec<Doubt> = target.recording.doubts.clone();
     let mut add = |new: Vec<Doubt>| {
@@ -120,13 +121,17 @@ pub(crate) fn run(args: &Verify) -> Outcome {
     };
     let mut verification =
         verify::verify(&wanted, compared, &config).map_err(|error| match error {
-            VerifyError::BandAboveNyquist { .. } => usage(error),
+            VerifyError::BandAboveNyquist { .. } | VerifyError::NoLine { .. } => usage(error),
             _ => Failure::from(error),
         })?;
     // What clipped is said by the verification, with what was measured of it.
-    doubts.retain(
-        |doubt| !matches!(doubt, Doubt::Clipped { what, .. } if what.starts_with("the drive")),
-    );
+    let said = |what: &str| {
+        verification
+            .doubts
+            .iter()
+            .any(|doubt| matches!(doubt, Doubt::Clipped { what: other, .. } if other == what))
+    };
+    doubts.retain(|doubt| !matches!(doubt, Doubt::Clipped { what, .. } if what.starts_with("the drive") || said(what)));
     verification.doubts.splice(0..0, doubts);
     if let Some(path) = &args.report {
         let page = Page {
@@ -152,6 +157,17 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         print(&verification.verdict())?;
     }
     verdict(&verification)
+}
+
+/// How the drive in `path` was rendered.
+fn rendering_of(path: &Path) -> Outcome<Rendering> {
+    let contents = read_recording(path, &ReadOptions::default())?;
+    contents.rendering.ok_or_else(|| {
+        Failure::Data(anyhow!(
+            "{}: expected a drive that `piezotact render` wrote, with its sidecar, found none; leave --drive out, or give the drive",
+            path.display()
+        ))
+    })
 }
 
 /// Whether a verification passed, as an outcome.

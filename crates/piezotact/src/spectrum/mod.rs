@@ -405,7 +405,9 @@ pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Op
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimateError {
     /// The configuration cannot be.
-    #[error("expected {what}, found {found}")]
+    #[error(
+        "expected {what}, found {found}; a Hann window, 1024 samples and an overlap of 0.5 are usual"
+    )]
     Config {
         /// What is needed.
         what: &'static str,

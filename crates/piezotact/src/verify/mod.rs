@@ -307,14 +307,15 @@ pub fn verify<Q: Quantity>(
             share: lines.without_target as f64 / all as f64,
         });
     }
-    if compared.len() + 1 < target.samples().len() {
+    // A hundredth is what aligning costs at the ends.
+    if compared.len() * 100 < target.samples().len() * 99 {
         doubts.push(Doubt::Cut {
             compared_s: rate.duration_of(compared.len()).0,
             target_s: target.duration().0,
         });
     }
     doubts.extend(measured.clipping.doubts);
-    if waveform_correlation < 0.0 {
+    if waveform_correlation < -0.5 {
         doubts.push(Doubt::Inverted {
             correlation: waveform_correlation,
         });
@@ -322,7 +323,8 @@ pub fn verify<Q: Quantity>(
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
     let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
         && waveform_correlation >= config.limits.waveform_correlation
-        && measured.clipping.fraction <= config.limits.clipped_fraction;
+        && measured.clipping.fraction <= config.limits.clipped_fraction
+        && compared.len() * 2 >= target.samples().len();
     let mean_error_db =
         lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
     Ok(Verification {
@@ -394,6 +396,12 @@ fn errors_in_band(
         .map(|(k, (t, m))| (k as f64 * resolution_hz, *t, *m))
         .filter(|(frequency_hz, ..)| band.contains(*frequency_hz))
         .collect();
+    if lines.is_empty() {
+        return Err(VerifyError::NoLine {
+            band,
+            resolution_hz,
+        });
+    }
     let strongest = lines
         .iter()
         .fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
@@ -435,6 +443,16 @@ pub enum VerifyError {
         band: Band,
         /// Where the signals end.
         highest: Hertz,
+    },
+    /// The band falls between two lines.
+    #[error(
+        "cannot compare over {band}: it holds no line of the spectra, which have one every {resolution_hz:.2} Hz; take a wider band"
+    )]
+    NoLine {
+        /// The band.
+        band: Band,
+        /// The step between lines, Hz.
+        resolution_hz: f64,
     },
     /// Too little in common.
     #[error(
