@@ -79,7 +79,7 @@ impl Prepared {
             path: self.place.clone(),
             source: failed.error,
         })?;
-        sync_folder(&self.place);
+        // The rename reaches the disk with the folder's next flush: until then the old file is there, whole.
         Ok(())
     }
 }

@@ -251,6 +251,8 @@ impl JournalWriter {
         write_parquet(&aside, &self.start, &end, batches)?;
         let kept = keep_aside(&self.path, &aside)?;
         std::fs::rename(&aside, &self.path).map_err(WriteError::io(&self.path))?;
+        // The recording is in its place on the disk before its journal goes.
+        sync_folder(&self.path);
         std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;
         Ok(kept)
     }

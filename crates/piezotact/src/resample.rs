@@ -143,7 +143,7 @@ impl Resampler {
             + self.inputs;
         let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
         padded[self.reach..self.reach + n].copy_from_slice(samples);
-        let mut out = Vec::with_capacity(cycles * self.outputs);
+        let mut out = vec![0.0; cycles * self.outputs];
         self.simd.dispatch(Cycles {
             resampler: self,
             padded: &padded,
@@ -166,27 +166,35 @@ struct Cycles<'a> {
     resampler: &'a Resampler,
     padded: &'a [f64],
     cycles: usize,
-    out: &'a mut Vec<f64>,
+    out: &'a mut [f64],
 }
 
 impl pulp::WithSimd for Cycles<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        for cycle in 0..self.cycles {
-            for run in &self.resampler.runs {
-                let start = cycle * self.resampler.inputs + run.first;
-                let mut sums = [0.0; LANES];
-                for (x, taps) in self.padded[start..start + run.taps.len()]
-                    .iter()
-                    .zip(&run.taps)
-                {
-                    for (sum, tap) in sums.iter_mut().zip(taps) {
-                        *sum += x * tap;
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let Self {
+            resampler,
+            padded,
+            cycles,
+            out,
+        } = self;
+        // The registers that hold the lanes: two with AVX-512, four with AVX2.
+        let registers = LANES / S::F64_LANES;
+        let mut places = out.chunks_exact_mut(LANES);
+        for cycle in 0..cycles {
+            for (run, place) in resampler.runs.iter().zip(&mut places) {
+                let start = cycle * resampler.inputs + run.first;
+                let mut sums = [simd.splat_f64s(0.0); LANES];
+                for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps) {
+                    let (x, (taps, _)) = (simd.splat_f64s(*x), S::as_simd_f64s(taps));
+                    for (sum, tap) in sums[..registers].iter_mut().zip(taps) {
+                        *sum = simd.mul_add_f64s(x, *tap, *sum);
                     }
                 }
-                self.out.extend_from_slice(&sums);
+                let (place, _) = S::as_mut_simd_f64s(place);
+                place.copy_from_slice(&sums[..registers]);
             }
         }
     }
