@@ -15,7 +15,7 @@ use crate::series::Series;
 pub const REJECTION_DB: f64 = 120.0;
 
 /// Outputs that are computed side by side.
-const LANES: usize = 16;
+const LANES: usize = 32;
 /// The largest table of coefficients, in numbers (128 MB).
 const LARGEST_TABLE: usize = 1 << 24;
 
@@ -143,7 +143,7 @@ impl Resampler {
             + self.inputs;
         let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
         padded[self.reach..self.reach + n].copy_from_slice(samples);
-        let mut out = vec![0.0; cycles * self.outputs];
+        let mut out = Vec::with_capacity(cycles * self.outputs);
         self.simd.dispatch(Cycles {
             resampler: self,
             padded: &padded,
@@ -166,7 +166,7 @@ struct Cycles<'a> {
     resampler: &'a Resampler,
     padded: &'a [f64],
     cycles: usize,
-    out: &'a mut [f64],
+    out: &'a mut Vec<f64>,
 }
 
 impl pulp::WithSimd for Cycles<'_> {
@@ -180,11 +180,11 @@ impl pulp::WithSimd for Cycles<'_> {
             cycles,
             out,
         } = self;
-        // The registers that hold the lanes: two with AVX-512, four with AVX2.
+        // The registers that hold the lanes: four with AVX-512, eight with AVX2.
         let registers = LANES / S::F64_LANES;
-        let mut places = out.chunks_exact_mut(LANES);
+        let mut lanes = [0.0; LANES];
         for cycle in 0..cycles {
-            for (run, place) in resampler.runs.iter().zip(&mut places) {
+            for run in &resampler.runs {
                 let start = cycle * resampler.inputs + run.first;
                 let mut sums = [simd.splat_f64s(0.0); LANES];
                 for (x, taps) in padded[start..start + run.taps.len()].iter().zip(&run.taps) {
@@ -193,8 +193,10 @@ impl pulp::WithSimd for Cycles<'_> {
                         *sum = simd.mul_add_f64s(x, *tap, *sum);
                     }
                 }
-                let (place, _) = S::as_mut_simd_f64s(place);
-                place.copy_from_slice(&sums[..registers]);
+                S::as_mut_simd_f64s(&mut lanes)
+                    .0
+                    .copy_from_slice(&sums[..registers]);
+                out.extend_from_slice(&lanes);
             }
         }
     }
