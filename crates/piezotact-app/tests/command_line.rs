@@ -562,6 +562,23 @@ fn a_device_of_one_s_own_is_described() {
     assert!((0.1..0.25).contains(&peak), "{peak}");
     folder.run(&transfer).expect_success();
     folder.run(&render).expect_failure(1, &["found V"]);
+    // Without units it is taken as what rendering needs, and said.
+    let rows = noise(20_000).map(|v| format!("{},{}\n", 0.5 * v, 3.0 * v));
+    folder.write(
+        "bench.csv",
+        format!("drive,nail\n{}", rows.collect::<String>()),
+    );
+    folder
+        .run(&[&transfer[..], &["--rate", "5000"]].concat())
+        .expect_success();
+    let doubts = folder
+        .run(&[&render[..], &["--gain", "B3"]].concat())
+        .json()["doubts"]
+        .to_string();
+    assert!(
+        doubts.contains("names no unit") && doubts.contains("device_not_described"),
+        "{doubts}"
+    );
 }
 
 /// Reading stops early, as in `piezotact spectrum … --json | head`: no panic, no error.

@@ -98,11 +98,16 @@ impl TransferDocument {
         &self,
         path: &Path,
     ) -> Result<TransferFunction<I, O>, ReadError> {
+        let mut unstated = Vec::new();
         for (what, expected, found) in [
             ("drive", I::UNIT, &self.drive_unit),
             ("response", O::UNIT, &self.response_unit),
         ] {
-            if expected != *found {
+            if *found == Unit::Other(String::new()) {
+                unstated.push(Doubt::Guessed {
+                    what: format!("the {what} of the transfer function names no unit and is taken to be in {expected}"),
+                });
+            } else if expected != *found {
                 return Err(ReadError::content(
                     path,
                     format!("a transfer function whose {what} is in {expected}"),
@@ -180,6 +185,7 @@ impl TransferDocument {
             seen.into_iter()
                 .filter(|doubt| !self.doubts.contains(doubt)),
         );
+        function.doubts.extend(unstated);
         function.condition = self.condition.clone();
         function.drive = self.drive.clone();
         function.provenance = self.provenance.clone();

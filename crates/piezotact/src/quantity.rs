@@ -342,7 +342,7 @@ impl Unit {
             "V" => (Self::Volt, 1.0),
             "mV" => (Self::Volt, 1e-3),
             "uV" => (Self::Volt, 1e-6),
-            "FS" | "fs" | "fullscale" => (Self::FullScale, 1.0),
+            "FS" | "fs" | "fullscale" | "1" => (Self::FullScale, 1.0),
             "Pa" => (Self::Pascal, 1.0),
             "kPa" => (Self::Pascal, 1e3),
             "m" => (Self::Metre, 1.0),
