@@ -1,5 +1,7 @@
 //! Several channels taken together, with what was going on and where they come from.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
@@ -40,6 +42,25 @@ pub struct Condition {
     /// How the finger meets the surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<Touch>,
+}
+
+impl fmt::Display for Condition {
+    /// What is known, as a person says it; nothing when nothing is.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let known = [
+            self.sample
+                .as_ref()
+                .map(|sample| format!("sample {sample}")),
+            self.participant
+                .as_ref()
+                .map(|participant| format!("participant {participant}")),
+            self.load_n.map(|load| format!("load {load}")),
+            self.angle_deg.map(|angle| format!("angle {}°", angle.0)),
+            self.speed_m_s.map(|speed| format!("speed {speed} m/s")),
+        ];
+        let known: Vec<String> = known.into_iter().flatten().collect();
+        f.write_str(&known.join(", "))
+    }
 }
 
 impl Condition {

@@ -114,28 +114,11 @@ fn shown_band() -> Outcome<Band> {
 }
 
 fn condition_text(condition: &Condition) -> String {
-    let known = [
-        condition
-            .sample
-            .as_ref()
-            .map(|sample| format!("sample {sample}")),
-        condition
-            .participant
-            .as_ref()
-            .map(|participant| format!("participant {participant}")),
-        condition.load_n.map(|load| format!("load {load}")),
-        condition
-            .angle_deg
-            .map(|angle| format!("angle {}°", angle.0)),
-        condition
-            .speed_m_s
-            .map(|speed| format!("speed {speed} m/s")),
-    ];
-    let known: Vec<String> = known.into_iter().flatten().collect();
+    let known = condition.to_string();
     if known.is_empty() {
-        String::new()
+        known
     } else {
-        format!("\n  condition: {}", known.join(", "))
+        format!("\n  condition: {known}")
     }
 }
 

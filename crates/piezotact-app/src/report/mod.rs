@@ -82,23 +82,13 @@ fn bench_line(page: &Page<'_>) -> String {
         Some(BenchKind::Hardware) => "Measured on hardware.",
         None => "The measurement does not say which bench it comes from.",
     };
-    let condition = page.condition;
-    let parts = [
-        condition
-            .participant
-            .as_ref()
-            .map(|participant| format!("participant {participant}")),
-        condition.load_n.map(|load| format!("load {load}")),
-        condition
-            .angle_deg
-            .map(|angle| format!("angle {}°", angle.0)),
-        page.provenance.seed.map(|seed| format!("seed {seed}")),
-    ];
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    if parts.is_empty() {
-        kind.into()
-    } else {
-        format!("{kind} Measured with {}.", parts.join(", "))
+    let seed = page
+        .provenance
+        .seed
+        .map_or(String::new(), |seed| format!(" Seed {seed}."));
+    match page.condition.to_string() {
+        nothing if nothing.is_empty() => format!("{kind}{seed}"),
+        known => format!("{kind} Measured with {known}.{seed}"),
     }
 }
 
