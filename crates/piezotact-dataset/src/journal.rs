@@ -103,14 +103,21 @@ pub struct JournalWriter {
 pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 
-    pub(crate) fn add(&mut self, samples: &[f64]) {
+    fn add(&mut self, samples: &[f64]) {
         for sample in samples {
             self.0 = (self.0 ^ sample.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
         }
+    }
+
+    /// The fingerprint of a whole channel.
+    pub(crate) fn of(samples: &[f64]) -> Self {
+        let mut fingerprint = Self::new();
+        fingerprint.add(samples);
+        fingerprint
     }
 
     pub(crate) fn all(channels: &[Self]) -> u64 {

@@ -117,16 +117,11 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
     for batch in builder.build().map_err(|error| damaged(&error))? {
         append_columns(path, &batch.map_err(|error| damaged(&error))?, &mut samples)?;
     }
-    let fingerprint = Fingerprint::all(
-        &samples
-            .iter()
-            .map(|channel| {
-                let mut fingerprint = Fingerprint::new();
-                fingerprint.add(channel);
-                fingerprint
-            })
-            .collect::<Vec<_>>(),
-    );
+    let fingerprints: Vec<Fingerprint> = samples
+        .iter()
+        .map(|channel| Fingerprint::of(channel))
+        .collect();
+    let fingerprint = Fingerprint::all(&fingerprints);
     let mut recording = assemble(path, &start, samples)?;
     match end {
         Some(end) => {

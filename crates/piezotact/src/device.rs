@@ -178,14 +178,6 @@ impl DriveSetup {
         }
     }
 
-    /// The steepest slope that the amplifier can drive into the load, in full scales per second.
-    ///
-    /// Formula: `I_max / (C · gain · volts per full scale)`.
-    #[must_use]
-    pub fn slew_limit_per_s(&self) -> f64 {
-        self.slew_limit_v_per_s() / (self.gain.voltage_ratio() * self.volts_per_full_scale)
-    }
-
     /// The steepest slope at the actuator, V/s: `I_max / C`.
     #[must_use]
     pub fn slew_limit_v_per_s(&self) -> f64 {

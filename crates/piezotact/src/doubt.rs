@@ -303,7 +303,7 @@ impl fmt::Display for Doubt {
                 to_hz,
             } => write!(
                 f,
-                "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz; the band fits both rates, nothing in it is lost"
+                "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz: what lies above 0.45 of the lower rate is weakened, keep the band below"
             ),
             Self::RatesDiffer {
                 target_hz,

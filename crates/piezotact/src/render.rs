@@ -97,7 +97,7 @@ impl RenderConfig {
 pub struct Headroom {
     /// The largest sample of the drive as computed, full scale = 1.
     pub peak: f64,
-    /// Its root mean square over the texture.
+    /// Its root mean square, the silence before and after the texture included.
     pub rms: f64,
     /// The drive at which the first limit is reached, full scale = 1.
     pub limit: f64,
@@ -273,7 +273,7 @@ pub fn render<O: Quantity>(
 
     let band = config.inverse.band;
     let passband =
-        Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.95 * rate.nyquist().0));
+        Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.995 * rate.nyquist().0));
     let mut samples = if rate == config.output_rate {
         drive
     } else {

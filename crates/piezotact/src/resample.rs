@@ -153,12 +153,6 @@ impl Resampler {
         out.truncate(wanted);
         out
     }
-
-    /// The rate that goes in and the rate that comes out.
-    #[must_use]
-    pub fn rates(&self) -> (SampleRate, SampleRate) {
-        (self.from, self.to)
-    }
 }
 
 /// The inner loop of [`Resampler::process`], with the widest instructions that the machine has.
