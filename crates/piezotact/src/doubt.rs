@@ -191,6 +191,32 @@ pub enum Doubt {
         /// The level relative to the target, dB.
         level_db: f64,
     },
+    /// Part of a height map was not measured.
+    MissingPoints {
+        /// The share of its points, 0–1.
+        share: f64,
+    },
+    /// Points of a topography that are not evenly spaced were read as if they were.
+    UnevenSteps {
+        /// The largest departure from the mean step, as a share of it.
+        worst: f64,
+    },
+    /// A roughness parameter from less than the standard's evaluation length.
+    ShortEvaluation {
+        /// Sections of one cut-off that fit.
+        sections: usize,
+        /// The number the standard asks for.
+        asked: usize,
+        /// The cut-off in m.
+        cutoff_m: f64,
+    },
+    /// The cut-off rule did not settle on one cut-off.
+    CutoffUnsettled {
+        /// The cut-off used, m.
+        used_m: f64,
+        /// Ra with it, m.
+        ra_m: f64,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.
@@ -343,6 +369,31 @@ impl fmt::Display for Doubt {
             Self::LevelChanged { level_db } => write!(
                 f,
                 "the texture was rendered at {level_db:+.1} dB on purpose and is compared at that level: what is felt is not the recorded level"
+            ),
+            Self::MissingPoints { share } => write!(
+                f,
+                "{} of the points were not measured and are left out: parameters hold for the rest; fill or measure again where they cluster",
+                percent(*share)
+            ),
+            Self::UnevenSteps { worst } => write!(
+                f,
+                "the points are not evenly spaced (steps differ by up to {}): slopes and spacings are only that exact",
+                percent(*worst)
+            ),
+            Self::ShortEvaluation {
+                sections,
+                asked,
+                cutoff_m,
+            } => write!(
+                f,
+                "only {sections} sections of the cut-off {} mm fit, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                cutoff_m * 1e3
+            ),
+            Self::CutoffUnsettled { used_m, ra_m } => write!(
+                f,
+                "no cut-off of the standard's table fits its own Ra (with {} mm Ra is {:.4} µm): state the cut-off",
+                used_m * 1e3,
+                ra_m * 1e6
             ),
             Self::ShortSignal { segments } => write!(
                 f,

@@ -18,6 +18,7 @@ pub mod render;
 pub mod resample;
 pub mod series;
 pub mod spectrum;
+pub mod surface;
 pub mod transfer;
 pub mod verify;
 
