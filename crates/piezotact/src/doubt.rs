@@ -191,6 +191,89 @@ pub enum Doubt {
         /// The level relative to the target, dB.
         level_db: f64,
     },
+    /// No channel says where strokes are: the whole recording is taken as one.
+    NothingCut,
+    /// Nothing touches in a recording.
+    NoContact {
+        /// The largest force above the baseline, N.
+        largest_n: f64,
+        /// What a contact needs, N.
+        threshold_n: f64,
+    },
+    /// Neither vibration nor friction says whether the finger slides.
+    SlidingAssumed,
+    /// No force says whether the finger touches.
+    ContactAssumed,
+    /// The zero of a force cell drifts.
+    ForceDrift {
+        /// The lowest baseline, N.
+        from_n: f64,
+        /// The highest baseline, N.
+        to_n: f64,
+        /// What a contact needs, N.
+        threshold_n: f64,
+    },
+    /// A force that is negative in contact was taken with its sign reversed.
+    SignReversed {
+        /// The channel.
+        channel: String,
+    },
+    /// More friction than skin usually has.
+    HighFriction {
+        /// The median friction coefficient.
+        coefficient: f64,
+    },
+    /// A stroke much longer than the others: maybe two.
+    LongStroke {
+        /// Where it begins, s.
+        at_s: f64,
+        /// How many times longer than the usual one.
+        times: f64,
+    },
+    /// The speed was not what was asked for.
+    SpeedOffTarget {
+        /// The median speed of the plateaus, m/s.
+        mean_m_s: f64,
+        /// The speed asked for, m/s.
+        target_m_s: f64,
+    },
+    /// A channel that never changes.
+    DeadChannel {
+        /// The channel.
+        channel: String,
+    },
+    /// Few strokes: their average scatters.
+    FewStrokes {
+        /// What was recorded.
+        what: String,
+        /// Strokes kept.
+        kept: usize,
+        /// The number recommended.
+        recommended: usize,
+    },
+    /// Parts of a recording that looked like strokes were rejected.
+    Rejected {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+        /// The reasons and how often each.
+        reasons: String,
+    },
+    /// Most of the power lies below the band of vibration, and was not filtered out.
+    GestureKept {
+        /// The share of the power, 0–1.
+        share: f64,
+        /// Below this frequency, Hz.
+        below_hz: f64,
+    },
+    /// A person's cuts that lie outside the recording.
+    CutsNotApplied {
+        /// The file of cuts.
+        file: String,
+        /// How many.
+        count: usize,
+    },
     /// Part of a height map was not measured.
     MissingPoints {
         /// The share of its points, 0–1.
@@ -369,6 +452,62 @@ impl fmt::Display for Doubt {
             Self::LevelChanged { level_db } => write!(
                 f,
                 "the texture was rendered at {level_db:+.1} dB on purpose and is compared at that level: what is felt is not the recorded level"
+            ),
+            Self::NothingCut => f.write_str(
+                "no channel of force or speed was recorded: the whole recording is taken as one stroke; cut it with --cuts if it holds more"
+            ),
+            Self::NoContact { largest_n, threshold_n } => write!(
+                f,
+                "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N; check the force channel, or state the load with --load"
+            ),
+            Self::SlidingAssumed => f.write_str(
+                "neither vibration nor tangential force was recorded: every contact is taken as sliding; hesitations and stick-slip cannot be seen"
+            ),
+            Self::ContactAssumed => f.write_str(
+                "no normal force was recorded: the finger is taken to touch whenever the surface moves"
+            ),
+            Self::ForceDrift { from_n, to_n, threshold_n } => write!(
+                f,
+                "the zero of the normal force drifts from {from_n:.3} to {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero; let the cell warm up, or zero it between trials"
+            ),
+            Self::SignReversed { channel } => write!(
+                f,
+                "{channel} is negative in contact and was taken with its sign reversed: check the polarity"
+            ),
+            Self::HighFriction { coefficient } => write!(
+                f,
+                "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped; check which channel is normal"
+            ),
+            Self::LongStroke { at_s, times } => write!(
+                f,
+                "the stroke at {at_s:.2} s is {times:.1} times as long as the usual one: it may be two without a lift; look, and cut it with --cuts"
+            ),
+            Self::SpeedOffTarget { mean_m_s, target_m_s } => write!(
+                f,
+                "the speed was {:.2} mm/s and {:.2} mm/s was asked for: frequencies and rms belong to the speed that was reached",
+                mean_m_s * 1e3,
+                target_m_s * 1e3
+            ),
+            Self::DeadChannel { channel } => write!(
+                f,
+                "`{channel}` never changes and is not used: check its cable and its range"
+            ),
+            Self::FewStrokes { what, kept, recommended } => write!(
+                f,
+                "{what}: only {kept} strokes were kept, averages scatter; record {recommended} or more"
+            ),
+            Self::Rejected { count, of, reasons } => write!(
+                f,
+                "{count} of {of} parts that looked like strokes were rejected ({reasons}): look at them in the report, and override with --cuts"
+            ),
+            Self::GestureKept { share, below_hz } => write!(
+                f,
+                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept, as the signal is no calibrated acceleration: state --high-pass {below_hz} to filter it, or none",
+                percent(*share)
+            ),
+            Self::CutsNotApplied { file, count } => write!(
+                f,
+                "{count} cuts of {file} lie outside the recording and were not applied: check their times"
             ),
             Self::MissingPoints { share } => write!(
                 f,

@@ -11,13 +11,16 @@
 
 pub mod device;
 pub mod doubt;
+pub mod filter;
 mod fourier;
 pub mod quantity;
 pub mod recording;
 pub mod render;
 pub mod resample;
+pub mod roles;
 pub mod series;
 pub mod spectrum;
+pub mod stroke;
 pub mod surface;
 pub mod transfer;
 pub mod verify;

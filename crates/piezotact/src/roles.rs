@@ -1,0 +1,195 @@
+//! Which channel of a recording is the vibration, which the forces, which the motion.
+
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::quantity::Unit;
+use crate::recording::{Channel, Recording};
+
+/// Most vibration channels that are taken without being named: a skin of taxels has more than one.
+const MOST_CHANNELS: usize = 64;
+
+/// The part that each channel of a recording plays, by name. What is absent was not measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Roles {
+    /// What vibrates: one channel of acceleration, or all channels of a tactile skin.
+    pub vibration: Vec<String>,
+    /// The normal force, N.
+    pub normal_force: Option<String>,
+    /// The tangential forces, N: one or two.
+    pub tangential_force: Vec<String>,
+    /// How the surface or the finger moves.
+    pub motion: Option<Motion>,
+}
+
+/// The channel that says how surface and finger move against each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// A channel of speed, m/s.
+    Speed(String),
+    /// A channel of position, m.
+    Position(String),
+}
+
+impl Motion {
+    /// The channel's name.
+    #[must_use]
+    pub fn channel(&self) -> &str {
+        match self {
+            Self::Speed(name) | Self::Position(name) => name,
+        }
+    }
+}
+
+impl Roles {
+    /// The roles that the units and names of the channels speak for, and what had to be guessed.
+    ///
+    /// An acceleration vibrates; without one, every channel that is neither force, motion, drive nor proximity
+    /// does. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or
+    /// a name with "tang" are tangential, and a force alone is the normal one.
+    #[must_use]
+    pub fn guess(recording: &Recording) -> (Self, Vec<Doubt>) {
+        let mut doubts = Vec::new();
+        let channels = recording.channels();
+        let of = |unit: &Unit| -> Vec<&Channel> {
+            channels.iter().filter(|c| c.unit == *unit).collect()
+        };
+        let forces = of(&Unit::Newton);
+        let named = |channel: &Channel, words: &[&str], ends: &[&str]| {
+            let name = plain(&channel.name);
+            words.iter().any(|word| name.contains(word)) || ends.contains(&name.as_str())
+        };
+        let normal = |c: &Channel| named(c, &["normal"], &["fz", "fn", "forcez", "zforce", "f3"]);
+        let tangential = |c: &Channel| {
+            named(
+                c,
+                &["tang", "shear", "friction"],
+                &["fx", "fy", "ft", "forcex", "forcey", "forcet", "f1", "f2"],
+            )
+        };
+        let normal_force = match forces.as_slice() {
+            [only] if !tangential(only) => Some(only.name.clone()),
+            _ => forces.iter().find(|c| normal(c)).map(|c| c.name.clone()),
+        };
+        let tangential_force: Vec<String> = forces
+            .iter()
+            .filter(|c| tangential(c))
+            .map(|c| c.name.clone())
+            .take(2)
+            .collect();
+        let speed = of(&Unit::MetrePerSecond)
+            .first()
+            .map(|c| Motion::Speed(c.name.clone()));
+        let motion = speed.or_else(|| {
+            of(&Unit::Metre)
+                .first()
+                .map(|c| Motion::Position(c.name.clone()))
+        });
+        let vibration = match of(&Unit::MetrePerSecondSquared).as_slice() {
+            [] => {
+                let others: Vec<String> = channels
+                    .iter()
+                    .filter(|c| matches!(c.unit, Unit::FullScale | Unit::Volt | Unit::Other(_)))
+                    .filter(|c| {
+                        !named(
+                            c,
+                            &["prox", "drive", "trigger", "encoder"],
+                            &["index", "time"],
+                        )
+                    })
+                    .map(|c| c.name.clone())
+                    .take(MOST_CHANNELS)
+                    .collect();
+                if others.len() < channels.len() && others.len() > 1 {
+                    doubts.push(Doubt::Guessed {
+                        what: format!(
+                            "no channel is in m/s²: {} channels from `{}` to `{}` are taken as the vibration (--vibration names others)",
+                            others.len(), others[0], others[others.len() - 1]
+                        ),
+                    });
+                }
+                others
+            }
+            [only] => vec![only.name.clone()],
+            several => {
+                let chosen = several
+                    .iter()
+                    .find(|c| named(c, &["nail", "fiv"], &[]))
+                    .unwrap_or(&several[0]);
+                doubts.push(Doubt::Guessed {
+                    what: format!(
+                        "of {} accelerations `{}` is taken as the vibration (--vibration names another)",
+                        several.len(),
+                        chosen.name
+                    ),
+                });
+                vec![chosen.name.clone()]
+            }
+        };
+        let roles = Self {
+            vibration,
+            normal_force,
+            tangential_force,
+            motion,
+        };
+        (roles, doubts)
+    }
+}
+
+/// A name in small letters without anything but letters and digits.
+fn plain(name: &str) -> String {
+    name.chars()
+        .filter(|c| c.is_alphanumeric())
+        .flat_map(char::to_lowercase)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::SampleRate;
+    use crate::recording::{Condition, Provenance};
+
+    fn recording(channels: &[(&str, Unit)]) -> Recording {
+        let channels = channels
+            .iter()
+            .map(|(name, unit)| Channel {
+                name: (*name).into(),
+                unit: unit.clone(),
+                samples: vec![0.0; 4],
+            })
+            .collect();
+        let rate = SampleRate::new(5000.0).unwrap();
+        Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap()
+    }
+
+    #[test]
+    fn names_and_units_say_what_a_channel_is() {
+        let (roles, doubts) = Roles::guess(&recording(&[
+            ("nail", Unit::MetrePerSecondSquared),
+            ("Fx", Unit::Newton),
+            ("Fy", Unit::Newton),
+            ("F_z", Unit::Newton),
+            ("encoder", Unit::Metre),
+        ]));
+        assert_eq!(roles.vibration, ["nail"]);
+        assert_eq!(roles.normal_force.as_deref(), Some("F_z"));
+        assert_eq!(roles.tangential_force, ["Fx", "Fy"]);
+        assert_eq!(roles.motion, Some(Motion::Position("encoder".into())));
+        assert_eq!(doubts, []);
+    }
+
+    #[test]
+    fn a_skin_of_taxels_vibrates_without_its_proximity() {
+        let plain = || Unit::Other(String::new());
+        let (roles, doubts) = Roles::guess(&recording(&[
+            ("proximity1", plain()),
+            ("channel1", plain()),
+            ("channel2", plain()),
+        ]));
+        assert_eq!(roles.vibration, ["channel1", "channel2"]);
+        assert_eq!(doubts.len(), 1);
+        assert_eq!(roles.normal_force, None);
+    }
+}

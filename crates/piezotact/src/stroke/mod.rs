@@ -1,0 +1,418 @@
+//! Strokes: the parts of a recording in which a finger slides steadily on a surface.
+//!
+//! Active touch is cut by the normal force, passive touch by the speed of the surface; what is cut away, and why,
+//! is part of the result. Positions are samples from the start of the recording.
+
+mod contact;
+mod cuts;
+mod force;
+mod frames;
+mod sliding;
+mod speed;
+
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
+use crate::recording::{Recording, RecordingError};
+use crate::roles::{Motion, Roles};
+
+pub use cuts::{Cut, Cuts};
+pub use force::{ForceRule, segment_by_force};
+pub use speed::{SpeedRule, segment_by_speed};
+
+/// What segmentation looks at: slices of equal length at one rate.
+#[derive(Clone, Debug)]
+pub struct Signals<'a> {
+    /// The rate.
+    pub rate: SampleRate,
+    /// What vibrates, in any unit.
+    pub vibration: Option<&'a [f64]>,
+    /// The normal force, N.
+    pub normal_force_n: Option<&'a [f64]>,
+    /// The tangential forces, N.
+    pub tangential_force_n: Vec<&'a [f64]>,
+    /// Speed in m/s or position in m.
+    pub motion: Option<(&'a [f64], MotionKind)>,
+}
+
+/// What a motion channel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionKind {
+    /// Speed, m/s.
+    Speed,
+    /// Position, m.
+    Position,
+}
+
+impl<'a> Signals<'a> {
+    /// The channels of `recording` that `roles` names.
+    ///
+    /// # Errors
+    /// [`SegmentError::Channel`] when a named channel is not there, [`SegmentError::Unit`] when a force is not
+    /// in N or a motion neither in m nor in m/s.
+    pub fn of(recording: &'a Recording, roles: &Roles) -> Result<Self, SegmentError> {
+        let channel = |name: &str| {
+            recording
+                .pick(Some(name), &Unit::Newton)
+                .map_err(SegmentError::Channel)
+        };
+        let in_unit = |name: &str, unit: Unit| {
+            let channel = channel(name)?;
+            if channel.unit == unit {
+                Ok(channel.samples.as_slice())
+            } else {
+                Err(SegmentError::Unit {
+                    channel: name.into(),
+                    expected: unit,
+                    found: channel.unit.clone(),
+                })
+            }
+        };
+        let motion = match &roles.motion {
+            None => None,
+            Some(Motion::Speed(name)) => {
+                Some((in_unit(name, Unit::MetrePerSecond)?, MotionKind::Speed))
+            }
+            Some(Motion::Position(name)) => {
+                Some((in_unit(name, Unit::Metre)?, MotionKind::Position))
+            }
+        };
+        Ok(Self {
+            rate: recording.rate(),
+            vibration: match roles.vibration.first() {
+                Some(name) => Some(channel(name)?.samples.as_slice()),
+                None => None,
+            },
+            normal_force_n: match &roles.normal_force {
+                Some(name) => Some(in_unit(name, Unit::Newton)?),
+                None => None,
+            },
+            tangential_force_n: roles
+                .tangential_force
+                .iter()
+                .map(|name| in_unit(name, Unit::Newton))
+                .collect::<Result<_, _>>()?,
+            motion,
+        })
+    }
+
+    fn len(&self) -> usize {
+        [
+            self.normal_force_n,
+            self.vibration,
+            self.motion.map(|(samples, _)| samples),
+        ]
+        .into_iter()
+        .flatten()
+        .map(<[f64]>::len)
+        .next()
+        .unwrap_or(0)
+    }
+}
+
+/// A part of a recording, from sample `start` up to, not including, sample `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Interval {
+    /// The first sample.
+    pub start: usize,
+    /// One past the last sample.
+    pub end: usize,
+}
+
+impl Interval {
+    /// The number of samples.
+    #[must_use]
+    pub fn len(self) -> usize {
+        self.end.saturating_sub(self.start)
+    }
+
+    /// Whether it holds no sample.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Its samples of a channel; what lies beyond the channel is left out.
+    #[must_use]
+    pub fn of<T>(self, samples: &[T]) -> &[T] {
+        let end = self.end.min(samples.len());
+        &samples[self.start.min(end)..end]
+    }
+}
+
+/// A steady stroke, and the contact it lies in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stroke {
+    /// What is analysed: landing and take-off are cut away.
+    pub steady: Interval,
+    /// From the first touch to the last, or the whole motion where no contact was measured.
+    pub contact: Interval,
+    /// Who cut it.
+    pub cut_by: CutBy,
+}
+
+/// Who decided on a cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CutBy {
+    /// The rule of the segmentation.
+    Rule,
+    /// A person, in a file of cuts.
+    Person,
+}
+
+/// A part that looked like a stroke and is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rejected {
+    /// The contact or motion.
+    pub interval: Interval,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// Why a part of a recording is no stroke.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "reason", rename_all = "snake_case")]
+pub enum Reason {
+    /// Too little of it is steady.
+    TooShort {
+        /// The steady part, s.
+        found_s: f64,
+        /// What is needed, s.
+        needed_s: f64,
+    },
+    /// The mean normal force is not what was asked for.
+    ForceOutsideTolerance {
+        /// The mean, N.
+        mean_n: f64,
+        /// The lowest allowed, N.
+        low_n: f64,
+        /// The highest allowed, N.
+        high_n: f64,
+    },
+    /// The finger sticks and slips.
+    StickSlip {
+        /// Sudden slips.
+        slips: usize,
+        /// Their rate, Hz.
+        rate_hz: f64,
+    },
+    /// A channel stands at its limit.
+    Clipped {
+        /// The share of samples at the limit, 0–1.
+        fraction: f64,
+    },
+    /// The finger leaves the surface for moments.
+    DiscontinuousContact {
+        /// How often.
+        gaps: usize,
+    },
+    /// The finger stops on its way: a hesitation, or two strokes without a lift between them.
+    Interrupted {
+        /// How many parts slide.
+        parts: usize,
+    },
+    /// The finger touches and does not slide.
+    NoSliding,
+    /// The surface moves and nothing touches it.
+    NoContact,
+    /// The contact begins before the recording or outlasts it.
+    CutByRecording,
+    /// A person has left it out.
+    ByPerson {
+        /// The person's note.
+        note: String,
+    },
+}
+
+impl Reason {
+    /// The reason in two words, for tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::TooShort { .. } => "too short",
+            Self::ForceOutsideTolerance { .. } => "force outside tolerance",
+            Self::StickSlip { .. } => "stick-slip",
+            Self::Clipped { .. } => "clipped",
+            Self::DiscontinuousContact { .. } => "discontinuous contact",
+            Self::Interrupted { .. } => "interrupted sliding",
+            Self::NoSliding => "no sliding",
+            Self::NoContact => "no contact",
+            Self::CutByRecording => "cut by the recording's end",
+            Self::ByPerson { .. } => "left out by a person",
+        }
+    }
+}
+
+impl std::fmt::Display for Reason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())?;
+        match self {
+            Self::TooShort { found_s, needed_s } => {
+                write!(f, " ({found_s:.3} s steady, {needed_s} s needed)")
+            }
+            Self::ForceOutsideTolerance {
+                mean_n,
+                low_n,
+                high_n,
+            } => write!(f, " (mean {mean_n:.3} N, {low_n:.3}–{high_n:.3} N allowed)"),
+            Self::StickSlip { slips, rate_hz } => {
+                write!(f, " ({slips} slips, {rate_hz:.1} a second)")
+            }
+            Self::Clipped { fraction } => {
+                write!(
+                    f,
+                    " ({:.1} % of the samples at the limit)",
+                    fraction * 100.0
+                )
+            }
+            Self::DiscontinuousContact { gaps } => write!(f, " ({gaps} times off the surface)"),
+            Self::Interrupted { parts } => write!(f, " ({parts} sliding parts in one contact)"),
+            Self::ByPerson { note } if !note.is_empty() => write!(f, ": {note}"),
+            Self::NoSliding | Self::NoContact | Self::CutByRecording | Self::ByPerson { .. } => {
+                Ok(())
+            }
+        }
+    }
+}
+
+/// How a recording was cut.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "rule", rename_all = "snake_case")]
+pub enum Rule {
+    /// By the normal force.
+    Force(ForceRule),
+    /// By the speed of the surface.
+    Speed(SpeedRule),
+    /// The whole recording is one stroke.
+    Whole,
+}
+
+/// The strokes of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segmentation {
+    /// The strokes, in their order.
+    pub strokes: Vec<Stroke>,
+    /// What looked like one, in its order.
+    pub rejected: Vec<Rejected>,
+    /// How it was done.
+    pub rule: Rule,
+    /// Which channels play which part.
+    pub roles: Roles,
+    /// The file of a person's cuts that changed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cuts: Option<String>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// What to expect of a recording whose rule is not stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// The normal force that was asked for; none when it is not known.
+    pub load_n: Option<Newtons>,
+    /// The speed that was asked for, m/s.
+    pub speed_m_s: Option<f64>,
+}
+
+/// The strokes of a recording by the rule that its channels allow: by speed where one was measured, else by the
+/// normal force, else the whole of it, which is a doubt.
+///
+/// Source: the protocols of active and passive touch; see [`segment_by_force`] and [`segment_by_speed`].
+///
+/// # Errors
+/// Those of the rule that is taken.
+pub fn segment(
+    recording: &Recording,
+    roles: &Roles,
+    expected: Expected,
+) -> Result<Segmentation, SegmentError> {
+    let signals = Signals::of(recording, roles)?;
+    let mut segmentation = if signals.motion.is_some() {
+        segment_by_speed(&signals, &SpeedRule::trapezoid(expected))?
+    } else if signals.normal_force_n.is_some() {
+        segment_by_force(&signals, &ForceRule::active(expected.load_n))?
+    } else {
+        whole(&signals)?
+    };
+    segmentation.roles = roles.clone();
+    Ok(segmentation)
+}
+
+/// The whole recording as one stroke, with the doubt that nothing was cut.
+///
+/// Source: for recordings that hold nothing but the sliding, or no channel to cut by.
+///
+/// # Errors
+/// [`SegmentError::NothingToCutBy`] when there is no vibration either.
+pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
+    let all = Interval {
+        start: 0,
+        end: signals.len(),
+    };
+    if all.is_empty() {
+        return Err(SegmentError::NothingToCutBy);
+    }
+    Ok(Segmentation {
+        strokes: vec![Stroke {
+            steady: all,
+            contact: all,
+            cut_by: CutBy::Rule,
+        }],
+        rejected: Vec::new(),
+        rule: Rule::Whole,
+        roles: Roles::default(),
+        cuts: None,
+        doubts: vec![Doubt::NothingCut],
+    })
+}
+
+/// Why a recording cannot be cut into strokes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SegmentError {
+    /// A named channel is not there.
+    #[error("{0}")]
+    Channel(RecordingError),
+    /// A channel holds another quantity.
+    #[error(
+        "expected `{channel}` in {expected}, found {found}; name another channel or correct its unit"
+    )]
+    Unit {
+        /// The channel.
+        channel: String,
+        /// The unit needed.
+        expected: Unit,
+        /// Its unit.
+        found: Unit,
+    },
+    /// There is nothing to cut by.
+    #[error(
+        "expected a channel of force, speed or vibration, found none; name them with --normal-force, --speed or --vibration"
+    )]
+    NothingToCutBy,
+    /// The channel to cut by never changes.
+    #[error("expected {what} to change, found {found} all along; check the cable and the channel")]
+    Dead {
+        /// The channel's part.
+        what: &'static str,
+        /// Its value with its unit.
+        found: String,
+    },
+    /// A rule that cannot be.
+    #[error("expected {expected}, found {found}; correct the rule")]
+    Rule {
+        /// What is needed.
+        expected: &'static str,
+        /// What was found.
+        found: String,
+    },
+    /// The recording is too short to be cut.
+    #[error("expected at least {needed} to cut, found {found}; record longer")]
+    TooShort {
+        /// What is needed.
+        needed: Seconds,
+        /// What is there.
+        found: Seconds,
+    },
+}

@@ -1,0 +1,176 @@
+//! Whether a finger in contact slides, and whether it slides steadily or sticks and slips.
+
+use super::frames::{Frames, quantile, smoothed};
+
+/// The window of the short-time level of the vibration, s.
+const LEVEL_WINDOW_S: f64 = 0.02;
+/// Sliding vibrates this many times louder than a finger in the air.
+const ABOVE_FLOOR: f64 = 4.0;
+/// Sliding vibrates at least at this share of the contact's own level.
+const OF_LEVEL: f64 = 0.1;
+/// Pauses shorter than this do not interrupt sliding, s.
+const LONGEST_GAP_S: f64 = 0.08;
+/// Sliding shorter than this is a knock: what a landing leaves, s.
+const SHORTEST_RUN_S: f64 = 0.1;
+/// Within a slip the friction falls by this share of its level …
+const SLIP_DROP: f64 = 0.2;
+/// … within this time, s.
+const SLIP_TIME_S: f64 = 0.016;
+/// As many slips make stick-slip …
+const SLIPS: usize = 3;
+/// … when they follow each other at this rate or faster, Hz.
+const SLIP_RATE_HZ: f64 = 1.5;
+
+/// The short-time level of a vibration, frame by frame, which a gesture does not reach.
+pub(super) fn vibration_level(frames: Frames, vibration: &[f64]) -> Vec<f64> {
+    frames.fast_level(vibration, frames.in_time(LEVEL_WINDOW_S))
+}
+
+/// The level of a vibration while nothing touches: the 90 % quantile of the frames outside `touches`, which
+/// must be some; `None` where there are too few.
+pub(super) fn floor(frames: Frames, level: &[f64], touches: &[(usize, usize)]) -> Option<f64> {
+    let guard = frames.in_time(0.06);
+    let mut outside = Vec::new();
+    let mut from = 0;
+    for (start, end) in touches.iter().copied().chain([(level.len(), level.len())]) {
+        let to = start.saturating_sub(guard).min(level.len());
+        if from < to {
+            outside.extend(level[from..to].iter().step_by(5));
+        }
+        from = (end + guard).min(level.len());
+    }
+    (outside.len() > 20).then(|| quantile(&mut outside, 0.9))
+}
+
+/// The parts of a contact in which the vibration says that the finger slides, in frames of the contact.
+pub(super) fn sliding_parts(frames: Frames, level: &[f64], floor: f64) -> Vec<(usize, usize)> {
+    let loud = quantile(&mut level.to_vec(), 0.75);
+    let threshold = (ABOVE_FLOOR * floor).max(OF_LEVEL * loud);
+    runs(frames, level, threshold)
+}
+
+/// The parts of a contact in which the friction says that the finger slides.
+pub(super) fn sliding_by_friction(frames: Frames, ratio: &[f64]) -> Vec<(usize, usize)> {
+    let level = quantile(&mut ratio.to_vec(), 0.75);
+    runs(frames, ratio, 0.5 * level)
+}
+
+fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
+    let mut found: Vec<(usize, usize)> = Vec::new();
+    let gap = frames.in_time(LONGEST_GAP_S);
+    let mut open = None;
+    for i in 0..=values.len() {
+        let above = values.get(i).is_some_and(|value| *value > threshold);
+        match (above, open) {
+            (true, None) => open = Some(i),
+            (false, Some(start)) => {
+                match found.last_mut() {
+                    Some(last) if start - last.1 <= gap => last.1 = i,
+                    _ => found.push((start, i)),
+                }
+                open = None;
+            }
+            _ => {}
+        }
+    }
+    let shortest = frames.in_time(SHORTEST_RUN_S);
+    found.retain(|(start, end)| end - start >= shortest);
+    // The window shows an edge up to half its width too early, and less the weaker the vibration is.
+    let blur = frames.in_time(LEVEL_WINDOW_S) / 4;
+    for (start, end) in &mut found {
+        *start = if *start > 0 {
+            (*start + blur).min(*end)
+        } else {
+            0
+        };
+        *end = if *end < values.len() {
+            end.saturating_sub(blur).max(*start)
+        } else {
+            *end
+        };
+    }
+    found
+}
+
+/// Slips in a stretch of friction (tangential over normal force, frame by frame): how many, and how many a
+/// second; `None` unless they make stick-slip.
+///
+/// A slip is a fall of the friction by a fifth of its level within 16 ms: a hand cannot do that, and a cell's
+/// noise, smoothed over 6 ms, does not.
+pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(usize, f64)> {
+    let level = quantile(&mut ratio.to_vec(), 0.5);
+    let smooth = smoothed(ratio, frames.in_time(0.006));
+    let reach = frames.in_time(SLIP_TIME_S);
+    let mut slips = 0;
+    let mut i = reach;
+    while i < smooth.len() {
+        if smooth[i - reach] - smooth[i] > SLIP_DROP * level {
+            slips += 1;
+            i += 2 * reach;
+        } else {
+            i += 1;
+        }
+    }
+    enough(frames, slips, ratio.len())
+}
+
+/// Slips in a stretch of vibration where no tangential force was measured: bursts out of near silence.
+pub(super) fn stick_slip_in_vibration(frames: Frames, level: &[f64]) -> Option<(usize, f64)> {
+    let mut sorted = level.to_vec();
+    let (quiet, middle) = (quantile(&mut sorted, 0.25), quantile(&mut sorted, 0.5));
+    let loud = quantile(&mut sorted, 0.95);
+    // Noise-like vibration spreads by a factor of two in 20 ms; bursts by ten.
+    if loud < 8.0 * quiet.max(f64::MIN_POSITIVE) {
+        return None;
+    }
+    let threshold = (3.0 * middle).min(0.5 * loud);
+    let mut bursts = 0;
+    let mut armed = true;
+    for value in level {
+        if armed && *value > threshold {
+            bursts += 1;
+            armed = false;
+        } else if *value < 0.5 * threshold {
+            armed = true;
+        }
+    }
+    enough(frames, bursts, level.len())
+}
+
+fn enough(frames: Frames, slips: usize, length: usize) -> Option<(usize, f64)> {
+    let rate_hz = slips as f64 / frames.seconds(length.max(1));
+    (slips >= SLIPS && rate_hz >= SLIP_RATE_HZ).then_some((slips, rate_hz))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAMES: Frames = Frames {
+        size: 10,
+        rate_hz: 500.0,
+    };
+
+    #[test]
+    fn a_sawtooth_of_friction_is_stick_slip_and_a_wandering_one_is_not() {
+        let saw: Vec<f64> = (0..500)
+            .map(|i| 0.8 + 0.8 * (f64::from(i) / 80.0).fract())
+            .collect();
+        let (slips, rate_hz) = stick_slip_in_friction(FRAMES, &saw).unwrap();
+        assert!((5..=6).contains(&slips) && (rate_hz - 6.0).abs() < 1.5);
+        let wander: Vec<f64> = (0..500)
+            .map(|i| 0.8 + 0.4 * (f64::from(i) / 60.0).sin())
+            .collect();
+        assert_eq!(stick_slip_in_friction(FRAMES, &wander), None);
+    }
+
+    #[test]
+    fn a_knock_is_no_sliding_and_a_short_pause_no_interruption() {
+        let mut level = vec![0.01; 600];
+        level[0..20].fill(1.0);
+        level[200..400].fill(1.0);
+        level[280..300].fill(0.01);
+        let parts = sliding_parts(FRAMES, &level, 0.01);
+        assert_eq!(parts, [(202, 398)]);
+    }
+}
