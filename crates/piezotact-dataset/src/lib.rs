@@ -6,16 +6,22 @@
 
 mod atomic;
 mod csv_table;
+mod cuts_file;
 mod error;
 mod journal;
+mod naming;
 mod open;
 mod recording_file;
+mod sample_set;
 pub mod sidecar;
 mod transfer_json;
 pub mod wav;
 
 pub use atomic::write_atomically;
+pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use error::{ReadError, WriteError};
 pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
+pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
+pub use sample_set::{known_sample_sets, read_sample_set};
 pub use transfer_json::{TransferDocument, read_transfer, write_transfer};

@@ -274,6 +274,18 @@ pub enum Doubt {
         /// How many.
         count: usize,
     },
+    /// No spatial period stands out at all speeds.
+    NoCommonPeriod {
+        /// How far the strongest candidate stands above the background, dB.
+        prominence_db: f64,
+    },
+    /// A value from so few groups that it has no interval.
+    NoInterval {
+        /// What.
+        what: String,
+        /// Groups that it comes from.
+        groups: usize,
+    },
     /// Part of a height map was not measured.
     MissingPoints {
         /// The share of its points, 0–1.
@@ -508,6 +520,14 @@ impl fmt::Display for Doubt {
             Self::CutsNotApplied { file, count } => write!(
                 f,
                 "{count} cuts of {file} lie outside the recording and were not applied: check their times"
+            ),
+            Self::NoCommonPeriod { prominence_db } => write!(
+                f,
+                "no spatial period stands out at every speed (the strongest candidate by {prominence_db:.1} dB): the surface may have none, or the speeds stated are not those that were reached"
+            ),
+            Self::NoInterval { what, groups } => write!(
+                f,
+                "{what} comes from {groups} groups and has no interval: measure three or more"
             ),
             Self::MissingPoints { share } => write!(
                 f,

@@ -9,8 +9,10 @@
 //! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
 //! a result leaves open.
 
+pub mod compare;
 pub mod device;
 pub mod doubt;
+pub mod feature;
 pub mod filter;
 mod fourier;
 pub mod quantity;

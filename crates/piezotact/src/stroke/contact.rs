@@ -21,8 +21,32 @@ pub(super) struct Force {
     pub(super) level_n: Vec<f64>,
     /// The baseline, N.
     pub(super) baseline_n: Vec<f64>,
-    /// The contacts between which the baseline was taken, in frames.
-    pub(super) touches: Vec<(usize, usize)>,
+    /// The windows in which nothing touches, in frames.
+    pub(super) lifts: Vec<(usize, usize)>,
+}
+
+impl Force {
+    /// The zero of another axis of the same cell: the line through its medians in the lifts; 0 without lifts.
+    pub(super) fn zero_of(&self, means: &[f64]) -> Vec<f64> {
+        interpolated(&medians(means, &self.lifts), means.len())
+    }
+
+    /// The zeros at the middle of every lift: sample, and one value for each axis, the normal one first.
+    pub(super) fn zeros(&self, frames: Frames, tangential: &[Vec<f64>]) -> Vec<(usize, Vec<f64>)> {
+        self.lifts
+            .iter()
+            .map(|(from, to)| {
+                let at = (from + to) / 2;
+                let normal = self.baseline_n.get(at).copied().unwrap_or(0.0);
+                let others = tangential.iter().map(|means| {
+                    let (from, to) = (*from, (*to).min(means.len()));
+                    quantile(&mut means[from.min(to)..to].to_vec(), 0.5)
+                });
+                let all = std::iter::once(normal).chain(others).collect();
+                (at * frames.size, all)
+            })
+            .collect()
+    }
 }
 
 /// The smoothed force above a baseline that follows the cell's drift: the lower envelope of the force that
@@ -37,11 +61,16 @@ pub(super) fn above_baseline(
     let envelope = lower_envelope(frames, &smooth);
     let first: Vec<f64> = smooth.iter().zip(&envelope).map(|(f, b)| f - b).collect();
     let touches = events(&first, on_n, FIRST_OFF_SHARE * on_n);
-    let baseline_n = through_lifts(frames, &smooth, &touches).unwrap_or(envelope);
+    let lifts = lifts(frames, smooth.len(), &touches);
+    let baseline_n = if lifts.is_empty() {
+        envelope
+    } else {
+        interpolated(&medians(&smooth, &lifts), smooth.len())
+    };
     Force {
         level_n: smooth.iter().zip(&baseline_n).map(|(f, b)| f - b).collect(),
         baseline_n,
-        touches,
+        lifts,
     }
 }
 
@@ -78,44 +107,48 @@ fn lower_envelope(frames: Frames, smooth: &[f64]) -> Vec<f64> {
     interpolated(&points, smooth.len())
 }
 
-/// The line through the median force of every lift; `None` without lifts.
-pub(super) fn through_lifts(
-    frames: Frames,
-    smooth: &[f64],
-    touches: &[(usize, usize)],
-) -> Option<Vec<f64>> {
+/// The windows, in frames, in which nothing touches: every lift without its edges, in pieces of a second at most,
+/// since a zero can bend in a long one.
+fn lifts(frames: Frames, length: usize, touches: &[(usize, usize)]) -> Vec<(usize, usize)> {
     let guard = frames.in_time(GUARD_S);
     let shortest = frames.in_time(0.1);
+    let longest = frames.in_time(1.0);
     let mut edges = vec![0];
     for (start, end) in touches {
         edges.extend([*start, *end]);
     }
-    edges.push(smooth.len());
-    let mut points = Vec::new();
-    // A long lift is more than one point, since a baseline can bend in it.
-    let longest = frames.in_time(1.0);
+    edges.push(length);
+    let mut windows = Vec::new();
     for lift in edges.chunks_exact(2) {
-        let from = lift[0] + if lift[0] > 0 { guard } else { 0 };
-        let to = lift[1]
-            - if lift[1] < smooth.len() {
-                guard.min(lift[1])
-            } else {
-                0
-            };
+        let from = if lift[0] > 0 { lift[0] + guard } else { 0 };
+        let to = if lift[1] < length {
+            lift[1].saturating_sub(guard)
+        } else {
+            length
+        };
         if to < from + shortest {
             continue;
         }
         let parts = (to - from).div_ceil(longest);
-        for part in 0..parts {
-            let (a, b) = (
+        windows.extend((0..parts).map(|part| {
+            (
                 from + (to - from) * part / parts,
                 from + (to - from) * (part + 1) / parts,
-            );
-            let median = quantile(&mut smooth[a..b].to_vec(), 0.5);
-            points.push(((a + b) / 2, median));
-        }
+            )
+        }));
     }
-    (!points.is_empty()).then(|| interpolated(&points, smooth.len()))
+    windows
+}
+
+/// The median of `means` in every window, at its middle.
+fn medians(means: &[f64], windows: &[(usize, usize)]) -> Vec<(usize, f64)> {
+    windows
+        .iter()
+        .map(|(from, to)| {
+            let median = quantile(&mut means[*from..*to].to_vec(), 0.5);
+            ((from + to) / 2, median)
+        })
+        .collect()
 }
 
 /// Straight lines between points, level before the first and after the last.

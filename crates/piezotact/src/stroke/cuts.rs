@@ -118,6 +118,7 @@ mod tests {
             }],
             rule: Rule::Whole,
             roles: Roles::default(),
+            force_zeros: None,
             cuts: None,
             doubts: Vec::new(),
         };

@@ -2,13 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Force, above_baseline, events, through_lifts};
+use super::contact::{Force, above_baseline, events};
 use super::frames::{Frames, quantile};
 use super::sliding::{
     floor, sliding_by_friction, sliding_parts, stick_slip_in_friction, stick_slip_in_vibration,
     vibration_level,
 };
-use super::{CutBy, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals, Stroke};
+use super::{
+    CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
+    Stroke,
+};
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, Seconds};
 use crate::roles::Roles;
@@ -129,7 +132,7 @@ pub fn segment_by_force(
     }
     let frames = Frames::at(signals.rate);
     let mut doubts = Vec::new();
-    let force = oriented(frames.means(normal_n), &mut doubts)?;
+    let (force, sign) = oriented(frames.means(normal_n), &mut doubts)?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
     let force = above_baseline(frames, &force, smoothing, rule.on_n.0);
     drift_doubt(rule, &force.baseline_n, &mut doubts);
@@ -138,6 +141,11 @@ pub fn segment_by_force(
     let level = signals
         .vibration
         .map(|vibration| vibration_level(frames, vibration));
+    let tangential: Vec<Vec<f64>> = signals
+        .tangential_force_n
+        .iter()
+        .map(|axis| frames.means(axis))
+        .collect();
     let cutter = Cutter {
         signals,
         rule,
@@ -147,7 +155,7 @@ pub fn segment_by_force(
             .as_ref()
             .and_then(|level| floor(frames, level, &touches)),
         vibration: level,
-        friction: friction(signals, frames, &force),
+        friction: friction(&tangential, &force),
     };
     let mut strokes = Vec::new();
     let mut rejected = Vec::new();
@@ -167,13 +175,17 @@ pub fn segment_by_force(
         rejected,
         rule: Rule::Force(rule.clone()),
         roles: Roles::default(),
+        force_zeros: Some(ForceZeros {
+            sign,
+            zeros: force.zeros(frames, &tangential),
+        }),
         cuts: None,
         doubts,
     })
 }
 
-/// The force with contact upwards.
-fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<Vec<f64>, SegmentError> {
+/// The force with contact upwards, and the sign that this took.
+fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f64), SegmentError> {
     let mut sorted = force.clone();
     let low = quantile(&mut sorted, 0.0);
     let high = quantile(&mut sorted, 1.0);
@@ -184,8 +196,8 @@ fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<Vec<f64>, Se
         });
     }
     // Contact is the rarer or the smaller half of the time: the rest level is where most lifts lie.
-    let reach = |q: f64, sorted: &mut Vec<f64>| quantile(sorted, q);
-    let (bottom, top) = (reach(0.02, &mut sorted), reach(0.98, &mut sorted));
+    let bottom = quantile(&mut sorted, 0.02);
+    let top = quantile(&mut sorted, 0.98);
     if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
         for value in &mut force {
             *value = -*value;
@@ -193,8 +205,9 @@ fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<Vec<f64>, Se
         doubts.push(Doubt::SignReversed {
             channel: "the normal force".into(),
         });
+        return Ok((force, -1.0));
     }
-    Ok(force)
+    Ok((force, 1.0))
 }
 
 fn drift_doubt(rule: &ForceRule, baseline_n: &[f64], doubts: &mut Vec<Doubt>) {
@@ -209,19 +222,15 @@ fn drift_doubt(rule: &ForceRule, baseline_n: &[f64], doubts: &mut Vec<Doubt>) {
     }
 }
 
-/// Tangential over normal force, frame by frame, 0 where nothing touches; `None` without tangential forces. A
-/// tangential cell drifts too: its zero is the line through its own lifts.
-fn friction(signals: &Signals<'_>, frames: Frames, force: &Force) -> Option<Vec<f64>> {
+/// Tangential over normal force, frame by frame, 0 where nothing touches; `None` without tangential forces.
+fn friction(axes: &[Vec<f64>], force: &Force) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; force.level_n.len()];
-    let axes = signals.tangential_force_n.as_slice();
     if axes.is_empty() {
         return None;
     }
-    for axis in axes {
-        let means = frames.means(axis);
-        let zero =
-            through_lifts(frames, &means, &force.touches).unwrap_or_else(|| vec![0.0; means.len()]);
-        for ((square, value), zero) in squares.iter_mut().zip(&means).zip(&zero) {
+    for means in axes {
+        let zero = force.zero_of(means);
+        for ((square, value), zero) in squares.iter_mut().zip(means).zip(&zero) {
             *square += (value - zero) * (value - zero);
         }
     }

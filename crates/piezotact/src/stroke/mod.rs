@@ -19,6 +19,7 @@ use crate::roles::{Motion, Roles};
 
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, segment_by_force};
+pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 
 /// What segmentation looks at: slices of equal length at one rate.
@@ -300,11 +301,43 @@ pub struct Segmentation {
     pub rule: Rule,
     /// Which channels play which part.
     pub roles: Roles,
+    /// The zeros of the forces; absent where they were not found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_zeros: Option<ForceZeros>,
     /// The file of a person's cuts that changed it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<String>,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
+}
+
+/// The drifting zeros of a force cell, as seen while nothing touched.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceZeros {
+    /// What the normal force is multiplied by to be positive in contact: 1 or −1.
+    pub sign: f64,
+    /// Sample, and the zero of every axis there in N: the normal one (after the sign), then the tangential ones.
+    pub zeros: Vec<(usize, Vec<f64>)>,
+}
+
+impl ForceZeros {
+    /// The zero of axis `axis` (0 is the normal one) at sample `at`, N: on the line between the lifts around it.
+    #[must_use]
+    pub fn at(&self, axis: usize, at: usize) -> f64 {
+        let value = |(_, axes): &(usize, Vec<f64>)| axes.get(axis).copied().unwrap_or(0.0);
+        let next = self.zeros.partition_point(|(sample, _)| *sample <= at);
+        match (
+            next.checked_sub(1).and_then(|i| self.zeros.get(i)),
+            self.zeros.get(next),
+        ) {
+            (Some(a), Some(b)) => {
+                let share = (at - a.0) as f64 / (b.0 - a.0).max(1) as f64;
+                value(a) + share * (value(b) - value(a))
+            }
+            (Some(only), None) | (None, Some(only)) => value(only),
+            (None, None) => 0.0,
+        }
+    }
 }
 
 /// What to expect of a recording whose rule is not stated.
@@ -363,6 +396,7 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
         rejected: Vec::new(),
         rule: Rule::Whole,
         roles: Roles::default(),
+        force_zeros: None,
         cuts: None,
         doubts: vec![Doubt::NothingCut],
     })

@@ -9,7 +9,7 @@ use super::{
     Signals, Stroke,
 };
 use crate::doubt::Doubt;
-use crate::quantity::{Newtons, Seconds};
+use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::verify::flat_top_fraction;
 
@@ -36,7 +36,7 @@ impl SpeedRule {
     #[must_use]
     pub fn trapezoid(expected: Expected) -> Self {
         Self {
-            smoothing_s: Seconds(0.02),
+            smoothing_s: Seconds(SMOOTHING_S),
             tolerance_share: 0.05,
             rest_share: 0.2,
             shortest_s: Seconds(0.3),
@@ -46,6 +46,8 @@ impl SpeedRule {
     }
 }
 
+/// Speeds are smoothed over this time unless stated, s.
+const SMOOTHING_S: f64 = 0.02;
 /// A plateau this far from the speed asked for is a doubt.
 const OFF_SPEED: f64 = 0.1;
 
@@ -152,6 +154,7 @@ pub fn segment_by_speed(
         rejected,
         rule: Rule::Speed(rule.clone()),
         roles: Roles::default(),
+        force_zeros: None,
         cuts: None,
         doubts,
     })
@@ -164,13 +167,23 @@ fn samples(frames: Frames, from: usize, to: usize) -> Interval {
     }
 }
 
-/// The smoothed speed frame by frame, m/s.
-pub(super) fn speed_m_s(
-    frames: Frames,
+/// The magnitude of the speed within `steady`, m/s, frame by frame.
+pub(crate) fn stroke_speed_m_s(
+    rate: SampleRate,
     motion: &[f64],
     kind: MotionKind,
-    smoothing_s: f64,
+    steady: Interval,
 ) -> Vec<f64> {
+    let frames = Frames::at(rate);
+    let mut speed = speed_m_s(frames, steady.of(motion), kind, SMOOTHING_S);
+    for value in &mut speed {
+        *value = value.abs();
+    }
+    speed
+}
+
+/// The smoothed speed frame by frame, m/s.
+fn speed_m_s(frames: Frames, motion: &[f64], kind: MotionKind, smoothing_s: f64) -> Vec<f64> {
     let width = frames.in_time(smoothing_s);
     let means = frames.means(motion);
     match kind {

@@ -3,7 +3,11 @@
 //! Heights and steps are in m. A point that the instrument could not measure is NaN in a height map and
 //! nothing else is; a profile has no such points.
 
+mod samples;
+
 use serde::{Deserialize, Serialize};
+
+pub use samples::{Judgement, SampleSet, SurfaceSample};
 
 /// Heights on a regular grid: `rows` × `columns` values, row by row, in m. NaN where nothing was measured.
 #[derive(Clone, Debug, PartialEq)]

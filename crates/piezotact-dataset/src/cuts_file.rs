@@ -1,0 +1,150 @@
+//! A person's cuts as text: one line each, seconds from the start of the recording.
+//!
+//! ```text
+//! # what the rule found stays unless a line says otherwise
+//! stroke 1.20 2.35
+//! leave-out 4.10 5.00 the participant sneezed
+//! ```
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::stroke::{Cut, Cuts, Segmentation};
+
+use crate::error::ReadError;
+
+/// Where the cuts of a recording are looked for without being asked: beside it, with `.cuts` after its name.
+#[must_use]
+pub fn cuts_path(recording: &Path) -> PathBuf {
+    let mut name = recording.as_os_str().to_owned();
+    name.push(".cuts");
+    name.into()
+}
+
+/// The cuts in a text file.
+///
+/// # Errors
+/// [`ReadError`] naming the file and the line, what was expected and what was found.
+pub fn read_cuts(path: &Path) -> Result<Cuts, ReadError> {
+    let text = std::fs::read_to_string(path).map_err(|error| ReadError::io(path, &error))?;
+    parse(path, &text)
+}
+
+fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
+    let mut cuts = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let wrong = || {
+            ReadError::content(
+                path,
+                "`stroke FROM TO` or `leave-out FROM TO why`, times in s with FROM before TO",
+                format!("`{line}` in line {}", i + 1),
+                "correct that line, or begin it with # to leave it out",
+            )
+        };
+        let mut words = line.splitn(4, char::is_whitespace);
+        let act = words.next().ok_or_else(wrong)?;
+        let mut time = || -> Option<f64> {
+            let seconds: f64 = words.next()?.parse().ok()?;
+            (seconds.is_finite() && seconds >= 0.0).then_some(seconds)
+        };
+        let (Some(from), Some(to)) = (time(), time()) else {
+            return Err(wrong());
+        };
+        if from >= to {
+            return Err(wrong());
+        }
+        let (from_s, to_s) = (Seconds(from), Seconds(to));
+        let note = words.next().unwrap_or("").trim().to_owned();
+        cuts.push(match act {
+            "stroke" => Cut::Stroke { from_s, to_s },
+            "leave-out" => Cut::LeaveOut { from_s, to_s, note },
+            _ => return Err(wrong()),
+        });
+    }
+    Ok(Cuts {
+        source: path.display().to_string(),
+        cuts,
+    })
+}
+
+/// The strokes and rejects of a segmentation as a file of cuts to be edited: strokes as they are, rejects as
+/// remarks with their reason.
+#[must_use]
+pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate) -> String {
+    let seconds = |sample: usize| rate.duration_of(sample).0;
+    let mut lines: Vec<(usize, String)> = segmentation
+        .strokes
+        .iter()
+        .map(|stroke| {
+            let (from, to) = (stroke.steady.start, stroke.steady.end);
+            (
+                from,
+                format!("stroke {:.4} {:.4}", seconds(from), seconds(to)),
+            )
+        })
+        .collect();
+    lines.extend(segmentation.rejected.iter().map(|rejected| {
+        let (from, to) = (rejected.interval.start, rejected.interval.end);
+        (
+            from,
+            format!(
+                "# rejected {:.4} {:.4} {}",
+                seconds(from),
+                seconds(to),
+                rejected.reason
+            ),
+        )
+    }));
+    lines.sort();
+    let mut text = String::from(
+        "# Times in s. A `stroke FROM TO` takes the place of what the rule found there;\n# `leave-out FROM TO why` leaves out every stroke that it meets.\n",
+    );
+    for (_, line) in lines {
+        let _never_fails = writeln!(text, "{line}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_are_read_line_by_line() {
+        let cuts = parse(
+            Path::new("c"),
+            "# remark\n\nstroke 1.2 2.5\nleave-out 4 5 a sneeze, loud\n",
+        )
+        .unwrap();
+        assert_eq!(
+            cuts.cuts,
+            [
+                Cut::Stroke {
+                    from_s: Seconds(1.2),
+                    to_s: Seconds(2.5)
+                },
+                Cut::LeaveOut {
+                    from_s: Seconds(4.0),
+                    to_s: Seconds(5.0),
+                    note: "a sneeze, loud".into()
+                }
+            ]
+        );
+        for bad in [
+            "stroke 1",
+            "stroke 2 1",
+            "stroke a 2",
+            "cut 1 2",
+            "stroke -1 2",
+            "stroke nan 2",
+        ] {
+            let error = parse(Path::new("c"), bad).unwrap_err().to_string();
+            assert!(error.contains("line 1"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Conditions that stand in the names of files: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::str::FromStr;
+
+use piezotact::Doubt;
+use piezotact::quantity::{Degrees, Newtons, Unit};
+use piezotact::recording::{Condition, Touch};
+
+/// The patterns that are tried when none is given: those of public collections, strict enough to fit nothing else.
+const KNOWN: [(&str, &str); 2] = [
+    (
+        "FabricSlide",
+        "Board{board:mm}mm_F{force}_V-{speed:mm/s}mmps_{repeat}",
+    ),
+    (
+        "Cluster Haptic Texture",
+        "{sample:#}_{direction:°}_{speed:mm/s}_{load:mN}_{repeat:#}",
+    ),
+];
+
+/// How names say conditions: text that stands as it is, and fields in braces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamePattern {
+    text: String,
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Part {
+    Literal(String),
+    Field { name: String, unit: String },
+}
+
+/// What a name says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Naming {
+    /// The fields that a condition knows.
+    pub condition: Condition,
+    /// All other fields, and all fields as they were written.
+    pub labels: BTreeMap<String, String>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// A pattern that cannot be, or a name that does not fit it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NamingError {
+    /// The pattern cannot be.
+    #[error(
+        "expected a pattern such as '{{sample}}_F{{load:N}}_V{{speed:mm/s}}_{{repeat}}', found `{pattern}` ({why}); correct it"
+    )]
+    Pattern {
+        /// The pattern.
+        pattern: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A name does not fit.
+    #[error(
+        "expected a name like `{pattern}`, found `{name}`; rename the file or give another --meta"
+    )]
+    Name {
+        /// The pattern.
+        pattern: String,
+        /// The name.
+        name: String,
+    },
+    /// A field holds no number.
+    #[error(
+        "expected a number for {{{field}}} in `{name}`, found `{found}`; rename the file or give another --meta"
+    )]
+    Number {
+        /// The field.
+        field: String,
+        /// The name.
+        name: String,
+        /// What stands there.
+        found: String,
+    },
+}
+
+impl FromStr for NamePattern {
+    type Err = NamingError;
+
+    fn from_str(text: &str) -> Result<Self, NamingError> {
+        let wrong = |why: &str| NamingError::Pattern {
+            pattern: text.into(),
+            why: why.into(),
+        };
+        let mut parts: Vec<Part> = Vec::new();
+        let mut rest = text;
+        while !rest.is_empty() {
+            let Some(open) = rest.find('{') else {
+                parts.push(Part::Literal(rest.into()));
+                break;
+            };
+            if open > 0 {
+                parts.push(Part::Literal(rest[..open].into()));
+            } else if matches!(parts.last(), Some(Part::Field { .. })) {
+                return Err(wrong("two fields with nothing between them"));
+            }
+            let close = rest.find('}').filter(|close| *close > open);
+            let close = close.ok_or_else(|| wrong("a brace that is not closed"))?;
+            let (name, unit) = match rest[open + 1..close].split_once(':') {
+                Some((name, unit)) => (name.trim(), unit.trim()),
+                None => (rest[open + 1..close].trim(), ""),
+            };
+            if name.is_empty() {
+                return Err(wrong("a field without a name"));
+            }
+            let known = |unit: &str| match name {
+                "load" => Unit::parse(unit).0 == Unit::Newton,
+                "speed" => Unit::parse(unit).0 == Unit::MetrePerSecond,
+                "angle" => ["°", "deg"].contains(&unit),
+                _ => true,
+            };
+            if !unit.is_empty() && !known(unit) {
+                return Err(wrong(&format!("`{unit}` is no unit of {name}")));
+            }
+            let twice = parts
+                .iter()
+                .any(|part| matches!(part, Part::Field { name: other, .. } if other == name));
+            if twice {
+                return Err(wrong(&format!("`{name}` twice")));
+            }
+            parts.push(Part::Field {
+                name: name.into(),
+                unit: unit.into(),
+            });
+            rest = &rest[close + 1..];
+        }
+        if !parts.iter().any(|part| matches!(part, Part::Field { .. })) {
+            return Err(wrong("no field"));
+        }
+        Ok(Self {
+            text: text.into(),
+            parts,
+        })
+    }
+}
+
+impl NamePattern {
+    /// What the name of `path`, without folder and extension, says.
+    ///
+    /// # Errors
+    /// [`NamingError::Name`] when it does not fit, [`NamingError::Number`] when a load, speed or angle is none.
+    pub fn read(&self, path: &Path) -> Result<Naming, NamingError> {
+        let name = stem(path);
+        let mut labels = Vec::new();
+        if !fits(&self.parts, &name, &mut labels) {
+            return Err(NamingError::Name {
+                pattern: self.text.clone(),
+                name,
+            });
+        }
+        let mut naming = Naming::default();
+        for (field, unit, text) in labels {
+            let number = || {
+                let value = text
+                    .parse::<f64>()
+                    .ok()
+                    .filter(|v| v.is_finite() && *v >= 0.0);
+                value.ok_or_else(|| NamingError::Number {
+                    field: field.clone(),
+                    name: name.clone(),
+                    found: text.clone(),
+                })
+            };
+            let condition = &mut naming.condition;
+            match field.as_str() {
+                "sample" => condition.sample = Some(text.clone()),
+                "participant" => condition.participant = Some(text.clone()),
+                "touch" => condition.touch = touch(&text),
+                "load" | "speed" | "angle" if unit.is_empty() => {
+                    naming.doubts.push(Doubt::Guessed {
+                        what: format!(
+                            "{{{field}}} in the name's pattern has no unit, and `{text}` is kept as a label only (write {{{field}:{}}})",
+                            match field.as_str() {
+                                "load" => "N",
+                                "speed" => "mm/s",
+                                _ => "°",
+                            }
+                        ),
+                    });
+                }
+                "load" => condition.load_n = Some(Newtons(number()? * Unit::parse(&unit).1)),
+                "speed" => condition.speed_m_s = Some(number()? * Unit::parse(&unit).1),
+                "angle" => condition.angle_deg = Some(Degrees(number()?)),
+                "board" => condition.sample = Some(format!("Board{text}mm")),
+                _ => {}
+            }
+            naming.labels.insert(field, text);
+        }
+        Ok(naming)
+    }
+}
+
+/// What a name says by the patterns of public collections; nothing where none fits.
+#[must_use]
+pub fn known_naming(path: &Path) -> Naming {
+    KNOWN
+        .iter()
+        .filter_map(|(_, pattern)| pattern.parse::<NamePattern>().ok())
+        .find_map(|pattern| pattern.read(path).ok())
+        .unwrap_or_default()
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+fn touch(text: &str) -> Option<Touch> {
+    match text.to_lowercase().as_str() {
+        "active" => Some(Touch::Active),
+        "passive" => Some(Touch::Passive),
+        "resting" => Some(Touch::Resting),
+        _ => None,
+    }
+}
+
+/// Whether `text` fits `parts` from the first on; what the fields hold is added to `found`. A field is as short as
+/// the literal after it allows, and one with a unit holds a number.
+fn fits(parts: &[Part], text: &str, found: &mut Vec<(String, String, String)>) -> bool {
+    let Some((part, rest)) = parts.split_first() else {
+        return text.is_empty();
+    };
+    match part {
+        Part::Literal(literal) => text
+            .strip_prefix(literal.as_str())
+            .is_some_and(|text| fits(rest, text, found)),
+        Part::Field { name, unit } => {
+            let ends: Vec<usize> = text
+                .char_indices()
+                .map(|(i, c)| i + c.len_utf8())
+                .filter(|end| unit.is_empty() || is_number(&text[..*end]))
+                .collect();
+            for end in ends {
+                let before = found.len();
+                found.push((name.clone(), unit.clone(), text[..end].into()));
+                if fits(rest, &text[end..], found) {
+                    return true;
+                }
+                found.truncate(before);
+            }
+            false
+        }
+    }
+}
+
+fn is_number(text: &str) -> bool {
+    text.bytes().all(|b| b.is_ascii_digit() || b == b'.') && text.parse::<f64>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_conditions() {
+        let pattern: NamePattern = "{sample}_F{load:mN}_V-{speed:mm/s}mmps_{repeat}"
+            .parse()
+            .unwrap();
+        let naming = pattern
+            .read(Path::new("x/Board_2mm_F135_V-10mmps_0.csv"))
+            .unwrap();
+        assert_eq!(naming.condition.sample.as_deref(), Some("Board_2mm"));
+        assert!((naming.condition.load_n.unwrap().0 - 0.135).abs() < 1e-12);
+        assert!((naming.condition.speed_m_s.unwrap() - 0.01).abs() < 1e-12);
+        assert_eq!(naming.labels["repeat"], "0");
+        assert!(pattern.read(Path::new("x.csv")).is_err());
+        let loose: NamePattern = "{sample}_F{load}".parse().unwrap();
+        let naming = loose.read(Path::new("S1_F135")).unwrap();
+        assert_eq!((naming.condition.load_n, naming.doubts.len()), (None, 1));
+    }
+
+    #[test]
+    fn public_collections_are_known() {
+        let fabric = known_naming(Path::new("Board2mm_F135_V-5mmps_0.csv"));
+        assert_eq!(fabric.condition.sample.as_deref(), Some("Board2mm"));
+        assert_eq!(fabric.condition.speed_m_s, Some(0.005));
+        assert_eq!(fabric.condition.load_n, None);
+        let cluster = known_naming(Path::new("0_135_40_500_1.csv"));
+        assert_eq!(cluster.condition.load_n, Some(Newtons(0.5)));
+        assert_eq!(cluster.condition.speed_m_s, Some(0.04));
+        assert_eq!(cluster.labels["direction"], "135");
+        assert_eq!(known_naming(Path::new("text3_v1.wav")), Naming::default());
+        assert_eq!(known_naming(Path::new("")), Naming::default());
+    }
+
+    #[test]
+    fn patterns_that_cannot_be_say_why() {
+        for (bad, why) in [
+            ("plain", "no field"),
+            ("{sample", "not closed"),
+            ("{sample}{speed:mm/s}", "nothing between"),
+            ("{speed:N}", "no unit of speed"),
+            ("{}", "without a name"),
+            ("{a}_{a}", "twice"),
+        ] {
+            let error = bad.parse::<NamePattern>().unwrap_err().to_string();
+            assert!(error.contains(why), "{bad}: {error}");
+        }
+    }
+}

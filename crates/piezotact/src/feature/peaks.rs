@@ -1,0 +1,134 @@
+//! Peaks of a spectrum above its own background, and which of them are harmonics of one another.
+
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::Band;
+
+/// A peak stands out by at least this, dB.
+const PROMINENT_DB: f64 = 6.0;
+/// Most peaks that are kept.
+const MOST: usize = 8;
+/// The background is the median over this ratio of frequencies below and above.
+const BACKGROUND_RATIO: f64 = 1.5;
+/// A harmonic lies this close to a multiple, as a share of it, or within one line.
+const HARMONIC: f64 = 0.03;
+
+/// A peak of a power spectral density.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    /// Where it is, Hz, between lines by a parabola through the three highest in dB.
+    pub frequency_hz: f64,
+    /// Its value, unit²/Hz.
+    pub density: f64,
+    /// How far it stands above the background, dB.
+    pub prominence_db: f64,
+    /// Which multiple of a lower peak it is; 1 when it is none.
+    pub harmonic: usize,
+}
+
+/// The peaks of a one-sided PSD with lines `resolution_hz` apart from 0 Hz, within `band`: at most eight, the
+/// strongest in density first, each at least 6 dB above the median of the lines around it.
+///
+/// Source: local maxima over a running median on a logarithmic frequency axis; the parabola in dB after
+/// J. O. Smith, *Spectral Audio Signal Processing* (2011), "Quadratic interpolation of spectral peaks".
+#[must_use]
+pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
+    let level_db: Vec<f64> = psd
+        .iter()
+        .map(|p| 10.0 * p.max(f64::MIN_POSITIVE).log10())
+        .collect();
+    let background = background(&level_db);
+    let mut found: Vec<Peak> = (2..psd.len().saturating_sub(1))
+        .filter(|&k| level_db[k] >= level_db[k - 1] && level_db[k] > level_db[k + 1])
+        .filter(|&k| band.contains(k as f64 * resolution_hz))
+        .filter(|&k| level_db[k] - background[k] >= PROMINENT_DB)
+        .map(|k| Peak {
+            frequency_hz: (k as f64 + vertex(level_db[k - 1], level_db[k], level_db[k + 1]))
+                * resolution_hz,
+            density: psd[k],
+            prominence_db: level_db[k] - background[k],
+            harmonic: 1,
+        })
+        .collect();
+    found.sort_by(|a, b| b.density.total_cmp(&a.density));
+    found.truncate(MOST);
+    let fundamentals: Vec<f64> = found.iter().map(|peak| peak.frequency_hz).collect();
+    for peak in &mut found {
+        let lower = fundamentals
+            .iter()
+            .filter(|f| **f < 0.75 * peak.frequency_hz)
+            .copied()
+            .min_by(f64::total_cmp);
+        if let Some(fundamental_hz) = lower {
+            let order = (peak.frequency_hz / fundamental_hz).round();
+            let off_hz = (peak.frequency_hz - order * fundamental_hz).abs();
+            if off_hz <= (HARMONIC * peak.frequency_hz).max(resolution_hz) {
+                peak.harmonic = order as usize;
+            }
+        }
+    }
+    found
+}
+
+/// Where a parabola through three neighbours has its top, in lines from the middle one, −0.5–0.5.
+fn vertex(before: f64, top: f64, after: f64) -> f64 {
+    let bend = before - 2.0 * top + after;
+    if bend.abs() < f64::EPSILON {
+        0.0
+    } else {
+        (0.5 * (before - after) / bend).clamp(-0.5, 0.5)
+    }
+}
+
+/// The median over the lines within a ratio of 1.5 below and above each line, at least three on each side.
+fn background(level_db: &[f64]) -> Vec<f64> {
+    let mut window = Vec::new();
+    (0..level_db.len())
+        .map(|k| {
+            let from = ((k as f64 / BACKGROUND_RATIO) as usize)
+                .min(k.saturating_sub(3))
+                .max(1);
+            let to = ((k as f64 * BACKGROUND_RATIO) as usize + 1)
+                .max(k + 4)
+                .min(level_db.len());
+            window.clear();
+            window.extend_from_slice(&level_db[from.min(to)..to]);
+            if window.is_empty() {
+                return level_db[k];
+            }
+            let middle = window.len() / 2;
+            *window.select_nth_unstable_by(middle, f64::total_cmp).1
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::Hertz;
+
+    #[test]
+    fn a_comb_on_a_slope_is_one_fundamental_with_its_harmonics() {
+        let psd: Vec<f64> = (0..500)
+            .map(|k| {
+                let f = f64::from(k) * 2.0;
+                let comb: f64 = (1..4)
+                    .map(|n| (-((f - 55.0 * f64::from(n)) / 3.0).powi(2)).exp() / f64::from(n * n))
+                    .sum();
+                1.0 / (1.0 + (f / 100.0).powi(2)) + 30.0 * comb
+            })
+            .collect();
+        let band = Band::new(Hertz(10.0), Hertz(900.0)).unwrap();
+        let found = peaks(&psd, 2.0, band);
+        assert_eq!(found.len(), 3, "{found:?}");
+        for (n, peak) in found.iter().enumerate() {
+            assert!(
+                (peak.frequency_hz - 55.0 * (n + 1) as f64).abs() < 0.7,
+                "{found:?}"
+            );
+            assert_eq!(peak.harmonic, n + 1);
+        }
+        let smooth: Vec<f64> = (0..500).map(|k| 1.0 / (1.0 + f64::from(k))).collect();
+        assert_eq!(peaks(&smooth, 2.0, band), []);
+    }
+}
