@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use piezotact::device::AmplifierGain;
-use piezotact::quantity::{Band, Measure};
+use piezotact::filter::HighPass;
+use piezotact::quantity::{Band, Hertz, Measure};
 use piezotact::spectrum::Window;
 use piezotact_bench::BenchSpec;
+use piezotact_dataset::NamePattern;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// device, and says how close it came.
@@ -60,6 +62,173 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html"
     )]
     Verify(Verify),
+    /// Cuts recordings into strokes and says what was rejected, and why.
+    #[command(
+        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts    (edit it, and it is used from then on)"
+    )]
+    Segment(Segment),
+    /// Says what the strokes of recordings hold: vibration, spectra, friction; per stroke and averaged.
+    #[command(
+        after_help = "Example:\n  piezotact analyse S*.parquet --by sample --report chapter3.html --csv strokes.csv\n  piezotact analyse bench/*.csv --meta '{participant}_{sample}_{speed:mm/s}mmps' --ridge 0.545mm --json"
+    )]
+    Analyse(Analyse),
+    /// Compares samples, speeds, participants, or active with passive touch.
+    #[command(
+        after_help = "Example:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+    )]
+    Compare(Compare),
+}
+
+/// The recordings, and what a person adds to what they say of themselves.
+#[derive(Debug, Args)]
+pub(crate) struct Takes {
+    /// Recordings (WAV, CSV, TSV, Parquet).
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
+    /// sample, participant, load, speed, angle, touch (active or passive); others are kept as labels.
+    #[arg(long, value_name = "PATTERN")]
+    pub(crate) meta: Option<NamePattern>,
+    /// How the finger met the surface, where the recordings do not say.
+    #[arg(long, value_enum)]
+    pub(crate) touch: Option<TouchName>,
+    /// The normal force that was asked for, in N, where the recordings do not say; 0.2 N sets the thresholds
+    /// where nothing does.
+    #[arg(long, value_name = "N")]
+    pub(crate) load: Option<f64>,
+    /// The sliding speed, such as \"30 mm/s\", where the recordings do not say.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) speed: Option<Measure>,
+    /// The channels that vibrate, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) vibration: Vec<String>,
+    /// The channel of the normal force.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) normal_force: Option<String>,
+    /// The channels of the tangential forces, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) tangential_force: Vec<String>,
+    /// The channel of the speed or position of the surface.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) motion: Option<String>,
+    /// A file of cuts for one recording; without it, RECORDING.cuts beside each recording counts.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) cuts: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum TouchName {
+    /// The finger moves.
+    Active,
+    /// The surface moves.
+    Passive,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Segment {
+    #[command(flatten)]
+    pub(crate) takes: Takes,
+    /// Writes the strokes and rejects of one recording as a file of cuts to be edited.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) write_cuts: Option<PathBuf>,
+    /// Writes a table, one row for each stroke and each reject.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Writes a report: the signals with their cuts.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What recordings are grouped by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum By {
+    /// The surface sample.
+    Sample,
+    /// The sliding speed.
+    Speed,
+    /// The participant.
+    Participant,
+    /// Active or passive touch.
+    Touch,
+    /// Each recording by itself.
+    File,
+}
+
+/// How features are computed.
+#[derive(Debug, Args)]
+pub(crate) struct Computing {
+    /// What takes the gesture away: a high-pass at this frequency in Hz, or none. Unless stated, 5 Hz for
+    /// accelerations, and none for signals of another or an unknown quantity.
+    #[arg(long, value_name = "HZ|none", value_parser = gesture_filter)]
+    pub(crate) high_pass: Option<GestureFilter>,
+    /// Samples in a segment of the PSDs; unless stated, lines are about 5 Hz apart.
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) segment: Option<usize>,
+    /// The wavelength of the finger's ridges, such as 0.545mm.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) ridge: Option<Measure>,
+    /// A sample set of your own (TOML) beside the two that come with the program.
+    #[arg(long, value_name = "SET.toml")]
+    pub(crate) set: Option<PathBuf>,
+    /// Writes a tidy table, one row for each stroke.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A high-pass, or none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GestureFilter(pub(crate) Option<HighPass>);
+
+fn gesture_filter(text: &str) -> Result<GestureFilter, String> {
+    if text == "none" {
+        return Ok(GestureFilter(None));
+    }
+    match text.trim_end_matches("Hz").trim().parse::<f64>() {
+        Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(GestureFilter(Some(HighPass {
+            cutoff_hz: Hertz(hz),
+            ..HighPass::gesture()
+        }))),
+        _ => Err("expected a frequency in Hz above zero, or none".into()),
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Analyse {
+    #[command(flatten)]
+    pub(crate) takes: Takes,
+    /// What the averages run over; unless stated, the sample where all recordings name one, or else each file.
+    #[arg(long, value_enum)]
+    pub(crate) by: Option<By>,
+    #[command(flatten)]
+    pub(crate) computing: Computing,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    #[command(flatten)]
+    pub(crate) takes: Takes,
+    /// What is compared.
+    #[arg(long, value_enum)]
+    pub(crate) by: By,
+    /// One just-noticeable difference in level, in dB.
+    #[arg(long, default_value_t = 1.5, value_name = "DB")]
+    pub(crate) jnd: f64,
+    /// Samples that differ by this many JND or less cannot be told apart.
+    #[arg(long, default_value_t = 1.0, value_name = "JND")]
+    pub(crate) threshold: f64,
+    #[command(flatten)]
+    pub(crate) computing: Computing,
 }
 
 #[derive(Debug, Args)]

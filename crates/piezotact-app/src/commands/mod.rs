@@ -6,6 +6,7 @@ mod info;
 mod play;
 mod render;
 mod spectrum;
+pub(crate) mod touch;
 mod transfer;
 mod verify;
 
@@ -32,6 +33,9 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Render(args) => render::run(&args),
         Command::Play(args) => play::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Segment(args) => touch::segment::run(&args),
+        Command::Analyse(args) => touch::analyse::run(&args),
+        Command::Compare(args) => touch::compare::run(&args),
     }
 }
 

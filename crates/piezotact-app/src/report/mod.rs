@@ -1,6 +1,8 @@
 //! Reports: one HTML file that holds everything it shows.
 
+pub(crate) mod chart;
 pub(crate) mod figures;
+pub(crate) mod touch;
 
 use std::path::Path;
 
@@ -61,19 +63,24 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (drive(page)?)
         (origin(page))
     };
+    Ok(document(&page.title, &body))
+}
+
+/// A page of HTML that holds everything it shows.
+pub(crate) fn document(title: &str, body: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (page.title) }
+                title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body { main { (body) } }
         }
     };
-    Ok(markup.into_string())
+    markup.into_string()
 }
 
 fn bench_line(page: &Page<'_>) -> String {
@@ -152,7 +159,7 @@ fn doubts(page: &Page<'_>) -> Markup {
     }
 }
 
-fn figure(svg: &str, caption: &str) -> Markup {
+pub(crate) fn figure(svg: &str, caption: &str) -> Markup {
     html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
 }
 

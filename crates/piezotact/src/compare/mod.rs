@@ -2,12 +2,19 @@
 
 mod groups;
 mod period;
+mod summary;
+mod trends;
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use groups::{Discrimination, Groups, Texture, indistinguishable};
 pub use period::{Sliding, SpatialPeriod, SpeedPeak, spatial_period};
+pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
+pub use trends::{
+    ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
+    across_roughness, active_against_passive, friction_against_rms, rms_on_speed,
+};
 
 use crate::quantity::Band;
 
@@ -140,6 +147,28 @@ pub fn difference_db_rms(a: &[f64], b: &[f64], resolution_hz: f64, band: Band) -
         .map(|(_, (a, b))| (10.0 * (a / b).log10()).powi(2))
         .collect();
     (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+/// Why groups cannot be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CompareError {
+    /// There is nothing.
+    #[error(
+        "expected strokes to compare, found none; look at what was rejected with `piezotact segment`"
+    )]
+    Nothing,
+    /// Recordings that cannot be averaged.
+    #[error(
+        "cannot average recordings: {what} is {one} in one and {other} in another; compare those apart"
+    )]
+    NotTogether {
+        /// What differs.
+        what: &'static str,
+        /// In one.
+        one: String,
+        /// In another.
+        other: String,
+    },
 }
 
 #[cfg(test)]

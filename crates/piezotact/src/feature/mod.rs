@@ -227,38 +227,15 @@ pub fn analyse(
     segmentation: &Segmentation,
     config: &FeatureConfig,
 ) -> Result<Analysis, FeatureError> {
-    let roles = &segmentation.roles;
-    let signals = Signals::of(recording, roles).map_err(FeatureError::Signals)?;
+    let signals = Signals::of(recording, &segmentation.roles).map_err(FeatureError::Signals)?;
     if segmentation.strokes.is_empty() {
         return Err(FeatureError::NoStroke);
     }
-    let mut doubts = Vec::new();
-    let mut unit = None;
-    let mut vibrations: Vec<Vec<f64>> = Vec::new();
-    let filter = match config.high_pass {
-        Some(high_pass) => {
-            Some(ZeroPhase::high_pass(high_pass, recording.rate()).map_err(FeatureError::Filter)?)
-        }
-        None => None,
-    };
-    for name in &roles.vibration {
-        let channel = recording
-            .pick(Some(name), &Unit::MetrePerSecondSquared)
-            .map_err(FeatureError::Recording)?;
-        let first = channel.samples.first().copied().unwrap_or(0.0);
-        if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
-            doubts.push(Doubt::DeadChannel {
-                channel: name.clone(),
-            });
-            continue;
-        }
-        unit = unit.or_else(|| Some(channel.unit.clone()));
-        vibrations.push(match &filter {
-            Some(filter) => filter.apply(&channel.samples),
-            None => channel.samples.clone(),
-        });
-    }
-    let unit = unit.ok_or(FeatureError::NoVibration)?;
+    let Vibrations {
+        unit,
+        channels: vibrations,
+        mut doubts,
+    } = vibrations(recording, segmentation, config.high_pass)?;
     let vibrations: Vec<&[f64]> = vibrations.iter().map(Vec::as_slice).collect();
     let mut plan = FeaturePlan::new(config, recording.rate(), unit.clone())?;
     let mut strokes = Vec::with_capacity(segmentation.strokes.len());
@@ -288,6 +265,60 @@ pub fn analyse(
         strokes,
         unit,
         config: config.clone(),
+        doubts,
+    })
+}
+
+/// The channels that vibrate, freed of the gesture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibrations {
+    /// Their unit.
+    pub unit: Unit,
+    /// Their samples, as long as the recording.
+    pub channels: Vec<Vec<f64>>,
+    /// Channels that were left out.
+    pub doubts: Vec<Doubt>,
+}
+
+/// The channels of `recording` that vibrate, as long as the recording and in its unit, filtered by `high_pass`;
+/// channels that never change are left out.
+///
+/// Source: [`ZeroPhase`].
+///
+/// # Errors
+/// [`FeatureError::NoVibration`] when none is left, [`FeatureError::Filter`] for a filter that cannot be.
+pub fn vibrations(
+    recording: &Recording,
+    segmentation: &Segmentation,
+    high_pass: Option<HighPass>,
+) -> Result<Vibrations, FeatureError> {
+    let filter = match high_pass {
+        Some(high_pass) => {
+            Some(ZeroPhase::high_pass(high_pass, recording.rate()).map_err(FeatureError::Filter)?)
+        }
+        None => None,
+    };
+    let (mut channels, mut doubts, mut unit) = (Vec::new(), Vec::new(), None);
+    for name in &segmentation.roles.vibration {
+        let channel = recording
+            .pick(Some(name), &Unit::MetrePerSecondSquared)
+            .map_err(FeatureError::Recording)?;
+        let first = channel.samples.first().copied().unwrap_or(0.0);
+        if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
+            doubts.push(Doubt::DeadChannel {
+                channel: name.clone(),
+            });
+            continue;
+        }
+        unit = unit.or_else(|| Some(channel.unit.clone()));
+        channels.push(match &filter {
+            Some(filter) => filter.apply(&channel.samples),
+            None => channel.samples.clone(),
+        });
+    }
+    Ok(Vibrations {
+        unit: unit.ok_or(FeatureError::NoVibration)?,
+        channels,
         doubts,
     })
 }

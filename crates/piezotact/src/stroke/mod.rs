@@ -340,6 +340,30 @@ impl ForceZeros {
     }
 }
 
+impl Segmentation {
+    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was.
+    #[must_use]
+    pub fn rejection_doubt(&self) -> Option<Doubt> {
+        let mut reasons: Vec<(&str, usize)> = Vec::new();
+        for rejected in &self.rejected {
+            let name = rejected.reason.name();
+            match reasons.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, count)) => *count += 1,
+                None => reasons.push((name, 1)),
+            }
+        }
+        let texts: Vec<String> = reasons
+            .iter()
+            .map(|(name, count)| format!("{name}: {count}"))
+            .collect();
+        (!texts.is_empty()).then(|| Doubt::Rejected {
+            count: self.rejected.len(),
+            of: self.rejected.len() + self.strokes.len(),
+            reasons: texts.join(", "),
+        })
+    }
+}
+
 /// What to expect of a recording whose rule is not stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {

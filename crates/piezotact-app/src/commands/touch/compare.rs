@@ -1,0 +1,355 @@
+//! `piezotact compare`: what changes from group to group.
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::compare::{
+    ActivePassive, Discrimination, SpatialPeriod, Summary, Texture, across_participants,
+    across_roughness, active_against_passive, friction_against_rms, indistinguishable,
+    rms_on_speed,
+};
+use piezotact::quantity::{Band, Hertz};
+use piezotact::surface::SampleSet;
+use serde_json::{Map, Value, json};
+
+use super::segment::check_outputs;
+use super::{
+    Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, ridge_m, sample_sets,
+    tables, take_all,
+};
+use crate::cli::{By, Compare};
+use crate::failure::{Outcome, usage};
+use crate::output::{digits, doubts_json, print, print_json, say_doubts, write_text};
+use crate::report;
+
+pub(crate) fn run(args: &Compare) -> Outcome {
+    let computing = &args.computing;
+    for value in [args.jnd, args.threshold] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(usage(anyhow!(
+                "expected a JND and a threshold above zero, found {value}; 1.5 and 1 are usual"
+            )));
+        }
+    }
+    check_outputs(&args.takes, &[&computing.csv, &computing.report])?;
+    let (sets, ridge_m) = (sample_sets(computing)?, ridge_m(computing)?);
+    let mut takes = take_all(&args.takes)?;
+    analyse_all(&mut takes, computing)?;
+    let discrimination = Discrimination {
+        level_jnd_db: args.jnd,
+        threshold_jnd: args.threshold,
+        ..Discrimination::usual()
+    };
+    let compared = comparisons(&takes, args.by, &sets, ridge_m)?;
+    if compared.iter().all(|comparison| comparison.cells.len() < 2) {
+        return Err(usage(anyhow!(
+            "expected recordings that differ in {} and share all else, found none; give more recordings, or say more of them with --meta",
+            format!("{:?}", args.by).to_lowercase()
+        )));
+    }
+    if let Some(path) = &computing.csv {
+        tables::write_strokes(path, &takes)?;
+    }
+    if let Some(path) = &computing.report {
+        let groups = cells(&takes, args.by, &sets, ridge_m)?;
+        let page = report::touch::Page {
+            title: "What changes",
+            takes: &takes,
+            groups: &groups,
+            sets: &sets,
+            ridge_m,
+            discrimination: Some(discrimination),
+        };
+        write_text(path, &report::touch::render(&page)?)?;
+    }
+    let results = compared
+        .iter()
+        .map(|comparison| result(comparison, args.by, &sets, discrimination))
+        .collect::<Outcome<Vec<_>>>()?;
+    if computing.json {
+        return print_json(&json(args.by, &takes, &sets, results)?);
+    }
+    for result in &results {
+        say_doubts(&result.doubts);
+        print(&result.text)?;
+    }
+    if args.by == By::Touch {
+        for pair in touch(&takes, &sets)?.pairs {
+            print(&format!(
+                "{}: active and passive PSDs differ by {} dB rms, level {:+.1} dB",
+                pair.sample,
+                pair.difference_db_rms
+                    .map_or("?".into(), |db| format!("{db:.1}")),
+                pair.level_difference_db
+            ))?;
+        }
+    }
+    for path in [&computing.csv, &computing.report].into_iter().flatten() {
+        print(&format!("wrote {}", path.display()))?;
+    }
+    Ok(())
+}
+
+struct Compared {
+    fields: Map<String, Value>,
+    text: String,
+    doubts: Vec<Doubt>,
+}
+
+fn result(
+    comparison: &Comparison<'_>,
+    by: By,
+    sets: &[SampleSet],
+    discrimination: Discrimination,
+) -> Outcome<Compared> {
+    let summaries: Vec<&Summary> = comparison.cells.iter().map(|cell| &cell.summary).collect();
+    let mut compared = Compared {
+        fields: Map::new(),
+        text: String::new(),
+        doubts: summaries.iter().flat_map(|s| s.doubts.clone()).collect(),
+    };
+    if !comparison.setting.is_empty() {
+        compared.text = format!("{}:", comparison.setting);
+        compared.put("setting", &comparison.setting)?;
+    }
+    for summary in &summaries {
+        compared.say(&super::analyse::line(summary));
+    }
+    let groups: Vec<Value> = comparison
+        .cells
+        .iter()
+        .map(super::analyse::group_json)
+        .collect::<Outcome<_>>()?;
+    compared.put("groups", &groups)?;
+    match by {
+        By::Speed => speeds(&mut compared, comparison, &summaries)?,
+        By::Sample | By::File => samples(&mut compared, &summaries, sets, discrimination)?,
+        By::Participant => {
+            if let Some(spread) = across_participants(&summaries) {
+                compared.say(&format!(
+                    "levels of {} participants differ by {:.1} dB (standard deviation)",
+                    spread.participants, spread.level_db.sd
+                ));
+                compared.put("level_spread", &spread)?;
+            }
+        }
+        By::Touch => {}
+    }
+    Ok(compared)
+}
+
+impl Compared {
+    fn put(&mut self, name: &str, value: &impl serde::Serialize) -> Outcome {
+        self.fields
+            .insert(name.into(), serde_json::to_value(value)?);
+        Ok(())
+    }
+
+    fn say(&mut self, line: &str) {
+        if !self.text.is_empty() {
+            self.text.push('\n');
+        }
+        self.text.push_str(line);
+    }
+}
+
+fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Summary]) -> Outcome {
+    let fit = rms_on_speed(summaries);
+    compared.put("rms_log_slope", &fit.map(|fit| fit.slope))?;
+    compared.put(
+        "rms_log_slope_interval",
+        &fit.and_then(|fit| fit.slope_interval),
+    )?;
+    compared.put("rms_on_speed", &fit)?;
+    if let Some(fit) = fit {
+        let interval = fit.slope_interval.map_or(String::new(), |[low, high]| {
+            format!(" (95 %: {low:.2} to {high:.2})")
+        });
+        compared.say(&format!(
+            "rms grows with speed to the power {:.2}{interval}",
+            fit.slope
+        ));
+    }
+    let period = period(comparison)?;
+    let mm = |m: f64| m * 1e3;
+    compared.put(
+        "spatial_period_mm",
+        &period.as_ref().map(|p| mm(p.period_m)),
+    )?;
+    compared.put(
+        "spatial_period_interval_mm",
+        &period
+            .as_ref()
+            .and_then(|p| p.interval_m.map(|i| i.map(mm))),
+    )?;
+    let peaks: Vec<Value> = match &period {
+        Some(period) => period
+            .peaks
+            .iter()
+            .map(|peak| {
+                json!({
+                    "speed_mm_s": mm(peak.speed_m_s),
+                    "frequency_hz": peak.frequency_hz,
+                    "prominence_db": peak.prominence_db,
+                })
+            })
+            .collect(),
+        None => Vec::new(),
+    };
+    compared.put("peaks", &peaks)?;
+    if let Some(period) = period {
+        let interval = period.interval_m.map_or(String::new(), |[low, high]| {
+            format!(" (95 %: {:.3} to {:.3} mm)", mm(low), mm(high))
+        });
+        let peaks: Vec<String> = period
+            .peaks
+            .iter()
+            .map(|p| {
+                format!(
+                    "{} Hz at {} mm/s",
+                    digits(p.frequency_hz),
+                    digits(mm(p.speed_m_s))
+                )
+            })
+            .collect();
+        compared.say(&format!(
+            "spatial period {:.3} mm{interval}: {}",
+            mm(period.period_m),
+            peaks.join(", ")
+        ));
+        compared.doubts.extend(period.doubts);
+    }
+    Ok(())
+}
+
+/// The spatial period on which all speeds agree.
+pub(crate) fn period(comparison: &Comparison<'_>) -> Outcome<Option<SpatialPeriod>> {
+    let mut slidings = Vec::new();
+    for cell in &comparison.cells {
+        let Some(speed) = cell.summary.speed_m_s else {
+            continue;
+        };
+        for take in &cell.takes {
+            if let Some(analysis) = &take.analysis {
+                let vibrations = piezotact::feature::vibrations(
+                    &take.recording,
+                    &take.segmentation,
+                    analysis.config.high_pass,
+                )?;
+                slidings.push((
+                    speed.mean,
+                    take.recording.rate(),
+                    vibrations,
+                    &take.segmentation,
+                ));
+            }
+        }
+    }
+    let parts: Vec<_> = slidings
+        .iter()
+        .map(
+            |(speed_m_s, rate, vibrations, segmentation)| piezotact::compare::Sliding {
+                speed_m_s: *speed_m_s,
+                rate: *rate,
+                stretches: vibrations
+                    .channels
+                    .iter()
+                    .flat_map(|channel| {
+                        segmentation
+                            .strokes
+                            .iter()
+                            .map(|s| s.steady.of(channel.as_slice()))
+                    })
+                    .collect(),
+            },
+        )
+        .collect();
+    Ok(piezotact::compare::spatial_period(&parts))
+}
+
+fn samples(
+    compared: &mut Compared,
+    summaries: &[&Summary],
+    sets: &[SampleSet],
+    discrimination: Discrimination,
+) -> Outcome {
+    let trend = across_roughness(summaries, |sample| {
+        sets.iter().find_map(|set| set.sample(sample))?.ra_m
+    });
+    if let Some(fit) = trend.rms_on_ra {
+        compared.say(&format!(
+            "rms follows Ra to the power {:.2}{}",
+            fit.slope,
+            trend
+                .rms_rank_correlation
+                .map_or(String::new(), |rho| format!(", rank correlation {rho:.2}"))
+        ));
+    }
+    if let Some(rho) = trend.friction_rank_correlation {
+        compared.say(&format!("friction and Ra: rank correlation {rho:.2}"));
+    }
+    compared.put("roughness", &trend)?;
+    let friction = friction_against_rms(summaries);
+    if let Some(rho) = friction {
+        compared.say(&format!("friction and rms: rank correlation {rho:.2}"));
+    }
+    compared.put("friction_rms_rank_correlation", &friction)?;
+    let groups = indistinguishable(&textures(summaries), discrimination);
+    for group in groups.confusable() {
+        compared.say(&format!(
+            "cannot be told apart by their vibration (within {} JND): {}",
+            discrimination.threshold_jnd,
+            group.join(", ")
+        ));
+    }
+    compared.put("indistinguishable", &groups.confusable())?;
+    compared.put("distances", &groups)
+}
+
+/// What tells samples apart.
+pub(crate) fn textures(summaries: &[&Summary]) -> Vec<Texture> {
+    summaries
+        .iter()
+        .map(|summary| Texture {
+            name: summary.name.clone(),
+            rms: summary.rms.mean,
+            psd: summary.psd.mean.clone(),
+            resolution_hz: summary.psd.resolution_hz,
+        })
+        .collect()
+}
+
+fn json(by: By, takes: &[Take], sets: &[SampleSet], results: Vec<Compared>) -> Outcome<Value> {
+    let mut doubts: Vec<Doubt> = takes.iter().flat_map(Take::doubts).collect();
+    doubts.extend(results.iter().flat_map(|result| result.doubts.clone()));
+    doubts.dedup();
+    let mut value = Map::new();
+    value.insert("by".into(), json!(format!("{by:?}").to_lowercase()));
+    if by == By::Touch {
+        let touch = serde_json::to_value(touch(takes, sets)?)?;
+        value.insert("active_against_passive".into(), touch);
+    }
+    // One comparison stands at the top; several stand in a list.
+    let mut results: Vec<Map<String, Value>> = results.into_iter().map(|r| r.fields).collect();
+    if let [_] = results.as_slice() {
+        value.extend(results.remove(0));
+    } else {
+        value.insert("comparisons".into(), json!(results));
+    }
+    value.insert("doubts".into(), doubts_json(&doubts)?);
+    Ok(Value::Object(value))
+}
+
+/// Active against passive touch, sample by sample.
+pub(crate) fn touch(takes: &[Take], sets: &[SampleSet]) -> Outcome<ActivePassive> {
+    let both = both_ways(takes, sets)?;
+    let summaries = |cells: &'_ [Cell<'_>]| -> Vec<Summary> {
+        cells.iter().map(|cell| cell.summary.clone()).collect()
+    };
+    let (active, passive) = (summaries(&both.active), summaries(&both.passive));
+    let band = Band::new(Hertz(20.0), Hertz(500.0))?;
+    Ok(active_against_passive(
+        &active.iter().collect::<Vec<_>>(),
+        &passive.iter().collect::<Vec<_>>(),
+        band,
+    ))
+}

@@ -1,0 +1,259 @@
+//! Which recordings belong together.
+
+use std::cmp::Ordering;
+
+use anyhow::anyhow;
+use piezotact::compare::{Periods, Summary, summarise};
+use piezotact::recording::Touch;
+use piezotact::surface::SampleSet;
+
+use super::Take;
+use crate::cli::By;
+use crate::failure::{Failure, Outcome, usage};
+
+/// What a recording is grouped by; what is not known is empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Key {
+    sample: String,
+    speed: String,
+    participant: String,
+    touch: String,
+    file: String,
+}
+
+impl Key {
+    fn of(take: &Take) -> Self {
+        let condition = take.condition();
+        Self {
+            sample: condition.sample.clone().unwrap_or_default(),
+            speed: speed_m_s(take).map_or(String::new(), speed_text),
+            participant: condition.participant.clone().unwrap_or_default(),
+            touch: match condition.touch {
+                Some(Touch::Active) => "active".into(),
+                Some(Touch::Passive) => "passive".into(),
+                Some(Touch::Resting) => "resting".into(),
+                None => String::new(),
+            },
+            file: take.name.clone(),
+        }
+    }
+
+    fn part(&mut self, by: By) -> &mut String {
+        match by {
+            By::Sample => &mut self.sample,
+            By::Speed => &mut self.speed,
+            By::Participant => &mut self.participant,
+            By::Touch => &mut self.touch,
+            By::File => &mut self.file,
+        }
+    }
+
+    fn text(&self) -> String {
+        let parts = [&self.participant, &self.sample, &self.speed, &self.touch];
+        let known: Vec<&str> = parts
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .map(String::as_str)
+            .collect();
+        known.join(", ")
+    }
+}
+
+/// The speed that the recording states, or else the one that was measured.
+fn speed_m_s(take: &Take) -> Option<f64> {
+    take.condition().speed_m_s.or_else(|| {
+        let analysis = take.analysis.as_ref()?;
+        let speeds: Vec<f64> = analysis
+            .strokes
+            .iter()
+            .filter_map(|stroke| Some(stroke.speed_m_s?.mean))
+            .collect();
+        // To the next mm/s: a plateau is that steady.
+        (!speeds.is_empty()).then(|| (piezotact::series::mean(&speeds) * 1e3).round() * 1e-3)
+    })
+}
+
+fn speed_text(speed_m_s: f64) -> String {
+    let text = format!("{:.3}", speed_m_s * 1e3);
+    format!("{} mm/s", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// Recordings that have one value of what they are grouped by, with their strokes taken together.
+pub(crate) struct Cell<'a> {
+    pub(crate) summary: Summary,
+    pub(crate) takes: Vec<&'a Take>,
+}
+
+/// Groups that differ in one thing and share all others.
+pub(crate) struct Comparison<'a> {
+    /// What they share, as a person says it; empty when that is nothing.
+    pub(crate) setting: String,
+    pub(crate) cells: Vec<Cell<'a>>,
+}
+
+/// The recordings grouped by one thing.
+pub(crate) fn cells<'a>(
+    takes: &'a [Take],
+    by: By,
+    sets: &[SampleSet],
+    ridge_m: Option<f64>,
+) -> Outcome<Vec<Cell<'a>>> {
+    let analysed: Vec<&Take> = takes
+        .iter()
+        .filter(|take| take.analysis.is_some())
+        .collect();
+    for take in &analysed {
+        if Key::of(take).part(by).is_empty() {
+            return Err(missing(take, by));
+        }
+    }
+    of_takes(&analysed, by, sets, ridge_m)
+}
+
+fn missing(take: &Take, by: By) -> Failure {
+    let (what, todo) = match by {
+        By::Sample => ("a sample", "{sample}"),
+        By::Speed => ("a sliding speed", "{speed:mm/s}"),
+        By::Participant => ("a participant", "{participant}"),
+        By::Touch => ("active or passive touch", "{touch}"),
+        By::File => ("a name", "{sample}"),
+    };
+    usage(anyhow!(
+        "expected {what} for every recording, found none for {}: say it in the file names with --meta and {todo}, or in NAME.wav.json",
+        take.name
+    ))
+}
+
+fn of_takes<'a>(
+    takes: &[&'a Take],
+    by: By,
+    sets: &[SampleSet],
+    ridge_m: Option<f64>,
+) -> Outcome<Vec<Cell<'a>>> {
+    let mut groups: Vec<(String, Vec<&Take>)> = Vec::new();
+    for take in takes {
+        let key = Key::of(take).part(by).clone();
+        match groups.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, members)) => members.push(take),
+            None => groups.push((key, vec![take])),
+        }
+    }
+    groups.sort_by(|(a, _), (b, _)| order(a, b, by, sets));
+    groups
+        .into_iter()
+        .map(|(key, takes)| {
+            let members: Vec<_> = takes
+                .iter()
+                .filter_map(|take| Some((take.analysis.as_ref()?, take.condition())))
+                .collect();
+            let sample = takes
+                .first()
+                .and_then(|take| take.condition().sample.as_deref());
+            let periods = Periods {
+                ridge_m,
+                texture_m: sample.and_then(|sample| {
+                    sets.iter().find_map(|set| set.sample(sample))?.wavelength_m
+                }),
+            };
+            Ok(Cell {
+                summary: summarise(&key, &members, periods)?,
+                takes,
+            })
+        })
+        .collect()
+}
+
+/// Every set of recordings that differ in `by` and share all else.
+pub(crate) fn comparisons<'a>(
+    takes: &'a [Take],
+    by: By,
+    sets: &[SampleSet],
+    ridge_m: Option<f64>,
+) -> Outcome<Vec<Comparison<'a>>> {
+    // Asks whether all are known.
+    cells(takes, by, sets, ridge_m)?;
+    let mut settings: Vec<(Key, Vec<&Take>)> = Vec::new();
+    for take in takes.iter().filter(|take| take.analysis.is_some()) {
+        let mut key = Key::of(take);
+        key.part(by).clear();
+        key.file.clear();
+        match settings.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, members)) => members.push(take),
+            None => settings.push((key, vec![take])),
+        }
+    }
+    settings.sort_by(|(a, _), (b, _)| order(&a.text(), &b.text(), By::File, sets));
+    settings
+        .into_iter()
+        .map(|(key, members)| {
+            Ok(Comparison {
+                setting: key.text(),
+                cells: of_takes(&members, by, sets, ridge_m)?,
+            })
+        })
+        .collect()
+}
+
+/// The same samples, touched actively and passively.
+#[derive(Default)]
+pub(crate) struct BothWays<'a> {
+    pub(crate) active: Vec<Cell<'a>>,
+    pub(crate) passive: Vec<Cell<'a>>,
+}
+
+/// The analysed recordings by sample, those of active and those of passive touch apart; nothing where a recording
+/// names no sample.
+pub(crate) fn both_ways<'a>(takes: &'a [Take], sets: &[SampleSet]) -> Outcome<BothWays<'a>> {
+    let of = |touch: Touch| -> Vec<&'a Take> {
+        takes
+            .iter()
+            .filter(|take| take.analysis.is_some() && take.condition().sample.is_some())
+            .filter(|take| take.condition().touch == Some(touch))
+            .collect()
+    };
+    Ok(BothWays {
+        active: of_takes(&of(Touch::Active), By::Sample, sets, None)?,
+        passive: of_takes(&of(Touch::Passive), By::Sample, sets, None)?,
+    })
+}
+
+/// Samples in the order of their set, all else as people count: S2 before S10, 5 mm/s before 10 mm/s.
+fn order(a: &str, b: &str, by: By, sets: &[SampleSet]) -> Ordering {
+    let place = |name: &str| {
+        let sets = sets.iter().enumerate();
+        let mut places = sets.filter_map(|(i, set)| {
+            Some((
+                i,
+                set.samples.iter().position(|sample| sample.name == name)?,
+            ))
+        });
+        places.next()
+    };
+    match (place(a), place(b)) {
+        (Some(a), Some(b)) if by == By::Sample => a.cmp(&b),
+        _ => chunks(a).cmp(&chunks(b)),
+    }
+}
+
+/// A name as text and numbers in turn, so that numbers compare as numbers.
+fn chunks(name: &str) -> Vec<(String, u64)> {
+    let mut found: Vec<(String, u64)> = vec![(String::new(), 0)];
+    let mut counting = false;
+    for c in name.chars() {
+        let Some((text, value)) = found.last_mut() else {
+            continue;
+        };
+        match c.to_digit(10) {
+            Some(digit) => {
+                *value = value.saturating_mul(10).saturating_add(u64::from(digit));
+                counting = true;
+            }
+            None if counting => {
+                found.push((c.to_string(), 0));
+                counting = false;
+            }
+            None => text.push(c),
+        }
+    }
+    found
+}

@@ -1,0 +1,146 @@
+//! Tidy tables: one row for each stroke, one column for each variable, units in the names.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::feature::{Receptor, Statistics};
+
+use super::Take;
+use crate::failure::{Failure, Outcome};
+use crate::output::write_text;
+
+fn text_of(rows: &[Vec<String>]) -> Outcome<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| anyhow!("a table could not be written: {error}"))?;
+    String::from_utf8(bytes).map_err(Failure::from)
+}
+
+/// One row for each stroke and each reject.
+pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
+    let header = [
+        "file",
+        "kind",
+        "start_s",
+        "end_s",
+        "contact_start_s",
+        "contact_end_s",
+        "cut_by",
+        "reason",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for take in takes {
+        let s = |sample: usize| take.recording.rate().duration_of(sample).0.to_string();
+        for stroke in &take.segmentation.strokes {
+            rows.push(vec![
+                take.name.clone(),
+                "stroke".into(),
+                s(stroke.steady.start),
+                s(stroke.steady.end),
+                s(stroke.contact.start),
+                s(stroke.contact.end),
+                format!("{:?}", stroke.cut_by).to_lowercase(),
+                String::new(),
+            ]);
+        }
+        for rejected in &take.segmentation.rejected {
+            let (start, end) = (s(rejected.interval.start), s(rejected.interval.end));
+            rows.push(vec![
+                take.name.clone(),
+                "rejected".into(),
+                start.clone(),
+                end.clone(),
+                start,
+                end,
+                String::new(),
+                rejected.reason.to_string(),
+            ]);
+        }
+    }
+    write_text(path, &text_of(&rows)?)
+}
+
+/// One row for each stroke with all its features; an empty cell for what was not measured.
+pub(crate) fn write_strokes(path: &Path, takes: &[Take]) -> Outcome {
+    let mut rows = vec![header()];
+    for take in takes {
+        let Some(analysis) = &take.analysis else {
+            continue;
+        };
+        let condition = take.condition();
+        for (i, stroke) in analysis.strokes.iter().enumerate() {
+            let mut row = vec![
+                take.name.clone(),
+                condition.sample.clone().unwrap_or_default(),
+                condition.participant.clone().unwrap_or_default(),
+                condition
+                    .touch
+                    .map_or(String::new(), |touch| format!("{touch:?}").to_lowercase()),
+                optional(condition.load_n.map(|load| load.0)),
+                optional(condition.speed_m_s),
+                (i + 1).to_string(),
+                stroke.start_s.to_string(),
+                stroke.duration_s.to_string(),
+                analysis.unit.symbol().to_owned(),
+                stroke.rms.to_string(),
+                stroke.peak.to_string(),
+                stroke.crest_factor.to_string(),
+            ];
+            row.extend(stroke.receptor_power.iter().map(f64::to_string));
+            row.extend(
+                [stroke.centroid_hz, stroke.spread_hz, stroke.strongest_hz]
+                    .iter()
+                    .map(f64::to_string),
+            );
+            row.extend(statistics(stroke.friction_coefficient));
+            row.extend(statistics(stroke.normal_force_n));
+            row.extend(statistics(stroke.speed_m_s));
+            row.push(optional(stroke.pacinian_power));
+            row.push(optional(stroke.detection_power));
+            rows.push(row);
+        }
+    }
+    write_text(path, &text_of(&rows)?)
+}
+
+fn header() -> Vec<String> {
+    let mut names: Vec<String> = [
+        "file",
+        "sample",
+        "participant",
+        "touch",
+        "load_n",
+        "stated_speed_m_s",
+        "stroke",
+        "start_s",
+        "duration_s",
+        "unit",
+        "rms",
+        "peak",
+        "crest_factor",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    names.extend(Receptor::ALL.map(|receptor| format!("{}_power", receptor.name().to_lowercase())));
+    names.extend(["centroid_hz", "spread_hz", "strongest_hz"].map(str::to_owned));
+    for (what, unit) in [("friction", ""), ("normal_force", "_n"), ("speed", "_m_s")] {
+        names.extend(["mean", "sd", "median"].map(|kind| format!("{what}_{kind}{unit}")));
+    }
+    names.extend(["pacinian_power", "detection_power"].map(str::to_owned));
+    names
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
+}
+
+fn statistics(value: Option<Statistics>) -> [String; 3] {
+    match value {
+        Some(s) => [s.mean, s.sd, s.median].map(|v| v.to_string()),
+        None => [String::new(), String::new(), String::new()],
+    }
+}

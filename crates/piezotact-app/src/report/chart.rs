@@ -1,0 +1,616 @@
+//! One chart as SVG text: lines, points with their spread, shaded ranges, over linear, logarithmic or named axes.
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::failure::Outcome;
+
+/// The size of a figure in a page.
+pub(crate) const WIDTH: u32 = 900;
+pub(crate) const HEIGHT: u32 = 300;
+/// The figure is drawn this many times larger, since points fall on whole units.
+const FINE: u32 = 8;
+/// Points of a line beyond which only the extremes of every stretch are drawn.
+const MOST_POINTS: usize = 2400;
+/// More labelled lines than this have their legend beside the chart.
+const LEGEND_INSIDE: usize = 3;
+/// The width of a legend beside the chart.
+const LEGEND_WIDTH: u32 = 150;
+
+const TEXT: RGBColor = RGBColor(70, 78, 86);
+const LIMIT: RGBColor = RGBColor(190, 30, 45);
+const SHADE: RGBColor = RGBColor(0, 121, 107);
+
+/// Colours that people with any colour vision tell apart.
+///
+/// M. Okabe and K. Ito, *Color Universal Design* (2008), without yellow, which is too light for a line.
+const OKABE_ITO: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// Viridis at ten even steps, from dark to light; its lightest end is left out.
+const VIRIDIS: [RGBColor; 10] = [
+    RGBColor(68, 1, 84),
+    RGBColor(72, 33, 115),
+    RGBColor(65, 62, 133),
+    RGBColor(53, 90, 140),
+    RGBColor(43, 116, 142),
+    RGBColor(33, 143, 140),
+    RGBColor(33, 168, 131),
+    RGBColor(82, 190, 101),
+    RGBColor(144, 203, 62),
+    RGBColor(186, 208, 36),
+];
+
+/// `count` colours in order: distinct ones for a few, a scale from dark to light for many.
+pub(crate) fn palette(count: usize) -> Vec<RGBColor> {
+    if count <= OKABE_ITO.len() {
+        return OKABE_ITO[..count].to_vec();
+    }
+    (0..count)
+        .map(|i| {
+            let place = i as f64 * (VIRIDIS.len() - 1) as f64 / (count - 1) as f64;
+            let k = (place as usize).min(VIRIDIS.len() - 2);
+            let share = place - k as f64;
+            let mix = |a: u8, b: u8| (f64::from(a) * (1.0 - share) + f64::from(b) * share) as u8;
+            let (a, b) = (VIRIDIS[k], VIRIDIS[k + 1]);
+            RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+        })
+        .collect()
+}
+
+/// How values become places on an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Scale {
+    Linear,
+    Logarithmic,
+    /// Whole numbers from 0 stand for names.
+    Names(Vec<String>),
+}
+
+/// An axis: its label and its range.
+#[derive(Clone, Debug)]
+pub(crate) struct Axis {
+    pub(crate) label: String,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) scale: Scale,
+}
+
+impl Axis {
+    pub(crate) fn new(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale: Scale::Linear,
+        }
+    }
+
+    pub(crate) fn log(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::new(label, low, high)
+        }
+    }
+
+    pub(crate) fn names(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self {
+            high: names.len() as f64 - 0.5,
+            scale: Scale::Names(names),
+            ..Self::new(label, -0.5, 0.0)
+        }
+    }
+
+    /// An axis around all of `values`, with a little room; logarithmic ones end on whole steps.
+    pub(crate) fn around(
+        label: impl Into<String>,
+        scale: Scale,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0))
+            .fold((f64::MAX, f64::MIN), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        let (low, high) = match scale {
+            _ if low > high => (0.1, 1.0),
+            Scale::Logarithmic => (low / 1.25, high * 1.25),
+            _ => {
+                let room = 0.08 * (high - low).max(0.05 * high.abs()).max(f64::MIN_POSITIVE);
+                // What begins near zero begins at zero.
+                let low = if low >= 0.0 && low < 0.4 * high {
+                    0.0
+                } else {
+                    low - room
+                };
+                (low, high + room)
+            }
+        };
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale,
+        }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => value.log10(),
+            _ => value,
+        }
+    }
+
+    fn ranged(&self) -> Ticked {
+        let (low, high) = (self.place(self.low), self.place(self.high));
+        Ticked {
+            range: (low..high).into(),
+            low,
+            high,
+            ticks: match &self.scale {
+                Scale::Linear => None,
+                Scale::Names(names) => Some((0..names.len()).map(|i| i as f64).collect()),
+                Scale::Logarithmic => Some(log_ticks(low, high)),
+            },
+        }
+    }
+
+    fn text(&self, place: f64) -> String {
+        match &self.scale {
+            Scale::Linear => number(place),
+            Scale::Names(names) => names
+                .get(place.round().max(0.0) as usize)
+                .cloned()
+                .unwrap_or_default(),
+            Scale::Logarithmic => {
+                let (low, high) = (self.low, self.high);
+                if low >= 0.0099 && high <= 1e5 {
+                    number(10f64.powf(place))
+                } else {
+                    power_of_ten(place)
+                }
+            }
+        }
+    }
+}
+
+/// Whole decades for long ranges; 1, 2, 5 and more between for short ones.
+fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = match high - low {
+        span if span > 3.6 => &[1.0],
+        span if span > 2.2 => &[1.0, 2.0, 5.0],
+        _ => &[1.0, 2.0, 3.0, 5.0, 7.0],
+    };
+    let ticks: Vec<f64> = (low.floor() as i32..=high.ceil() as i32)
+        .flat_map(|e| steps.iter().map(move |m| m.log10() + f64::from(e)))
+        .filter(|t| *t >= low - 1e-9 && *t <= high + 1e-9)
+        .collect();
+    let every = ticks.len().div_ceil(14).max(1);
+    ticks.into_iter().step_by(every).collect()
+}
+
+fn power_of_ten(place: f64) -> String {
+    let exponent = place.floor() as i32;
+    let mantissa = 10f64.powf(place - place.floor());
+    let digits = exponent
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '0' => '⁰',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4' => '⁴',
+            '5' => '⁵',
+            '6' => '⁶',
+            '7' => '⁷',
+            '8' => '⁸',
+            _ => '⁹',
+        })
+        .collect::<String>();
+    if (mantissa - 1.0).abs() < 0.01 {
+        format!("10{digits}")
+    } else {
+        format!("{mantissa:.0}·10{digits}")
+    }
+}
+
+/// A range of places with its own ticks.
+struct Ticked {
+    range: plotters::coord::types::RangedCoordf64,
+    low: f64,
+    high: f64,
+    ticks: Option<Vec<f64>>,
+}
+
+impl Ranged for Ticked {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.range.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        match &self.ticks {
+            Some(ticks) => ticks.clone(),
+            None => self.range.key_points(hint),
+        }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Ticked {
+    fn format_ext(&self, value: &f64) -> String {
+        number(*value)
+    }
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Mark {
+    Line,
+    Dashed,
+    /// A dot for each point.
+    Dots,
+    /// Dots joined by a line.
+    Joined,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Line {
+    pub(crate) label: String,
+    pub(crate) colour: RGBColor,
+    /// In half pixels.
+    pub(crate) width: u32,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) mark: Mark,
+    /// x, and from where to where the value is spread.
+    pub(crate) spread: Vec<(f64, f64, f64)>,
+}
+
+impl Line {
+    pub(crate) fn new(label: impl Into<String>, colour: RGBColor, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            label: label.into(),
+            colour,
+            width: 4,
+            points,
+            mark: Mark::Line,
+            spread: Vec::new(),
+        }
+    }
+
+    pub(crate) fn thick(mut self) -> Self {
+        self.width = 10;
+        self
+    }
+
+    pub(crate) fn thin(mut self) -> Self {
+        self.width = 2;
+        self
+    }
+
+    pub(crate) fn marked(mut self, mark: Mark) -> Self {
+        self.mark = mark;
+        self
+    }
+
+    pub(crate) fn spread(mut self, spread: Vec<(f64, f64, f64)>) -> Self {
+        self.spread = spread;
+        self
+    }
+}
+
+/// What stands in a chart.
+#[derive(Clone, Debug)]
+pub(crate) struct Chart {
+    /// Above it, where it stands alone.
+    pub(crate) title: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) lines: Vec<Line>,
+    /// Ranges of x that are shaded.
+    pub(crate) shaded: Vec<(f64, f64)>,
+    /// Ranges of x that are shaded in red: what was rejected.
+    pub(crate) rejected: Vec<(f64, f64)>,
+    /// Horizontal lines.
+    pub(crate) levels: Vec<f64>,
+    /// Texts beside points.
+    pub(crate) notes: Vec<(f64, f64, String)>,
+}
+
+impl Chart {
+    pub(crate) fn new(x: Axis, y: Axis, lines: Vec<Line>) -> Self {
+        Self {
+            title: String::new(),
+            x,
+            y,
+            lines,
+            shaded: Vec::new(),
+            rejected: Vec::new(),
+            levels: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn svg(&self, height: u32) -> Outcome<String> {
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, (WIDTH * FINE, height * FINE))
+                .into_drawing_area();
+            area.fill(&WHITE).map_err(plot_failed)?;
+            let labelled: Vec<&Line> = self.lines.iter().filter(|l| !l.label.is_empty()).collect();
+            let beside = labelled.len() > LEGEND_INSIDE;
+            let plot = if beside {
+                let (plot, legend) = area.split_horizontally((WIDTH - LEGEND_WIDTH) * FINE);
+                legend_beside(&legend, &labelled)?;
+                plot
+            } else {
+                area.clone()
+            };
+            let mut builder = ChartBuilder::on(&plot);
+            builder
+                .margin(10 * FINE)
+                .margin_right(28 * FINE)
+                .x_label_area_size(44 * FINE)
+                .y_label_area_size(76 * FINE);
+            if !self.title.is_empty() {
+                builder.caption(&self.title, ("sans-serif", 15 * FINE));
+            }
+            let chart = builder
+                .build_cartesian_2d(self.x.ranged(), self.y.ranged())
+                .map_err(plot_failed)?;
+            self.draw(chart, if beside { 0 } else { labelled.len() })?;
+            area.present().map_err(plot_failed)?;
+        }
+        // In a page the figure takes the width there is.
+        Ok(svg.replacen(
+            &format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, height * FINE),
+            "role=\"img\"",
+            1,
+        ))
+    }
+
+    /// A point in places, moved to the axes' ends where it lies beyond them.
+    fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        (
+            self.x.place(x.clamp(self.x.low, self.x.high)),
+            self.y.place(y.clamp(self.y.low, self.y.high)),
+        )
+    }
+
+    fn draw<'a, 'b: 'a>(
+        &'b self,
+        mut chart: ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
+        legend_inside: usize,
+    ) -> Outcome {
+        let font = ("sans-serif", 15 * FINE).into_font().color(&TEXT);
+        let shades = self.shaded.iter().map(|range| (range, SHADE, 0.07));
+        let rejects = self.rejected.iter().map(|range| (range, LIMIT, 0.08));
+        for ((from, to), colour, strength) in shades.chain(rejects) {
+            let corners = [self.at((*from, self.y.low)), self.at((*to, self.y.high))];
+            let shade = Rectangle::new(corners, colour.mix(strength).filled());
+            chart
+                .draw_series(std::iter::once(shade))
+                .map_err(plot_failed)?;
+        }
+        let x_labels = match &self.x.scale {
+            Scale::Names(names) => names.len(),
+            _ => 9,
+        };
+        chart
+            .configure_mesh()
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .x_labels(x_labels)
+            .y_labels(6)
+            .x_label_formatter(&|v| self.x.text(*v))
+            .y_label_formatter(&|v| self.y.text(*v))
+            .label_style(font.clone())
+            .axis_desc_style(font.clone())
+            .bold_line_style(RGBColor(222, 226, 230).stroke_width(FINE))
+            .light_line_style(TRANSPARENT)
+            .axis_style(RGBColor(150, 158, 166).stroke_width(FINE))
+            .draw()
+            .map_err(plot_failed)?;
+        for level in &self.levels {
+            let ends = [(self.x.low, *level), (self.x.high, *level)].map(|end| self.at(end));
+            chart
+                .draw_series(std::iter::once(PathElement::new(
+                    ends,
+                    LIMIT.stroke_width(FINE),
+                )))
+                .map_err(plot_failed)?;
+        }
+        for line in &self.lines {
+            self.draw_line(&mut chart, line)?;
+        }
+        for (x, y, text) in &self.notes {
+            let style = font.clone().pos(Pos::new(HPos::Left, VPos::Bottom));
+            let near = EmptyElement::at(self.at((*x, *y)))
+                + Text::new(text.clone(), (7 * FINE as i32, -3 * FINE as i32), style);
+            chart
+                .draw_series(std::iter::once(near))
+                .map_err(plot_failed)?;
+        }
+        if legend_inside > 0 {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .margin(10 * FINE as i32)
+                .legend_area_size(30 * FINE as i32)
+                .background_style(WHITE.mix(0.85))
+                .label_font(font)
+                .draw()
+                .map_err(plot_failed)?;
+        }
+        Ok(())
+    }
+
+    fn draw_line<'a, 'b: 'a>(
+        &'b self,
+        chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
+        line: &Line,
+    ) -> Outcome {
+        let inside: Vec<(f64, f64)> = line
+            .points
+            .iter()
+            .filter(|(x, y)| *x >= self.x.low && *x <= self.x.high && y.is_finite())
+            .map(|point| self.at(*point))
+            .collect();
+        let style = line.colour.stroke_width(line.width * FINE / 2);
+        let fine = FINE as i32;
+        for (x, low, high) in &line.spread {
+            let ends = [self.at((*x, *low)), self.at((*x, *high))];
+            chart
+                .draw_series(std::iter::once(PathElement::new(
+                    ends,
+                    line.colour.mix(0.6).stroke_width(FINE * 3 / 2),
+                )))
+                .map_err(plot_failed)?;
+        }
+        if matches!(line.mark, Mark::Dots | Mark::Joined) {
+            let dots = inside
+                .iter()
+                .map(|point| Circle::new(*point, 4 * fine, line.colour.filled()));
+            chart.draw_series(dots).map_err(plot_failed)?;
+        }
+        let drawn = match line.mark {
+            Mark::Dots => {
+                let none = LineSeries::new(std::iter::empty(), style);
+                chart.draw_series(none).map_err(plot_failed)?
+            }
+            Mark::Dashed => chart
+                .draw_series(DashedLineSeries::new(
+                    extremes(inside),
+                    9 * FINE,
+                    5 * FINE,
+                    style,
+                ))
+                .map_err(plot_failed)?,
+            Mark::Line | Mark::Joined => chart
+                .draw_series(LineSeries::new(extremes(inside), style))
+                .map_err(plot_failed)?,
+        };
+        if !line.label.is_empty() {
+            drawn
+                .label(&line.label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20 * fine, y)], style));
+        }
+        Ok(())
+    }
+}
+
+/// The legend of many lines: one below the other, as each is drawn.
+fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> Outcome {
+    let fine = FINE as i32;
+    let (_, height) = area.dim_in_pixel();
+    let room = height as i32 - 30 * fine;
+    let step = (22 * fine).min(room / lines.len().max(1) as i32);
+    let size = (15 * FINE).min((step as u32).saturating_sub(FINE).max(6 * FINE));
+    for (i, line) in lines.iter().enumerate() {
+        let y = 24 * fine + step * i as i32;
+        let style = line.colour.stroke_width(line.width * FINE / 2);
+        let dash = |from: i32, to: i32| PathElement::new([(from * fine, y), (to * fine, y)], style);
+        match line.mark {
+            Mark::Dashed => {
+                for (from, to) in [(0, 9), (14, 23)] {
+                    area.draw(&dash(from, to)).map_err(plot_failed)?;
+                }
+            }
+            Mark::Line | Mark::Joined => area.draw(&dash(0, 23)).map_err(plot_failed)?,
+            Mark::Dots => {}
+        }
+        if matches!(line.mark, Mark::Dots | Mark::Joined) {
+            let dot = Circle::new((12 * fine, y), 4 * fine, line.colour.filled());
+            area.draw(&dot).map_err(plot_failed)?;
+        }
+        let font = ("sans-serif", size)
+            .into_font()
+            .color(&TEXT)
+            .pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw(&Text::new(line.label.clone(), (30 * fine, y), font))
+            .map_err(plot_failed)?;
+    }
+    Ok(())
+}
+
+fn plot_failed<E: std::error::Error + Send + Sync>(
+    error: DrawingAreaErrorKind<E>,
+) -> anyhow::Error {
+    anyhow::anyhow!("a figure could not be drawn: {error}")
+}
+
+/// A tick's number without needless digits.
+fn number(value: f64) -> String {
+    // Ticks are sums of steps: what is left at 0 is rounding.
+    let value = if value.abs() < 1e-9 { 0.0 } else { value };
+    let text = if value.abs() >= 9.99 || value == 0.0 {
+        format!("{value:.0}")
+    } else if value.abs() < 0.002 {
+        format!("{value:.6}")
+    } else {
+        format!("{value:.3}")
+    };
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    };
+    text.replace('-', "−")
+}
+
+/// A long line as the lowest and highest point of every stretch, which looks the same.
+fn extremes(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if points.len() <= MOST_POINTS {
+        return points;
+    }
+    let stretch = points.len().div_ceil(MOST_POINTS / 2);
+    points
+        .chunks(stretch)
+        .flat_map(|chunk| {
+            let low = chunk.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+            let high = chunk.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+            let mut both: Vec<(f64, f64)> = low.into_iter().chain(high).collect();
+            both.sort_by(|a, b| a.0.total_cmp(&b.0));
+            both
+        })
+        .collect()
+}
+
+/// A range that holds every line's points between `low` and `high`, in steps of `step`, `depth` at most.
+pub(crate) fn range(
+    lines: &[&[(f64, f64)]],
+    low: f64,
+    high: f64,
+    step: f64,
+    depth: f64,
+) -> (f64, f64) {
+    let inside = || {
+        lines
+            .iter()
+            .flat_map(|line| line.iter())
+            .filter(|(x, y)| *x >= low && *x <= high && y.is_finite())
+    };
+    let top = inside().map(|(_, y)| *y).fold(f64::MIN, f64::max);
+    let bottom = inside().map(|(_, y)| *y).fold(f64::MAX, f64::min);
+    if top < bottom {
+        return (0.0, step);
+    }
+    let top = (top / step).floor() * step + step;
+    (((bottom / step).floor() * step).max(top - depth), top)
+}

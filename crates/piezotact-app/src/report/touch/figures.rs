@@ -1,0 +1,347 @@
+//! The figures of a report on strokes, one function for each.
+
+use piezotact::compare::{LogFit, RoughnessTrend, SpatialPeriod, Summary};
+use piezotact::feature::{Analysis, StrokeSpectra};
+use piezotact::quantity::Unit;
+use piezotact::recording::Channel;
+use piezotact::stroke::Interval;
+use plotters::style::RGBColor;
+
+use crate::commands::touch::Take;
+use crate::failure::Outcome;
+use crate::report::chart::{Axis, Chart, HEIGHT, Line, Mark, Scale, palette};
+
+const SIGNAL: RGBColor = RGBColor(0, 90, 140);
+const SECOND: RGBColor = RGBColor(213, 94, 0);
+const SINGLE: RGBColor = RGBColor(172, 180, 188);
+const MEAN: RGBColor = RGBColor(30, 30, 30);
+
+/// The part of a recording that is shown: all of it, or its first `LONGEST_S` seconds.
+const LONGEST_S: f64 = 60.0;
+
+/// The signals of a recording with its cuts, one chart for each kind of channel.
+pub(crate) fn signals(take: &Take) -> Outcome<Vec<String>> {
+    let rate = take.recording.rate();
+    let shown = take
+        .recording
+        .len()
+        .min(rate.samples_in(piezotact::quantity::Seconds(LONGEST_S)));
+    let length_s = rate.duration_of(shown).0;
+    let roles = &take.segmentation.roles;
+    let channel = |name: &String| take.recording.pick(Some(name), &Unit::Newton).ok();
+    let points = |channel: &Channel| -> Vec<(f64, f64)> {
+        channel.samples[..shown]
+            .iter()
+            .enumerate()
+            .map(|(i, v)| (i as f64 / rate.hz(), *v))
+            .collect()
+    };
+    let mut charts = Vec::new();
+    let mut draw = |label: String, channels: Vec<&Channel>| -> Outcome {
+        if channels.is_empty() {
+            return Ok(());
+        }
+        let colours = [SIGNAL, SECOND, RGBColor(0, 158, 115)];
+        let several = channels.len() > 1;
+        let lines: Vec<Line> = channels
+            .iter()
+            .zip(colours.iter().cycle())
+            .map(|(channel, colour)| {
+                let name = if several { channel.name.as_str() } else { "" };
+                Line::new(name, *colour, points(channel)).thin()
+            })
+            .collect();
+        let values = || {
+            lines
+                .iter()
+                .flat_map(|line| line.points.iter().map(|p| p.1))
+        };
+        let low = values().fold(f64::MAX, f64::min);
+        let high = values().fold(f64::MIN, f64::max);
+        let room = 0.06 * (high - low).max(f64::MIN_POSITIVE);
+        // Room for the legend above the lines.
+        let top = if several {
+            high + 5.0 * room
+        } else {
+            high + room
+        };
+        let span = |interval: &Interval| {
+            let at = |sample: usize| rate.duration_of(sample).0.min(length_s);
+            (at(interval.start), at(interval.end))
+        };
+        let mut chart = Chart::new(
+            Axis::new("time, s", 0.0, length_s),
+            Axis::new(label, low - room, top),
+            lines,
+        );
+        chart.shaded = take
+            .segmentation
+            .strokes
+            .iter()
+            .map(|s| span(&s.steady))
+            .collect();
+        chart.rejected = take
+            .segmentation
+            .rejected
+            .iter()
+            .map(|r| span(&r.interval))
+            .collect();
+        for ranges in [&mut chart.shaded, &mut chart.rejected] {
+            ranges.retain(|(from, to)| from < to);
+        }
+        charts.push(chart.svg(HEIGHT - 90)?);
+        Ok(())
+    };
+    let vibration: Vec<&Channel> = roles.vibration.iter().filter_map(channel).take(3).collect();
+    let unit = vibration.first().map_or("", |c| c.unit.symbol()).to_owned();
+    draw(axis_label("vibration", &unit), vibration)?;
+    draw(
+        "normal force, N".into(),
+        roles.normal_force.iter().filter_map(channel).collect(),
+    )?;
+    draw(
+        "tangential force, N".into(),
+        roles.tangential_force.iter().filter_map(channel).collect(),
+    )?;
+    if let Some(motion) = &roles.motion {
+        let name = motion.channel().to_owned();
+        let channel = channel(&name);
+        let label = channel.map_or(String::new(), |c| axis_label("motion", c.unit.symbol()));
+        draw(label, channel.into_iter().collect())?;
+    }
+    Ok(charts)
+}
+
+/// "acceleration, m/s²" where the unit says so.
+pub(crate) fn axis_label(what: &str, unit: &str) -> String {
+    match unit {
+        "m/s²" => "acceleration, m/s²".into(),
+        "FS" => format!("{what}, full scale = 1"),
+        unit => format!("{what}, {unit}"),
+    }
+}
+
+/// One stroke as it was cut, in time.
+pub(crate) fn stroke(take: &Take, vibration: &[f64], unit: &str) -> Outcome<String> {
+    let Some(stroke) = take.segmentation.strokes.first() else {
+        return Ok(String::new());
+    };
+    let rate_hz = take.recording.rate().hz();
+    let points: Vec<(f64, f64)> = stroke
+        .steady
+        .of(vibration)
+        .iter()
+        .enumerate()
+        .map(|(i, v)| ((stroke.steady.start + i) as f64 / rate_hz, *v))
+        .collect();
+    let reach = points
+        .iter()
+        .fold(f64::MIN_POSITIVE, |reach, (_, v)| reach.max(v.abs()))
+        * 1.1;
+    Chart::new(
+        Axis::new(
+            "time, s",
+            stroke.steady.start as f64 / rate_hz,
+            stroke.steady.end as f64 / rate_hz,
+        ),
+        Axis::new(axis_label("vibration", unit), -reach, reach),
+        vec![Line::new("", SIGNAL, points).thin()],
+    )
+    .svg(HEIGHT - 60)
+}
+
+/// Frequencies that are worth showing: the band of the features, and what they hold.
+fn frequency_axis(analysis_low_hz: f64, analysis_high_hz: f64) -> Axis {
+    Axis::log("frequency, Hz", analysis_low_hz, analysis_high_hz)
+}
+
+fn density(spectra: &StrokeSpectra, values: &[f64]) -> Vec<(f64, f64)> {
+    spectra
+        .frequencies_hz()
+        .into_iter()
+        .zip(values.iter().copied())
+        .skip(1)
+        .collect()
+}
+
+/// A logarithmic axis for densities within the axis of frequencies, six decades at most.
+fn density_axis(label: String, x: &Axis, lines: &[Line]) -> Axis {
+    let inside = || {
+        lines
+            .iter()
+            .flat_map(|line| &line.points)
+            .filter(|(f, v)| *f >= x.low && *f <= x.high && *v > 0.0)
+            .map(|(_, v)| *v)
+    };
+    let high = inside().fold(f64::MIN_POSITIVE, f64::max);
+    let low = inside().fold(high, f64::min).max(1e-6 * high);
+    Axis::log(label, low / 1.5, high * 2.0)
+}
+
+/// The spectra of single strokes with their mean: amplitude spectrum and PSD.
+pub(crate) fn strokes_with_mean(analysis: &Analysis) -> Outcome<[String; 2]> {
+    let band = analysis.config.band;
+    let chart = |spectra: &StrokeSpectra, label: String| -> Outcome<String> {
+        let mut lines: Vec<Line> = spectra
+            .each
+            .iter()
+            .take(40)
+            .enumerate()
+            .map(|(i, each)| {
+                let name = if i == 0 { "single strokes" } else { "" };
+                Line::new(name, SINGLE, density(spectra, each)).thin()
+            })
+            .collect();
+        lines.push(Line::new("mean", MEAN, density(spectra, &spectra.mean)));
+        let x = frequency_axis(band.low().0, band.high().0);
+        let y = density_axis(label, &x, &lines);
+        Chart::new(x, y, lines).svg(HEIGHT + 20)
+    };
+    let unit = &analysis.unit;
+    Ok([
+        chart(&analysis.fft, format!("amplitude, {unit}"))?,
+        chart(&analysis.psd, format!("PSD, {}", unit.of_psd()))?,
+    ])
+}
+
+/// The mean PSDs of groups, one line each.
+pub(crate) fn psds(groups: &[&Summary], band: (f64, f64)) -> Outcome<String> {
+    let colours = palette(groups.len());
+    let many = groups.len() > 7;
+    let lines: Vec<Line> = groups
+        .iter()
+        .zip(&colours)
+        .enumerate()
+        .map(|(i, (group, colour))| {
+            let line = Line::new(&group.name, *colour, density(&group.psd, &group.psd.mean));
+            // Neighbours on a scale of colours differ in their stroke as well.
+            if many && i % 2 == 1 {
+                line.marked(Mark::Dashed)
+            } else {
+                line
+            }
+        })
+        .collect();
+    let x = frequency_axis(band.0, band.1);
+    let unit = groups
+        .first()
+        .map_or(String::new(), |group| group.unit.of_psd());
+    let y = density_axis(format!("PSD, {unit}"), &x, &lines);
+    Chart::new(x, y, lines).svg(HEIGHT + 100)
+}
+
+fn line_of(fit: &LogFit, axis: &Axis) -> Vec<(f64, f64)> {
+    [axis.low, axis.high]
+        .map(|x| (x, 10f64.powf(fit.intercept + fit.slope * x.log10())))
+        .to_vec()
+}
+
+/// Rms against Ra, both logarithmic, with the fitted power law.
+pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Outcome<String> {
+    let known: Vec<(&Summary, f64)> = groups
+        .iter()
+        .filter_map(|group| {
+            let place = trend.samples.iter().position(|name| *name == group.name)?;
+            Some((*group, trend.ra_m[place] * 1e6))
+        })
+        .collect();
+    let points: Vec<(f64, f64)> = known.iter().map(|(g, ra)| (*ra, g.rms.mean)).collect();
+    let spread = known
+        .iter()
+        .map(|(g, ra)| (*ra, g.rms.mean - g.rms.sd, g.rms.mean + g.rms.sd))
+        .collect();
+    let x = Axis::around("Ra, µm", Scale::Logarithmic, points.iter().map(|p| p.0));
+    let y = Axis::around(
+        rms_label(groups),
+        Scale::Logarithmic,
+        points.iter().map(|p| p.1),
+    );
+    let mut lines = Vec::new();
+    if let Some(fit) = &trend.rms_on_ra {
+        let law = format!("rms ∝ Ra^{:.2}", fit.slope);
+        lines.push(Line::new(law, SINGLE, line_of(fit, &x)));
+    }
+    lines.push(
+        Line::new("", SIGNAL, points)
+            .marked(Mark::Dots)
+            .spread(spread),
+    );
+    let mut chart = Chart::new(x, y, lines);
+    chart.notes = known
+        .iter()
+        .map(|(g, ra)| (*ra, g.rms.mean, g.name.clone()))
+        .collect();
+    chart.svg(HEIGHT + 60)
+}
+
+fn rms_label(groups: &[&Summary]) -> String {
+    let unit = groups
+        .first()
+        .map_or(String::new(), |group| group.unit.to_string());
+    axis_label("rms", &unit).replace("acceleration", "rms of acceleration")
+}
+
+/// Something of every group, over the names of the groups: one line for each of `sets`.
+pub(crate) fn by_name(
+    names: &[String],
+    y_label: String,
+    x_label: &str,
+    sets: &[(String, Vec<Option<(f64, f64)>>)],
+) -> Outcome<String> {
+    let colours = palette(sets.len());
+    let lines: Vec<Line> = sets
+        .iter()
+        .zip(&colours)
+        .map(|((label, values), colour)| {
+            let known = || {
+                values
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(i, v)| Some((i as f64, (*v)?)))
+            };
+            let label = if sets.len() > 1 { label.as_str() } else { "" };
+            Line::new(
+                label,
+                *colour,
+                known().map(|(i, (mean, _))| (i, mean)).collect(),
+            )
+            .thin()
+            .marked(Mark::Joined)
+            .spread(
+                known()
+                    .map(|(i, (mean, sd))| (i, mean - sd, mean + sd))
+                    .collect(),
+            )
+        })
+        .collect();
+    let ends = lines
+        .iter()
+        .flat_map(|line| line.spread.iter().flat_map(|(_, a, b)| [*a, *b]));
+    let mut y = Axis::around(y_label, Scale::Linear, ends);
+    if sets.len() > 1 && sets.len() < 4 {
+        y.high += 0.15 * (y.high - y.low);
+    }
+    Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
+}
+
+/// The peaks of a spatial period over speed, with the line f = v/λ.
+pub(crate) fn period(period: &SpatialPeriod) -> Outcome<String> {
+    let points: Vec<(f64, f64)> = period
+        .peaks
+        .iter()
+        .map(|peak| (peak.speed_m_s * 1e3, peak.frequency_hz))
+        .collect();
+    let top = |values: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(values).fold(0.0, f64::max);
+    let (fastest, highest) = (top(&|p| p.0) * 1.1, top(&|p| p.1) * 1.15);
+    let label = format!("f = v / {:.3} mm", period.period_m * 1e3);
+    let law = vec![(0.0, 0.0), (fastest, fastest * 1e-3 / period.period_m)];
+    Chart::new(
+        Axis::new("speed, mm/s", 0.0, fastest),
+        Axis::new("frequency of the peak, Hz", 0.0, highest),
+        vec![
+            Line::new(label, SINGLE, law),
+            Line::new("", SIGNAL, points).marked(Mark::Dots),
+        ],
+    )
+    .svg(HEIGHT)
+}

@@ -1,0 +1,251 @@
+//! The strokes of several recordings taken together: one sample, one speed, one participant.
+
+use serde::Serialize;
+
+use super::CompareError;
+use crate::doubt::Doubt;
+use crate::feature::{
+    Analysis, Peak, RECOMMENDED_STROKES, Statistics, StrokeFeatures, StrokeSpectra, peaks,
+};
+use crate::quantity::{Band, Hertz, Unit};
+use crate::recording::Condition;
+
+/// The ridges of a fingertip are this far apart, m: the widest range of the literature.
+const RIDGES_M: [f64; 2] = [0.3e-3, 0.8e-3];
+/// A peak this far from where it is expected belongs there, as a share.
+const NEAR: f64 = 0.12;
+
+/// The frequency that the ridges of the finger make, f = v/λ, and what was found of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Fingerprint {
+    /// Where it is expected, Hz; absent while the ridges' wavelength is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected_hz: Option<f64>,
+    /// The peak that was found in its range, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found_hz: Option<f64>,
+    /// The wavelength that this peak speaks for, λ = v/f, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ridge_wavelength_m: Option<f64>,
+}
+
+/// One tooth of the comb that a periodic texture makes, f = n·v/λ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tooth {
+    /// n.
+    pub order: usize,
+    /// n·v/λ, Hz.
+    pub expected_hz: f64,
+    /// The peak near it, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found_hz: Option<f64>,
+}
+
+/// What the strokes of one kind say together. Statistics run over strokes; `u` is the unit of the vibration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// What they have in common.
+    pub name: String,
+    /// The number of recordings.
+    pub recordings: usize,
+    /// The number of strokes.
+    pub strokes: usize,
+    /// The unit of the vibration.
+    pub unit: Unit,
+    /// Length of the strokes, s.
+    pub duration_s: Statistics,
+    /// Rms, u.
+    pub rms: Statistics,
+    /// Largest departure from the mean, u.
+    pub peak: Statistics,
+    /// Peak over rms.
+    pub crest_factor: Statistics,
+    /// Mean power in the bands of the four mechanoreceptors, u².
+    pub receptor_power: [f64; 4],
+    /// Mean frequency of the power, Hz.
+    pub centroid_hz: Statistics,
+    /// Its spread, Hz.
+    pub spread_hz: Statistics,
+    /// Friction coefficient: of the means of the strokes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_coefficient: Option<Statistics>,
+    /// Normal force, N: of the means of the strokes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_force_n: Option<Statistics>,
+    /// Speed, m/s: of the means of the strokes, or what the recordings state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<Statistics>,
+    /// Pacinian-weighted power, multiples of threshold power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pacinian_power: Option<Statistics>,
+    /// Detection-threshold-weighted power, multiples of threshold power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detection_power: Option<Statistics>,
+    /// The strongest line of the mean PSD in the band, Hz.
+    pub strongest_hz: f64,
+    /// Peaks of the mean PSD.
+    pub peaks: Vec<Peak>,
+    /// The finger's own frequency; absent while the speed is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fingerprint: Option<Fingerprint>,
+    /// The texture's comb; absent for a texture without a known period.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub comb: Vec<Tooth>,
+    /// PSDs of the strokes, u²/Hz.
+    #[serde(skip)]
+    pub psd: StrokeSpectra,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// What is known beforehand of finger and texture; lengths in m.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Periods {
+    /// The wavelength of the finger's ridges.
+    pub ridge_m: Option<f64>,
+    /// The wavelength of the texture.
+    pub texture_m: Option<f64>,
+}
+
+/// The strokes of `members`, each with its condition, taken together under `name`.
+///
+/// Formula: mean, standard deviation and median over strokes; PSDs averaged in power.
+///
+/// Source: L. Felicetti's thesis (2024), section 3.1: averages over at least ten strokes.
+///
+/// # Errors
+/// [`CompareError::Nothing`] without strokes; [`CompareError::NotTogether`] when units or lines differ.
+pub fn summarise(
+    name: &str,
+    members: &[(&Analysis, &Condition)],
+    periods: Periods,
+) -> Result<Summary, CompareError> {
+    let Some((first, _)) = members.first() else {
+        return Err(CompareError::Nothing);
+    };
+    for (other, _) in members {
+        if other.unit != first.unit {
+            return Err(CompareError::NotTogether {
+                what: "the unit of the vibration",
+                one: first.unit.to_string(),
+                other: other.unit.to_string(),
+            });
+        }
+        let (a, b) = (first.psd.resolution_hz, other.psd.resolution_hz);
+        if (a / b - 1.0).abs() > 1e-3 || first.psd.mean.len() != other.psd.mean.len() {
+            return Err(CompareError::NotTogether {
+                what: "the step between the lines of the PSDs",
+                one: format!("{a:.4} Hz"),
+                other: format!("{b:.4} Hz"),
+            });
+        }
+    }
+    let strokes: Vec<&StrokeFeatures> = members.iter().flat_map(|(a, _)| &a.strokes).collect();
+    let over = |value: &dyn Fn(&StrokeFeatures) -> f64| -> Result<Statistics, CompareError> {
+        let mut values: Vec<f64> = strokes.iter().map(|s| value(s)).collect();
+        Statistics::of(&mut values).ok_or(CompareError::Nothing)
+    };
+    let over_some = |value: &dyn Fn(&StrokeFeatures) -> Option<f64>| {
+        let mut values: Vec<f64> = strokes.iter().filter_map(|s| value(s)).collect();
+        Statistics::of(&mut values)
+    };
+    let mean = |s: Option<Statistics>| s.map(|s| s.mean);
+    let mut receptor_power = [0.0; 4];
+    for (i, power) in receptor_power.iter_mut().enumerate() {
+        *power = over(&|s| s.receptor_power[i])?.mean;
+    }
+    let measured = over_some(&|s| mean(s.speed_m_s));
+    let speed_m_s = measured.or_else(|| {
+        let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
+        Statistics::of(&mut stated)
+    });
+    let each = members
+        .iter()
+        .flat_map(|(a, _)| a.psd.each.iter().cloned())
+        .collect();
+    let psd = StrokeSpectra::over(each, first.psd.resolution_hz);
+    let band = first.config.band;
+    let found = peaks(&psd.mean, psd.resolution_hz, band);
+    let mut doubts = Vec::new();
+    if strokes.len() < RECOMMENDED_STROKES {
+        doubts.push(Doubt::FewStrokes {
+            what: name.into(),
+            kept: strokes.len(),
+            recommended: RECOMMENDED_STROKES,
+        });
+    }
+    Ok(Summary {
+        name: name.into(),
+        recordings: members.len(),
+        strokes: strokes.len(),
+        unit: first.unit.clone(),
+        duration_s: over(&|s| s.duration_s)?,
+        rms: over(&|s| s.rms)?,
+        peak: over(&|s| s.peak)?,
+        crest_factor: over(&|s| s.crest_factor)?,
+        receptor_power,
+        centroid_hz: over(&|s| s.centroid_hz)?,
+        spread_hz: over(&|s| s.spread_hz)?,
+        friction_coefficient: over_some(&|s| mean(s.friction_coefficient)),
+        normal_force_n: over_some(&|s| mean(s.normal_force_n)),
+        pacinian_power: over_some(&|s| s.pacinian_power),
+        detection_power: over_some(&|s| s.detection_power),
+        strongest_hz: strongest(&psd, band),
+        fingerprint: speed_m_s.map(|speed| fingerprint(&found, speed.mean, periods.ridge_m)),
+        comb: match (speed_m_s, periods.texture_m) {
+            (Some(speed), Some(wavelength_m)) => {
+                comb(&found, speed.mean, wavelength_m, band.high())
+            }
+            _ => Vec::new(),
+        },
+        speed_m_s,
+        peaks: found,
+        psd,
+        doubts,
+    })
+}
+
+fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {
+    let lines = psd
+        .mean
+        .iter()
+        .enumerate()
+        .map(|(k, p)| (k as f64 * psd.resolution_hz, p));
+    lines
+        .filter(|(f, _)| band.contains(*f))
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .map_or(0.0, |(f, _)| f)
+}
+
+fn fingerprint(found: &[Peak], speed_m_s: f64, ridge_m: Option<f64>) -> Fingerprint {
+    let expected_hz = ridge_m.map(|ridge_m| speed_m_s / ridge_m);
+    let belongs = |peak: &&Peak| match expected_hz {
+        Some(expected_hz) => (peak.frequency_hz / expected_hz - 1.0).abs() <= NEAR,
+        None => {
+            let ridge_m = speed_m_s / peak.frequency_hz;
+            RIDGES_M[0] <= ridge_m && ridge_m <= RIDGES_M[1]
+        }
+    };
+    let found_hz = found.iter().find(belongs).map(|peak| peak.frequency_hz);
+    Fingerprint {
+        expected_hz,
+        found_hz,
+        ridge_wavelength_m: found_hz.map(|hz| speed_m_s / hz),
+    }
+}
+
+fn comb(found: &[Peak], speed_m_s: f64, wavelength_m: f64, highest: Hertz) -> Vec<Tooth> {
+    (1..=10)
+        .map(|order| (order, order as f64 * speed_m_s / wavelength_m))
+        .take_while(|(_, expected_hz)| *expected_hz <= highest.0)
+        .map(|(order, expected_hz)| Tooth {
+            order,
+            expected_hz,
+            found_hz: found
+                .iter()
+                .map(|peak| peak.frequency_hz)
+                .filter(|hz| (hz / expected_hz - 1.0).abs() <= NEAR / order as f64)
+                .min_by(|a, b| (a - expected_hz).abs().total_cmp(&(b - expected_hz).abs())),
+        })
+        .collect()
+}

@@ -1,0 +1,163 @@
+//! What changes with the sample, the speed, the participant and the kind of touch.
+
+use serde::Serialize;
+
+use super::{LogFit, Summary, difference_db_rms, log_fit, spearman};
+use crate::feature::Statistics;
+use crate::quantity::Band;
+
+/// How vibration and friction follow the roughness of the samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoughnessTrend {
+    /// The samples whose roughness is known, in order.
+    pub samples: Vec<String>,
+    /// Their Ra, m.
+    pub ra_m: Vec<f64>,
+    /// The line of log rms on log Ra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_on_ra: Option<LogFit>,
+    /// Spearman's rank correlation of Ra and rms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_rank_correlation: Option<f64>,
+    /// Spearman's rank correlation of Ra and friction coefficient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_rank_correlation: Option<f64>,
+}
+
+/// How rms and friction follow `ra`: the Ra in m of each of `samples`, where it is known.
+///
+/// Formula: [`log_fit`] and [`spearman`] over sample means.
+///
+/// Source: L. Felicetti's thesis (2024), figures 33 and 34.
+#[must_use]
+pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) -> RoughnessTrend {
+    let known: Vec<(&Summary, f64)> = samples
+        .iter()
+        .filter_map(|sample| Some((*sample, ra(&sample.name)?)))
+        .collect();
+    let ra_m: Vec<f64> = known.iter().map(|(_, ra_m)| *ra_m).collect();
+    let rms: Vec<f64> = known.iter().map(|(s, _)| s.rms.mean).collect();
+    let (with_friction, friction): (Vec<f64>, Vec<f64>) = known
+        .iter()
+        .filter_map(|(s, ra_m)| Some((*ra_m, s.friction_coefficient?.mean)))
+        .unzip();
+    RoughnessTrend {
+        samples: known.iter().map(|(s, _)| s.name.clone()).collect(),
+        rms_on_ra: log_fit(&ra_m, &rms),
+        rms_rank_correlation: spearman(&ra_m, &rms),
+        friction_rank_correlation: spearman(&with_friction, &friction),
+        ra_m,
+    }
+}
+
+/// Spearman's rank correlation of friction coefficient and rms over `groups`; `None` for fewer than three with
+/// friction.
+///
+/// Source: [`spearman`].
+#[must_use]
+pub fn friction_against_rms(groups: &[&Summary]) -> Option<f64> {
+    let (friction, rms): (Vec<f64>, Vec<f64>) = groups
+        .iter()
+        .filter_map(|s| Some((s.friction_coefficient?.mean, s.rms.mean)))
+        .unzip();
+    spearman(&friction, &rms)
+}
+
+/// The line of log rms on log speed over `groups`, one for each speed; `None` for fewer than two speeds.
+///
+/// Source: [`log_fit`].
+#[must_use]
+pub fn rms_on_speed(groups: &[&Summary]) -> Option<LogFit> {
+    let (speed, rms): (Vec<f64>, Vec<f64>) = groups
+        .iter()
+        .filter_map(|s| Some((s.speed_m_s?.mean, s.rms.mean)))
+        .unzip();
+    log_fit(&speed, &rms)
+}
+
+/// One sample touched actively and passively.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActivePassivePair {
+    /// The sample.
+    pub sample: String,
+    /// The rms over the band of the difference of the mean PSDs, dB; absent when their lines differ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference_db_rms: Option<f64>,
+    /// Active over passive rms, dB.
+    pub level_difference_db: f64,
+}
+
+/// Active against passive touch of the same samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActivePassive {
+    /// One for each sample that was touched both ways.
+    pub pairs: Vec<ActivePassivePair>,
+    /// Spearman's rank correlation of the two rms over the samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_rank_correlation: Option<f64>,
+    /// The band of the differences, Hz.
+    pub band_hz: Band,
+}
+
+/// Active against passive touch: the samples that occur in both lists, by name.
+///
+/// Formula: [`difference_db_rms`] of mean PSDs over `band`; [`spearman`] of the rms.
+///
+/// Source: L. Felicetti's thesis (2024), section 3.2.3.
+#[must_use]
+pub fn active_against_passive(
+    active: &[&Summary],
+    passive: &[&Summary],
+    band: Band,
+) -> ActivePassive {
+    let both: Vec<(&Summary, &Summary)> = active
+        .iter()
+        .filter_map(|a| Some((*a, *passive.iter().find(|p| p.name == a.name)?)))
+        .collect();
+    let (a, p): (Vec<f64>, Vec<f64>) = both.iter().map(|(a, p)| (a.rms.mean, p.rms.mean)).unzip();
+    ActivePassive {
+        pairs: both
+            .iter()
+            .map(|(a, p)| {
+                let step_hz = a.psd.resolution_hz;
+                let same = (p.psd.resolution_hz / step_hz - 1.0).abs() < 1e-3;
+                let difference = difference_db_rms(&a.psd.mean, &p.psd.mean, step_hz, band);
+                ActivePassivePair {
+                    sample: a.name.clone(),
+                    difference_db_rms: difference.filter(|_| same),
+                    level_difference_db: 20.0 * (a.rms.mean / p.rms.mean).log10(),
+                }
+            })
+            .collect(),
+        rms_rank_correlation: spearman(&a, &p),
+        band_hz: band,
+    }
+}
+
+/// The rms of one group as a level, with its spread over strokes or participants, dB.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LevelSpread {
+    /// Mean, standard deviation and median of 20·log10(rms), dB re 1 u.
+    pub level_db: Statistics,
+    /// The number of participants.
+    pub participants: usize,
+}
+
+/// How far participants differ: the level of each group's mean rms in dB, over `groups`, one for each participant.
+/// `None` without groups above zero.
+///
+/// Formula: statistics of 20·log10(rms).
+///
+/// Source: spread between people as a ratio, since levels differ by factors.
+#[must_use]
+pub fn across_participants(groups: &[&Summary]) -> Option<LevelSpread> {
+    let mut levels: Vec<f64> = groups
+        .iter()
+        .filter(|s| s.rms.mean > 0.0)
+        .map(|s| 20.0 * s.rms.mean.log10())
+        .collect();
+    Some(LevelSpread {
+        participants: levels.len(),
+        level_db: Statistics::of(&mut levels)?,
+    })
+}
