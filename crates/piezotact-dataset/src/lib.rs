@@ -11,6 +11,7 @@ mod journal;
 mod open;
 mod recording_file;
 pub mod sidecar;
+pub mod topography;
 mod transfer_json;
 pub mod wav;
 
@@ -18,4 +19,7 @@ pub use atomic::write_atomically;
 pub use error::{ReadError, WriteError};
 pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
+pub use topography::{
+    TopographyFile, TopographyKind, TopographyOptions, read_topography, write_sur,
+};
 pub use transfer_json::{TransferDocument, read_transfer, write_transfer};
