@@ -1,4 +1,4 @@
-//! Topographies that real instruments wrote, against what SurfaceTopography 1.27.1 and the instruments' own
+//! Topographies that real instruments wrote, against what `SurfaceTopography` 1.27.1 and the instruments' own
 //! programs say of them, and damaged in thousands of ways. The files lie beside the checkout, in
 //! `../shared/data`; without them a test says that it was skipped, and with `CI=true` it fails.
 #![allow(

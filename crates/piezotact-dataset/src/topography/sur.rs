@@ -257,11 +257,16 @@ pub fn write_sur(path: &Path, map: &HeightMap) -> Result<(), WriteError> {
     };
     let size = |count: usize| {
         i32::try_from(count)
-            .map_err(|_| too_large("at most 2³¹ points to a side", format!("{count}")))
+            .ok()
+            .ok_or_else(|| too_large("fewer than 2³¹ points to a side", format!("{count}")))
     };
     let (columns, rows) = (size(map.columns())?, size(map.rows())?);
-    let points = u32::try_from(map.heights_m().len())
-        .map_err(|_| too_large("at most 2³² points", format!("{}", map.heights_m().len())))?;
+    let points = u32::try_from(map.heights_m().len()).ok().ok_or_else(|| {
+        too_large(
+            "fewer than 2³² points",
+            format!("{}", map.heights_m().len()),
+        )
+    })?;
     let um = |value_m: f64| {
         let value = (value_m * 1e6) as f32;
         if value.is_finite() {

@@ -122,7 +122,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     };
     let real = |name: &str, otherwise: f64| -> Result<f64, ReadError> {
         child(height, name).map_or(Ok(otherwise), |text| {
-            text.parse().map_err(|_| {
+            text.parse().ok().ok_or_else(|| {
                 source.wrong(
                     format!("a number for the heights' {name}"),
                     format!("`{text}`"),
