@@ -136,6 +136,7 @@ fn a_sur_is_compressed_inverted_a_profile_or_refused() {
         (212, b"V ", "units of length"),
         (128, &[0; 4], "step of the heights"),
         (120, &[0; 4], "step between heights"),
+        (120, &f32::MAX.to_le_bytes(), "unit of the steps"),
     ] {
         let mut wrong = plain.clone();
         put(&mut wrong, at, bytes);

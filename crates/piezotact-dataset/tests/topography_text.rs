@@ -46,6 +46,7 @@ fn columns_fill_a_grid_in_any_order() {
     };
     refused("0,0,1\n1,0,2\n0,1,3\n1,1,4\n1,1,5\n", "a second one");
     refused("0,0,1\n1,0,2\n0,1,3\nnan,1,4\n", "coordinates");
+    refused("0,0,1\n1,0,2\n0,1,3\n1,1,4\n1e9,1,4\n", "a second one");
     refused("0,0,1\n1,0,2\n2.4,1,3\n3,1,4\n", "even steps in x");
     refused("0,0,1\n1,0,2\n2,0,4\n", "even steps in y");
     refused("0,0,1\n1,0,2\n0,1\n", "line 3");

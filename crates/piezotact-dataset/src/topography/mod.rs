@@ -27,6 +27,8 @@ pub use sur::write_sur;
 
 /// Heights beyond this, in m, are a marker for points that were not measured, or a wrong unit.
 const HIGHEST_M: f64 = 10.0;
+/// Points further apart than this, in m, have a wrong unit.
+const WIDEST_STEP_M: f64 = 1.0;
 /// Files beyond this many bytes are not read into memory.
 const LARGEST_FILE: u64 = 4 << 30;
 
@@ -191,6 +193,16 @@ impl Read {
                 format!("heights within ±{HIGHEST_M} m"),
                 format!("{found:e} m at point {at}"),
                 "if it stands for a point that was not measured, export such points as NaN; else check the unit of the heights",
+            ));
+        }
+        if let Some(step_m) = [step_x_m, step_y_m]
+            .into_iter()
+            .find(|step_m| *step_m > WIDEST_STEP_M)
+        {
+            return Err(source.wrong(
+                format!("steps between points of at most {WIDEST_STEP_M} m"),
+                format!("{step_m:e} m"),
+                "check the unit of the steps",
             ));
         }
         let surface = |error| ReadError::Surface {
