@@ -92,6 +92,8 @@ fn a_matrix_states_its_scale_or_a_person_does() {
     assert!((map(&read).step_y_m() - 3e-6).abs() < 1e-12);
     assert_refused(rows.as_bytes(), "step between points");
     assert_refused(format!("h=3 w=4\n{rows}").as_bytes(), "3 rows");
+    let flat = format!("pixel size=2e-6 m\nheight conversion factor (-> m)=0\n{rows}");
+    assert_refused(flat.as_bytes(), "above zero");
     assert_refused(b"nothing\nof note\n", "rows of numbers");
     assert_refused(b"", "empty");
     assert_refused(b"\x7fELF\0\0\0", "unknown kind");

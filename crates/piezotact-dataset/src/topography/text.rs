@@ -100,32 +100,30 @@ impl Scale<'_> {
         person: Option<f64>,
         doubts: &mut Vec<Doubt>,
     ) -> Result<f64, ReadError> {
-        match (file, person) {
-            (Some(file), Some(person)) if (person / file - 1.0).abs() > SAME => {
-                doubts.push(Doubt::Guessed {
-                    what: format!(
-                        "the stated {what} of {person:e} m was not used, the file says {file:e} m"
-                    ),
-                });
-                Ok(file)
-            }
-            (Some(scale), _) | (None, Some(scale)) => {
-                if scale.is_normal() && scale > 0.0 {
-                    Ok(scale)
-                } else {
-                    Err(self.source.wrong(
-                        format!("a {what} above zero"),
-                        format!("{scale} m"),
-                        "state it",
-                    ))
-                }
-            }
-            (None, None) => Err(self.source.wrong(
+        let Some(scale) = file.or(person) else {
+            return Err(self.source.wrong(
                 format!("the {what}"),
                 "a text that does not say",
                 "state it, or name units in a header such as `x (mm),y (mm),z (um)`",
-            )),
+            ));
+        };
+        if !scale.is_normal() || scale < 0.0 {
+            return Err(self.source.wrong(
+                format!("a {what} above zero"),
+                format!("{scale} m"),
+                "correct it",
+            ));
         }
+        if let Some(person) = person
+            && (person / scale - 1.0).abs() > SAME
+        {
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "the stated {what} of {person:e} m was not used, the file says {scale:e} m"
+                ),
+            });
+        }
+        Ok(scale)
     }
 
     fn coordinate(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
