@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use piezotact::quantity::QuantityError;
 use piezotact::recording::RecordingError;
+use piezotact::surface::SurfaceError;
 use piezotact::transfer::TransferError;
 
 /// Why a file cannot be read.
@@ -44,6 +45,14 @@ pub enum ReadError {
         path: PathBuf,
         /// Why.
         source: TransferError,
+    },
+    /// The heights make no surface.
+    #[error("{}: {source}", path.display())]
+    Surface {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: SurfaceError,
     },
     /// A number that cannot be what it was meant to be.
     #[error("{}: {source}", path.display())]

@@ -14,6 +14,7 @@ mod open;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;
+pub mod topography;
 mod transfer_json;
 pub mod wav;
 
@@ -24,4 +25,7 @@ pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
 pub use sample_set::{known_sample_sets, read_sample_set};
+pub use topography::{
+    TopographyFile, TopographyKind, TopographyOptions, read_topography, write_sur,
+};
 pub use transfer_json::{TransferDocument, read_transfer, write_transfer};
