@@ -37,7 +37,7 @@ pub struct ArealRoughness {
     pub ssk: Option<f64>,
     /// Kurtosis Sku, 3 for Gaussian heights; absent for a flat map.
     pub sku: Option<f64>,
-    /// Root-mean-square gradient Sdq; absent when no point has four measured neighbours.
+    /// Root-mean-square gradient Sdq; absent when no four measured points make a square.
     pub sdq: Option<f64>,
     /// Developed area beyond the projected one Sdr, as a share of it; absent as Sdq is.
     pub sdr: Option<f64>,
@@ -57,11 +57,11 @@ pub struct ArealRoughness {
 /// The areal roughness parameters of `map`, over all measured points, heights in m.
 ///
 /// Formula: with z about its mean, Sa = mean |z|, Sq = √mean z², Ssk = mean z³/Sq³, Sku = mean z⁴/Sq⁴,
-/// Sz = Sp + Sv, Sdq = √mean (z_x² + z_y²), Sdr = mean √(1 + z_x² + z_y²) − 1 with central differences where
-/// all four neighbours are measured; Sal and Str are the nearest distance, and its ratio to the farthest, of
-/// the 0.2 contour round the centre of the autocorrelation.
+/// Sz = Sp + Sv, Sdq = √mean (p² + q²), Sdr = mean √(1 + p² + q²) − 1 with p and q the differences between
+/// neighbours in x and y over the step, in squares of four that are all measured; Sal and Str are the nearest
+/// distance, and its ratio to the farthest, of the 0.2 contour round the centre of the autocorrelation.
 ///
-/// Source: ISO 25178-2:2021, 4.2 to 4.4, and ISO 16610-61:2015 for the filters.
+/// Source: ISO 25178-2:2021, 4.2 to 4.4 and D.3, and ISO 16610-61:2015 for the filters.
 ///
 /// # Errors
 /// [`SurfaceError::Cutoff`] when the L-filter is shorter than five steps or longer than the map,
@@ -87,8 +87,7 @@ pub fn areal_roughness(
     let surface = centred(&scale_limited(remove_map_form(map, config.form)?, config)?);
     let measured = surface.heights_m().iter().copied().filter(|z| !z.is_nan());
     let heights = Amplitudes::of(measured);
-    let steepness = squared_gradients(&surface);
-    let has_slopes = !steepness.is_empty();
+    let slopes = slopes(&surface);
     let lobe = (heights.rms_m > 0.0).then(|| central_lobe(&surface));
     let mut doubts = Vec::new();
     if map.missing_share() > 0.0 {
@@ -110,9 +109,8 @@ pub fn areal_roughness(
         sv_m: heights.valley_m,
         ssk: heights.skewness,
         sku: heights.kurtosis,
-        sdq: has_slopes.then(|| mean(steepness.iter().copied()).sqrt()),
-        // √(1 + s) − 1 without the loss of digits where s is small.
-        sdr: has_slopes.then(|| mean(steepness.iter().map(|s| s / ((1.0 + s).sqrt() + 1.0)))),
+        sdq: slopes.map(|(gradient, _)| gradient),
+        sdr: slopes.map(|(_, area)| area),
         sal_m: lobe.and_then(|lobe| lobe.nearest_m()),
         str_ratio: lobe.and_then(|lobe| lobe.aspect_ratio()),
         surface,
@@ -157,19 +155,30 @@ fn centred(map: &HeightMap) -> HeightMap {
     map.with_heights(map.heights_m().iter().map(|z| z - mean_m).collect())
 }
 
-/// `z_x`² + `z_y`² by central differences, wherever all four neighbours are measured.
-fn squared_gradients(map: &HeightMap) -> Vec<f64> {
+/// Sdq and Sdr over the squares of four measured neighbours: each corner with the differences along its two
+/// sides stands for one triangle, so that Sdr is that of the mean of the two triangulations.
+fn slopes(map: &HeightMap) -> Option<(f64, f64)> {
     let (z, columns) = (map.heights_m(), map.columns());
-    let mut gradients = Vec::with_capacity(z.len());
-    for row in 1..map.rows() - 1 {
-        for i in row * columns + 1..(row + 1) * columns - 1 {
-            let along_x = (z[i + 1] - z[i - 1]) / (2.0 * map.step_x_m());
-            let along_y = (z[i + columns] - z[i - columns]) / (2.0 * map.step_y_m());
-            let squared = along_x * along_x + along_y * along_y;
-            if !squared.is_nan() {
-                gradients.push(squared);
+    let (mut squared, mut area, mut corners) = (0.0, 0.0, 0usize);
+    for row in 0..map.rows() - 1 {
+        for i in row * columns..(row + 1) * columns - 1 {
+            let square = [z[i], z[i + 1], z[i + columns], z[i + columns + 1]];
+            if square.iter().any(|z| z.is_nan()) {
+                continue;
+            }
+            let along_x = [square[1] - square[0], square[3] - square[2]];
+            let along_y = [square[2] - square[0], square[3] - square[1]];
+            for x in along_x.map(|d| d / map.step_x_m()) {
+                for y in along_y.map(|d| d / map.step_y_m()) {
+                    let steepness = x * x + y * y;
+                    squared += steepness;
+                    // √(1 + s) − 1 without the loss of digits where s is small
+                    area += steepness / ((1.0 + steepness).sqrt() + 1.0);
+                    corners += 1;
+                }
             }
         }
     }
-    gradients
+    let count = corners as f64;
+    (corners > 0).then(|| ((squared / count).sqrt(), area / count))
 }

@@ -49,7 +49,7 @@ impl CentralLobe {
 
 /// The central lobe of the autocorrelation of `map`, whose heights are about zero and not all zero.
 ///
-/// Formula: mean of z·z_τ over the pairs of measured points at lag τ, over the mean of z².
+/// Formula: mean of z(r)·z(r + τ) over the pairs of measured points at lag τ, over the mean of z².
 pub(super) fn central_lobe(map: &HeightMap) -> CentralLobe {
     Correlogram::of(map).lobe()
 }
@@ -109,28 +109,20 @@ impl Correlogram {
         )
     }
 
-    /// The points beside `at`, first the four next to it, then the four across its corners; fewer at an edge.
-    fn neighbours(&self, at: usize) -> impl Iterator<Item = (usize, Beside)> {
-        const AROUND: [(isize, isize, Beside); 8] = [
-            (0, 1, Beside::Side),
-            (0, -1, Beside::Side),
-            (1, 0, Beside::Side),
-            (-1, 0, Beside::Side),
-            (1, 1, Beside::Corner),
-            (1, -1, Beside::Corner),
-            (-1, 1, Beside::Corner),
-            (-1, -1, Beside::Corner),
-        ];
+    /// The four points beside `at`, fewer at an edge.
+    fn neighbours(&self, at: usize) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width(), self.values.len() / self.width());
         let (row, column) = (at / width, at % width);
-        AROUND.into_iter().filter_map(move |(down, right, beside)| {
-            let row = row.checked_add_signed(down).filter(|r| *r < height)?;
-            let column = column.checked_add_signed(right).filter(|c| *c < width)?;
-            Some((row * width + column, beside))
-        })
+        let sides = [
+            (column > 0).then(|| at - 1),
+            (column + 1 < width).then_some(at + 1),
+            (row > 0).then(|| at - width),
+            (row + 1 < height).then_some(at + width),
+        ];
+        sides.into_iter().flatten()
     }
 
-    /// The points that connect to zero lag, side by side, without falling to the level.
+    /// The points that connect to zero lag, side by side, without falling to the level in between.
     fn connected(&self) -> Vec<usize> {
         let mut seen = vec![false; self.values.len()];
         let mut points = vec![self.centre()];
@@ -138,7 +130,7 @@ impl Correlogram {
         let mut next = 0;
         while let Some(&at) = points.get(next) {
             next += 1;
-            for (beside, _) in self.neighbours(at).filter(|n| n.1 == Beside::Side) {
+            for beside in self.neighbours(at) {
                 if !seen[beside] && self.values[beside] > LEVEL {
                     seen[beside] = true;
                     points.push(beside);
@@ -153,8 +145,8 @@ impl Correlogram {
         let mut reached_m = f64::INFINITY;
         for at in self.connected() {
             let mut sides = 0;
-            for (beside, place) in self.neighbours(at) {
-                sides += usize::from(place == Beside::Side);
+            for beside in self.neighbours(at) {
+                sides += 1;
                 if self.values[beside] <= LEVEL {
                     let crossing_m = self.crossing_m(at, beside);
                     nearest_m = nearest_m.min(crossing_m);
@@ -188,13 +180,7 @@ impl Correlogram {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Beside {
-    Side,
-    Corner,
-}
-
-/// Σ v·v_τ over the pairs of points of a map at every lag τ of up to `most` rows and columns each way.
+/// Σ v(r)·v(r + τ) over the pairs of points of a map at every lag τ of up to `most` rows and columns each way.
 fn lagged_products(values: &[f64], columns: usize, most: (usize, usize)) -> Vec<f64> {
     let rows = values.len() / columns;
     let mut along_x = RealTransform::new(fast_length(columns + most.1));

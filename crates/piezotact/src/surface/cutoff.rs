@@ -32,7 +32,7 @@ pub enum ShortWaves {
 pub(super) struct Row {
     pub(super) cutoff_m: f64,
     pub(super) lambda_s_m: f64,
-    /// The largest Ra, and the largest RSm, in m.
+    /// The largest Ra, and the largest `RSm`, in m.
     ra_to_m: f64,
     rsm_to_m: f64,
 }

@@ -147,22 +147,15 @@ pub fn profile_roughness(
     config: &ProfileConfig,
 ) -> Result<ProfileRoughness, SurfaceError> {
     let formless = remove_profile_form(profile, config.form)?;
-    match (config.filter, config.cutoff) {
-        (ProfileFilter::None, Cutoff::Stated(cutoff_m)) => {
-            let split = Split::none(formless, Some(cutoff_m))?;
-            Ok(split.evaluate(config, Vec::new()))
-        }
-        (ProfileFilter::None, Cutoff::Iso4288 | Cutoff::Iso4288Periodic) => {
-            Ok(Split::none(formless, None)?.evaluate(config, Vec::new()))
-        }
+    let split = match (config.filter, config.cutoff) {
+        (ProfileFilter::None, Cutoff::Stated(cutoff_m)) => Split::none(formless, Some(cutoff_m))?,
+        (ProfileFilter::None, _) => Split::none(formless, None)?,
         (ProfileFilter::Gauss, Cutoff::Stated(cutoff_m)) => {
-            let split = Split::gauss(&formless, cutoff_m, config.short_waves)?;
-            Ok(split.evaluate(config, Vec::new()))
+            Split::gauss(&formless, cutoff_m, config.short_waves)?
         }
-        (ProfileFilter::Gauss, Cutoff::Iso4288 | Cutoff::Iso4288Periodic) => {
-            by_the_table(&formless, config)
-        }
-    }
+        (ProfileFilter::Gauss, _) => return by_the_table(&formless, config),
+    };
+    Ok(split.evaluate(config))
 }
 
 /// Evaluates with the cut-off that the rule of ISO 4288 finds.
@@ -170,28 +163,38 @@ fn by_the_table(
     formless: &HeightProfile,
     config: &ProfileConfig,
 ) -> Result<ProfileRoughness, SurfaceError> {
-    let entry = |ra_m: f64, rsm_m: Option<f64>| match config.cutoff {
-        Cutoff::Iso4288Periodic => Entry::Rsm(rsm_m.unwrap_or(f64::INFINITY)),
-        Cutoff::Iso4288 | Cutoff::Stated(_) => Entry::Ra(ra_m),
-    };
-    let evaluate = |row: usize| {
-        let split = Split::gauss(formless, TABLE[row].cutoff_m, config.short_waves)?;
-        Ok(split.evaluate(config, Vec::new()))
-    };
+    let split = |row: usize| Split::gauss(formless, TABLE[row].cutoff_m, config.short_waves);
     let rows = rows_that_fit(formless)?;
-    let whole = Split::none(formless.clone(), None)?.evaluate(config, Vec::new());
-    let found = search(entry(whole.ra_m, whole.rsm_m), rows, |row| {
-        evaluate(row).map(|roughness| entry(roughness.ra_m, roughness.rsm_m))
+    let guess = table_entry(formless, TABLE[rows.0].cutoff_m, config.cutoff);
+    let found = search(guess, rows, |row| {
+        let roughness = split(row)?.roughness;
+        Ok(table_entry(&roughness, TABLE[row].cutoff_m, config.cutoff))
     })?;
     match found {
-        Search::Settled(row) => evaluate(row),
+        Search::Settled(row) => Ok(split(row)?.evaluate(config)),
         Search::Unsettled(row) => {
-            let mut roughness = evaluate(row)?;
+            let mut roughness = split(row)?.evaluate(config);
             roughness.doubts.push(Doubt::CutoffUnsettled {
                 used_m: TABLE[row].cutoff_m,
                 ra_m: roughness.ra_m,
             });
             Ok(roughness)
+        }
+    }
+}
+
+/// What the table is entered with: over the whole profile, since five sections of a trial cut-off can lie on
+/// a stretch that is not like the rest.
+fn table_entry(roughness: &HeightProfile, section_m: f64, rule: Cutoff) -> Entry {
+    let offset_m = mean(roughness.heights_m().iter().copied());
+    let heights_m: Vec<f64> = roughness.heights_m().iter().map(|z| z - offset_m).collect();
+    let amplitudes = Amplitudes::of(heights_m.iter().copied());
+    match rule {
+        Cutoff::Iso4288 | Cutoff::Stated(_) => Entry::Ra(amplitudes.mean_absolute_m),
+        Cutoff::Iso4288Periodic => {
+            let rz_m = amplitudes.range_m();
+            let width_m = mean_element_width_m(&heights_m, roughness.step_m(), section_m, rz_m);
+            Entry::Rsm(width_m.unwrap_or(f64::INFINITY))
         }
     }
 }
@@ -269,7 +272,7 @@ impl Split {
         })
     }
 
-    fn evaluate(self, config: &ProfileConfig, mut doubts: Vec<Doubt>) -> ProfileRoughness {
+    fn evaluate(self, config: &ProfileConfig) -> ProfileRoughness {
         let step_m = self.roughness.step_m();
         let points = self.roughness.heights_m().len();
         let section_m = self.cutoff_m.unwrap_or(points as f64 * step_m);
@@ -286,13 +289,12 @@ impl Split {
             }
             ProfileFilter::Gauss => Ends::Dropped,
         };
-        if let Some(cutoff_m) = self.cutoff_m.filter(|_| sections < SECTIONS) {
-            doubts.push(Doubt::ShortEvaluation {
-                sections,
-                asked: SECTIONS,
-                cutoff_m,
-            });
-        }
+        let short = self.cutoff_m.filter(|_| sections < SECTIONS);
+        let short = short.map(|cutoff_m| Doubt::ShortEvaluation {
+            sections,
+            asked: SECTIONS,
+            cutoff_m,
+        });
         let total = parameters.total;
         ProfileRoughness {
             ra_m: parameters.heights.mean_absolute_m,
@@ -314,7 +316,7 @@ impl Split {
             ends,
             roughness: self.roughness,
             mean_line: self.mean_line,
-            doubts,
+            doubts: Vec::from_iter(short),
         }
     }
 }
