@@ -2,12 +2,13 @@
 standards define them, with NumPy 2.4.6, SciPy 1.17.1 and contourpy 1.3.3; and what surfalize 0.19.2 and
 SurfaceTopography 1.27.1 give for the same surfaces.
 
-    python3 golden/roughness.py > crates/piezotact/tests/golden/roughness.json
+    python3 golden/roughness.py ../shared/data/topography/nanovea/test1.txt > crates/piezotact/tests/golden/roughness.json
 
-The surfaces come from formulas that the Rust test computes too.
+The surfaces come from formulas that the Rust test computes too, and one from the measured map named in the command.
 """
 
 import json
+import sys
 from importlib.metadata import version
 
 import contourpy
@@ -238,7 +239,23 @@ def areal_case(rows, columns, with_holes, form, s, l):
     )
 
 
+def areal_by_surfalize(surface):
+    return dict(
+        sa_m=surface.Sa() * 1e-6,
+        sq_m=surface.Sq() * 1e-6,
+        sz_m=surface.Sz() * 1e-6,
+        ssk=surface.Ssk(),
+        sku=surface.Sku(),
+        sdq=surface.Sdq(),
+        sdr=surface.Sdr() / 100,
+        sal_m=surface.Sal() * 1e-6,
+        str_ratio=surface.Str(),
+    )
+
+
 def second_opinions():
+    _, _, measured = np.loadtxt(sys.argv[1], delimiter=",").T
+    measured = surfalize.Surface(measured.reshape(101, 101), 5.0, 5.0).level()
     heights = rough_profile(5000)
     profile = surfalize.Profile(heights * 1e6, 1.0).level()
     z = rough_map(120, 120, False)
@@ -255,17 +272,8 @@ def second_opinions():
             rsk=profile.Rsk(),
             rku=profile.Rku(),
         ),
-        surfalize_map=dict(
-            sa_m=surface.Sa() * 1e-6,
-            sq_m=surface.Sq() * 1e-6,
-            sz_m=surface.Sz() * 1e-6,
-            ssk=surface.Ssk(),
-            sku=surface.Sku(),
-            sdq=surface.Sdq(),
-            sdr=surface.Sdr() / 100,
-            sal_m=surface.Sal() * 1e-6,
-            str_ratio=surface.Str(),
-        ),
+        surfalize_map=areal_by_surfalize(surface),
+        surfalize_nanovea=areal_by_surfalize(measured),
         surface_topography_map=dict(
             sq_m=topography.rms_height_from_area(),
             sdq=topography.rms_gradient(),

@@ -282,11 +282,10 @@ impl Split {
             ProfileStandard::Iso4287 => Parameters::iso_4287(&self.roughness, &bounds, section_m),
             ProfileStandard::Iso21920 => Parameters::iso_21920(&self.roughness, &bounds, section_m),
         };
+        let cutoffs = points as f64 * step_m / section_m + LENGTH_TOLERANCE;
         let ends = match self.filter {
             ProfileFilter::None => Ends::Unfiltered,
-            ProfileFilter::Gauss if points as f64 * step_m < (SECTIONS + 1) as f64 * section_m => {
-                Ends::Kept
-            }
+            ProfileFilter::Gauss if cutoffs < (SECTIONS + 1) as f64 => Ends::Kept,
             ProfileFilter::Gauss => Ends::Dropped,
         };
         let short = self.cutoff_m.filter(|_| sections < SECTIONS);
