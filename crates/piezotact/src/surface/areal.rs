@@ -61,7 +61,7 @@ pub struct ArealRoughness {
 /// neighbours in x and y over the step, in squares of four that are all measured; Sal and Str are the nearest
 /// distance, and its ratio to the farthest, of the 0.2 contour round the centre of the autocorrelation.
 ///
-/// Source: ISO 25178-2:2021, 4.2 to 4.4 and D.3, and ISO 16610-61:2015 for the filters.
+/// Source: ISO 25178-2:2021 (Sdr: D.3), and ISO 16610-61:2015 for the filters.
 ///
 /// # Errors
 /// [`SurfaceError::Cutoff`] when the L-filter is shorter than five steps or longer than the map,

@@ -87,7 +87,7 @@ pub(super) enum Search {
 /// Searches the rows from `first` to `last` of the table: enters with a guess, measures with the row found
 /// and enters again, until measured value and row agree; then takes the next shorter row if that agrees too.
 ///
-/// Formula: ISO 4288:1996, 7.2.1 and 7.3.1.
+/// Formula: ISO 4288:1996, 7.2.
 pub(super) fn search<E>(
     guess: Entry,
     (first, last): (usize, usize),

@@ -45,7 +45,7 @@ impl Amplitudes {
 
 /// dz/dx at every point that has three neighbours on each side, dimensionless; the first is at point 3.
 ///
-/// Formula: (z₊₃ − 9z₊₂ + 45z₊₁ − 45z₋₁ + 9z₋₂ − z₋₃)/60Δx, ISO 4287:1997, 3.3.1.
+/// Formula: (z₊₃ − 9z₊₂ + 45z₊₁ − 45z₋₁ + 9z₋₂ − z₋₃)/60Δx, ISO 4287:1997, 3.2.9.
 pub(super) fn slopes(heights_m: &[f64], step_m: f64) -> Vec<f64> {
     let slope = |z: &[f64]| {
         let sum: f64 = (0..3).map(|k| SLOPE_WEIGHTS[k] * (z[6 - k] - z[k])).sum();
