@@ -312,6 +312,13 @@ pub enum Doubt {
         /// Ra with it, m.
         ra_m: f64,
     },
+    /// The autocorrelation of a height map does not fall to its level within the lags that the map holds.
+    LongCorrelation {
+        /// The level, 0–1.
+        level: f64,
+        /// How far lags reach, m.
+        reached_m: f64,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.
@@ -553,6 +560,11 @@ impl fmt::Display for Doubt {
                 "no cut-off of the standard's table fits its own Ra (with {} mm Ra is {:.4} µm): state the cut-off",
                 used_m * 1e3,
                 ra_m * 1e6
+            ),
+            Self::LongCorrelation { level, reached_m } => write!(
+                f,
+                "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is left open, and Sal where nothing falls; measure a larger area or take away more form or waviness",
+                reached_m * 1e3
             ),
             Self::ShortSignal { segments } => write!(
                 f,

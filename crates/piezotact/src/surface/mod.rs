@@ -2,6 +2,25 @@
 //!
 //! Heights and steps are in m. A point that the instrument could not measure is NaN in a height map and
 //! nothing else is; a profile has no such points.
+//!
+//! A measured profile goes through [`profile_roughness`], a map through [`areal_roughness`]; the steps
+//! between (form, Gaussian filter) can be taken one by one.
+
+mod areal;
+mod autocorrelation;
+mod cutoff;
+mod filter;
+mod form;
+mod profile;
+mod section;
+
+pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
+pub use cutoff::{Cutoff, ShortWaves};
+pub use filter::{map_mean_surface, profile_mean_line};
+pub use form::{Form, remove_map_form, remove_profile_form};
+pub use profile::{
+    Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
+};
 
 mod samples;
 
@@ -97,6 +116,20 @@ impl HeightMap {
         let missing = self.heights_m.iter().filter(|z| z.is_nan()).count();
         missing as f64 / self.heights_m.len() as f64
     }
+
+    fn shorter_step_m(&self) -> f64 {
+        self.step_x_m.min(self.step_y_m)
+    }
+
+    fn longer_side_m(&self) -> f64 {
+        (self.columns as f64 * self.step_x_m).max(self.rows as f64 * self.step_y_m)
+    }
+
+    /// The same grid with other heights.
+    fn with_heights(&self, heights_m: Vec<f64>) -> Self {
+        debug_assert_eq!(heights_m.len(), self.heights_m.len());
+        Self { heights_m, ..*self }
+    }
 }
 
 /// Heights along a line at even steps, in m.
@@ -146,6 +179,12 @@ impl HeightProfile {
     pub fn length_m(&self) -> f64 {
         self.heights_m.len() as f64 * self.step_m
     }
+
+    /// The same line with other heights.
+    fn with_heights(&self, heights_m: Vec<f64>) -> Self {
+        debug_assert_eq!(heights_m.len(), self.heights_m.len());
+        Self { heights_m, ..*self }
+    }
 }
 
 /// What a topography instrument measured.
@@ -162,6 +201,28 @@ fn valid_step(step_m: f64) -> Result<(), SurfaceError> {
         Ok(())
     } else {
         Err(SurfaceError::Step { found_m: step_m })
+    }
+}
+
+/// A filter with a cut-off of fewer steps sees no waves.
+const STEPS_PER_CUTOFF: f64 = 5.0;
+
+/// The mean; 0 of nothing.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), v| (sum + v, count + 1));
+    sum / count.max(1) as f64
+}
+
+/// Heights and slopes beyond this have lost their unit, and their fourth powers would overflow.
+const LARGEST: f64 = 1e60;
+
+/// Checks that the parameters of `heights_m` at steps of `step_m` are finite.
+fn computable(heights_m: &[f64], step_m: f64) -> Result<(), SurfaceError> {
+    let largest_m = heights_m.iter().fold(0.0f64, |most, z| most.max(z.abs()));
+    if largest_m <= LARGEST && largest_m / step_m <= LARGEST {
+        Ok(())
+    } else {
+        Err(SurfaceError::Huge { largest_m, step_m })
     }
 }
 
@@ -197,6 +258,58 @@ pub enum SurfaceError {
     /// A map with next to no points.
     #[error("expected measured heights, found fewer than four; measure again")]
     NothingMeasured,
+    /// Heights whose powers or slopes are beyond any number.
+    #[error(
+        "expected heights and slopes of a surface, found heights up to {largest_m:e} m at steps of {step_m:e} m; check the units"
+    )]
+    Huge {
+        /// The largest height, m.
+        largest_m: f64,
+        /// The step, m.
+        step_m: f64,
+    },
+    /// A polynomial that is no form.
+    #[error(
+        "expected a polynomial of degree 1 to {most} with fewer terms than points, found degree {degree} for {points} points; take a lower degree"
+    )]
+    Degree {
+        /// The degree asked for.
+        degree: usize,
+        /// The highest degree.
+        most: usize,
+        /// The number of measured points.
+        points: usize,
+    },
+    /// A filter that does not fit the surface.
+    #[error(
+        "expected a cut-off from {shortest_m} m (5 steps) to {longest_m} m (the length measured), found {found_m} m; state another, or measure a longer or finer line"
+    )]
+    Cutoff {
+        /// Five steps, m.
+        shortest_m: f64,
+        /// The length, m.
+        longest_m: f64,
+        /// The cut-off, m.
+        found_m: f64,
+    },
+    /// A filter for short waves that takes nothing away, or everything.
+    #[error(
+        "expected a filter for short waves above zero and below the cut-off, found {found_m} m; state a shorter one or none"
+    )]
+    ShortWaves {
+        /// What was found, m.
+        found_m: f64,
+    },
+}
+
+impl SurfaceError {
+    fn cutoff(found_m: f64, step_m: f64, longest_m: f64) -> Self {
+        Self::Cutoff {
+            shortest_m: STEPS_PER_CUTOFF * step_m,
+            longest_m,
+            found_m,
+        }
+    }
 }
 
 #[cfg(test)]
