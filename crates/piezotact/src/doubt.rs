@@ -260,6 +260,13 @@ pub enum Doubt {
         /// The reasons and how often each.
         reasons: String,
     },
+    /// A group holds recordings that differ in more than chance.
+    Pooled {
+        /// The group.
+        group: String,
+        /// In what they differ.
+        what: String,
+    },
     /// Most of the power lies below the band of vibration, and was not filtered out.
     GestureKept {
         /// The share of the power, 0–1.
@@ -513,11 +520,15 @@ impl fmt::Display for Doubt {
             ),
             Self::FewStrokes { what, kept, recommended } => write!(
                 f,
-                "{what}: only {kept} strokes were kept, averages scatter; record {recommended} or more"
+                "{what}: strokes kept: {kept}, averages scatter; record {recommended} or more"
             ),
             Self::Rejected { count, of, reasons } => write!(
                 f,
                 "{count} of {of} parts that looked like strokes were rejected ({reasons}): look at them in the report, and override with --cuts"
+            ),
+            Self::Pooled { group, what } => write!(
+                f,
+                "{group}: recordings of different {what} are averaged together; group by that, or compare them"
             ),
             Self::GestureKept { share, below_hz } => write!(
                 f,
@@ -568,7 +579,7 @@ impl fmt::Display for Doubt {
             ),
             Self::ShortSignal { segments } => write!(
                 f,
-                "the spectrum is the mean of {segments} segments: it scatters by about {:.1} dB; take a longer signal",
+                "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",
                 4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
             ),
         }

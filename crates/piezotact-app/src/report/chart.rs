@@ -16,6 +16,8 @@ const FINE: u32 = 8;
 const MOST_POINTS: usize = 2400;
 /// More labelled lines than this have their legend beside the chart.
 const LEGEND_INSIDE: usize = 3;
+/// Letters that stand side by side below a chart.
+const MOST_LETTERS: usize = 95;
 /// The width of a legend beside the chart.
 const LEGEND_WIDTH: u32 = 150;
 
@@ -158,7 +160,12 @@ impl Axis {
             high,
             ticks: match &self.scale {
                 Scale::Linear => None,
-                Scale::Names(names) => Some((0..names.len()).map(|i| i as f64).collect()),
+                // As many names as there is room for.
+                Scale::Names(names) => {
+                    let letters: usize = names.iter().map(|name| name.chars().count() + 2).sum();
+                    let every = letters.div_ceil(MOST_LETTERS).max(1);
+                    Some((0..names.len()).step_by(every).map(|i| i as f64).collect())
+                }
                 Scale::Logarithmic => Some(log_ticks(low, high)),
             },
         }
@@ -188,7 +195,12 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     let steps: &[f64] = match high - low {
         span if span > 3.6 => &[1.0],
         span if span > 2.2 => &[1.0, 2.0, 5.0],
-        _ => &[1.0, 2.0, 3.0, 5.0, 7.0],
+        span if span > 0.7 => &[1.0, 2.0, 3.0, 5.0, 7.0],
+        span if span > 0.3 => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        _ => &[
+            1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.0, 3.3, 3.6, 4.0, 4.5,
+            5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0, 8.5, 9.0, 9.5,
+        ],
     };
     let ticks: Vec<f64> = (low.floor() as i32..=high.ceil() as i32)
         .flat_map(|e| steps.iter().map(move |m| m.log10() + f64::from(e)))
@@ -331,6 +343,15 @@ pub(crate) struct Chart {
     pub(crate) levels: Vec<f64>,
     /// Texts beside points.
     pub(crate) notes: Vec<(f64, f64, String)>,
+    /// Where a legend inside the chart stands.
+    pub(crate) legend: Corner,
+}
+
+/// A corner of a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Corner {
+    UpperLeft,
+    UpperRight,
 }
 
 impl Chart {
@@ -344,6 +365,7 @@ impl Chart {
             rejected: Vec::new(),
             levels: Vec::new(),
             notes: Vec::new(),
+            legend: Corner::UpperRight,
         }
     }
 
@@ -369,7 +391,7 @@ impl Chart {
                 .x_label_area_size(44 * FINE)
                 .y_label_area_size(76 * FINE);
             if !self.title.is_empty() {
-                builder.caption(&self.title, ("sans-serif", 15 * FINE));
+                builder.caption(&self.title, ("sans-serif", 17 * FINE));
             }
             let chart = builder
                 .build_cartesian_2d(self.x.ranged(), self.y.ranged())
@@ -398,8 +420,8 @@ impl Chart {
         mut chart: ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
         legend_inside: usize,
     ) -> Outcome {
-        let font = ("sans-serif", 15 * FINE).into_font().color(&TEXT);
-        let shades = self.shaded.iter().map(|range| (range, SHADE, 0.07));
+        let font = ("sans-serif", 17 * FINE).into_font().color(&TEXT);
+        let shades = self.shaded.iter().map(|range| (range, SHADE, 0.10));
         let rejects = self.rejected.iter().map(|range| (range, LIMIT, 0.08));
         for ((from, to), colour, strength) in shades.chain(rejects) {
             let corners = [self.at((*from, self.y.low)), self.at((*to, self.y.high))];
@@ -439,23 +461,82 @@ impl Chart {
         for line in &self.lines {
             self.draw_line(&mut chart, line)?;
         }
-        for (x, y, text) in &self.notes {
-            let style = font.clone().pos(Pos::new(HPos::Left, VPos::Bottom));
-            let near = EmptyElement::at(self.at((*x, *y)))
-                + Text::new(text.clone(), (7 * FINE as i32, -3 * FINE as i32), style);
-            chart
-                .draw_series(std::iter::once(near))
-                .map_err(plot_failed)?;
-        }
+        self.draw_notes(&mut chart, &font)?;
         if legend_inside > 0 {
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
+                .position(match self.legend {
+                    Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
+                    Corner::UpperRight => SeriesLabelPosition::UpperRight,
+                })
                 .margin(10 * FINE as i32)
                 .legend_area_size(30 * FINE as i32)
                 .background_style(WHITE.mix(0.85))
                 .label_font(font)
                 .draw()
+                .map_err(plot_failed)?;
+        }
+        Ok(())
+    }
+
+    /// Every text beside its point, where it covers no other text and no point if there is such a place.
+    fn draw_notes<'a, 'b: 'a>(
+        &'b self,
+        chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
+        font: &TextStyle<'_>,
+    ) -> Outcome {
+        let fine = FINE as i32;
+        let (wide, high) = (10 * fine, 17 * fine);
+        let dots: Vec<(i32, i32)> = self
+            .notes
+            .iter()
+            .map(|(x, y, _)| chart.backend_coord(&self.at((*x, *y))))
+            .collect();
+        let mut taken: Vec<[i32; 4]> = dots
+            .iter()
+            .map(|(x, y)| [x - 4 * fine, y - 4 * fine, x + 4 * fine, y + 4 * fine])
+            .collect();
+        for ((x, y, text), dot) in self.notes.iter().zip(&dots) {
+            let width = wide * text.chars().count() as i32;
+            // Around the point, then further and further away.
+            let places = (0..6).flat_map(|ring| {
+                let (right, left) = (
+                    8 * fine + 6 * fine * ring,
+                    -8 * fine - 6 * fine * ring - width,
+                );
+                let rise = 11 * fine * ring;
+                [
+                    (right, -high - rise / 2),
+                    (left, -high - rise / 2),
+                    (right, rise),
+                    (left, rise),
+                    (right, -high / 2),
+                    (left, -high / 2),
+                ]
+            });
+            let free = |(dx, dy): &(i32, i32)| {
+                let [a, b, c, d] = [
+                    dot.0 + dx,
+                    dot.1 + dy,
+                    dot.0 + dx + width,
+                    dot.1 + dy + high,
+                ];
+                taken
+                    .iter()
+                    .all(|[e, f, g, h]| c <= *e || *g <= a || d <= *f || *h <= b)
+            };
+            let (dx, dy) = places.clone().find(free).unwrap_or((8 * fine, -high));
+            taken.push([
+                dot.0 + dx,
+                dot.1 + dy,
+                dot.0 + dx + width,
+                dot.1 + dy + high,
+            ]);
+            let style = font.clone().pos(Pos::new(HPos::Left, VPos::Top));
+            let near =
+                EmptyElement::at(self.at((*x, *y))) + Text::new(text.clone(), (dx, dy), style);
+            chart
+                .draw_series(std::iter::once(near))
                 .map_err(plot_failed)?;
         }
         Ok(())
@@ -521,7 +602,7 @@ fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> 
     let (_, height) = area.dim_in_pixel();
     let room = height as i32 - 30 * fine;
     let step = (22 * fine).min(room / lines.len().max(1) as i32);
-    let size = (15 * FINE).min((step as u32).saturating_sub(FINE).max(6 * FINE));
+    let size = (17 * FINE).min((step as u32).saturating_sub(FINE).max(6 * FINE));
     for (i, line) in lines.iter().enumerate() {
         let y = 24 * fine + step * i as i32;
         let style = line.colour.stroke_width(line.width * FINE / 2);

@@ -6,7 +6,7 @@ use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 use plotters::style::RGBColor;
 
-use super::chart::{Axis, Chart, HEIGHT, Line, WIDTH, range};
+use super::chart::{Axis, Chart, Corner, HEIGHT, Line, WIDTH, range};
 use crate::failure::Outcome;
 use crate::report::Straight;
 
@@ -43,6 +43,7 @@ pub(crate) fn psd(
         levels: Vec::new(),
         rejected: Vec::new(),
         notes: Vec::new(),
+        legend: Corner::UpperRight,
     };
     let svg = chart.svg(HEIGHT + 120)?;
     // In a page a figure takes the width there is; a file of its own needs its size.
@@ -123,6 +124,7 @@ fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Outcome<Strin
         levels: Vec::new(),
         rejected: Vec::new(),
         notes: Vec::new(),
+        legend: Corner::UpperRight,
         lines,
     }
     .svg(HEIGHT + 40)
@@ -148,6 +150,7 @@ pub(crate) fn error(verification: &Verification) -> Outcome<String> {
         levels: vec![-limit_db, limit_db],
         rejected: Vec::new(),
         notes: Vec::new(),
+        legend: Corner::UpperRight,
         lines: vec![Line::new("", MEASURED, points)],
     }
     .svg(HEIGHT - 60)
@@ -183,6 +186,7 @@ pub(crate) fn waveforms(verification: &Verification) -> Outcome<String> {
         levels: Vec::new(),
         rejected: Vec::new(),
         notes: Vec::new(),
+        legend: Corner::UpperRight,
         lines: vec![
             Line::new("target", UNDER, wanted).thick(),
             Line::new("measured, aligned", MEASURED, got).thin(),
@@ -224,6 +228,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             levels: Vec::new(),
             rejected: Vec::new(),
             notes: Vec::new(),
+            legend: Corner::UpperRight,
             lines: vec![Line::new("", colour, points)],
         };
     Ok(vec![
@@ -258,6 +263,7 @@ pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Outcome<String> {
         levels: vec![-limit, limit],
         rejected: Vec::new(),
         notes: Vec::new(),
+        legend: Corner::UpperRight,
         lines: vec![Line::new("", MEASURED, points).thin()],
     }
     .svg(HEIGHT - 60)

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::t_quantile;
 use crate::doubt::Doubt;
+use crate::feature::vertex;
 use crate::fourier::RealTransform;
 use crate::quantity::SampleRate;
 use crate::series::mean;
@@ -141,29 +142,20 @@ impl Spectrum {
         self.prominence_db[line]
     }
 
-    /// The peak around a wavenumber: the middle of what stands within 3 dB of the highest line, weighted by how far.
+    /// The peak around a wavenumber, between lines by a parabola through the three highest in dB.
     fn peak(&self, wavenumber: f64) -> Option<SpeedPeak> {
-        let near: Vec<usize> = (0..self.wavenumbers.len())
+        let last = self.wavenumbers.len().saturating_sub(1);
+        let top = (1..last)
             .filter(|&i| (self.wavenumbers[i] / wavenumber - 1.0).abs() <= REACH)
-            .collect();
-        let top = near
-            .iter()
-            .copied()
             .max_by(|a, b| self.level_db[*a].total_cmp(&self.level_db[*b]))?;
-        let foot = self.level_db[top] - 3.0;
-        let above = |i: &usize| self.level_db[*i] > foot;
-        let first = (0..=top).rev().take_while(above).last().unwrap_or(top);
-        let last = (top..self.level_db.len())
-            .take_while(above)
-            .last()
-            .unwrap_or(top);
-        let (sum, weight) = (first..=last).fold((0.0, 0.0), |(sum, weight), i| {
-            let height = self.level_db[i] - foot;
-            (sum + height * self.wavenumbers[i], weight + height)
-        });
+        let place = vertex(
+            self.level_db[top - 1],
+            self.level_db[top],
+            self.level_db[top + 1],
+        );
         Some(SpeedPeak {
             speed_m_s: self.speed_m_s,
-            frequency_hz: self.speed_m_s * sum / weight,
+            frequency_hz: self.speed_m_s * self.wavenumbers[top] * STEP.powf(place),
             prominence_db: self.prominence_db[top],
         })
     }

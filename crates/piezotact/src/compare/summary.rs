@@ -15,6 +15,9 @@ const RIDGES_M: [f64; 2] = [0.3e-3, 0.8e-3];
 /// A peak this far from where it is expected belongs there, as a share.
 const NEAR: f64 = 0.12;
 
+/// Speeds whose ratio is above this are different speeds.
+const OTHER_SPEED: f64 = 1.1;
+
 /// The frequency that the ridges of the finger make, f = v/λ, and what was found of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Fingerprint {
@@ -174,6 +177,7 @@ pub fn summarise(
             recommended: RECOMMENDED_STROKES,
         });
     }
+    doubts.extend(pooled(name, members, speed_m_s));
     Ok(Summary {
         name: name.into(),
         recordings: members.len(),
@@ -203,6 +207,36 @@ pub fn summarise(
         psd,
         doubts,
     })
+}
+
+/// The doubts that speeds or kinds of touch that differ are averaged together.
+fn pooled(
+    name: &str,
+    members: &[(&Analysis, &Condition)],
+    speed_m_s: Option<Statistics>,
+) -> Vec<Doubt> {
+    let differ = |what: &str| Doubt::Pooled {
+        group: name.into(),
+        what: what.into(),
+    };
+    let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
+    stated.sort_by(f64::total_cmp);
+    let apart = match stated.as_slice() {
+        [slowest, .., fastest] => *fastest > OTHER_SPEED * slowest,
+        _ => false,
+    };
+    let scattered = speed_m_s.is_some_and(|s| s.sd > 0.25 * s.mean);
+    let touch = members
+        .windows(2)
+        .any(|pair| pair[0].1.touch != pair[1].1.touch);
+    let mut doubts = Vec::new();
+    if apart || scattered {
+        doubts.push(differ("speed"));
+    }
+    if touch {
+        doubts.push(differ("touch (active and passive)"));
+    }
+    doubts
 }
 
 fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {

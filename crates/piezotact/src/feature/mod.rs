@@ -5,6 +5,7 @@ mod weighting;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use peaks::vertex;
 pub use peaks::{Peak, peaks};
 pub use weighting::{Receptor, Weighting};
 

@@ -71,7 +71,7 @@ pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
 }
 
 /// Where a parabola through three neighbours has its top, in lines from the middle one, −0.5–0.5.
-fn vertex(before: f64, top: f64, after: f64) -> f64 {
+pub(crate) fn vertex(before: f64, top: f64, after: f64) -> f64 {
     let bend = before - 2.0 * top + after;
     if bend.abs() < f64::EPSILON {
         0.0

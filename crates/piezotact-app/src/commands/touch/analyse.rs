@@ -2,13 +2,14 @@
 
 use piezotact::Doubt;
 use piezotact::compare::Summary;
+use piezotact::feature::Statistics;
 use serde_json::{Value, json};
 
 use super::segment::check_outputs;
-use super::{Cell, Take, analyse_all, cells, ridge_m, sample_sets, tables, take_all};
+use super::{Cell, Take, analyse_all, cells, doubts_once, ridge_m, sample_sets, tables, take_all};
 use crate::cli::{Analyse, By};
 use crate::failure::Outcome;
-use crate::output::{digits, doubts_json, print, print_json, say, say_doubts, write_text};
+use crate::output::{digits, doubts_json, print, print_json, say, write_text};
 use crate::report;
 
 pub(crate) fn run(args: &Analyse) -> Outcome {
@@ -36,15 +37,10 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
     if computing.json {
         return print_json(&json(&takes, &groups, by)?);
     }
-    for take in &takes {
-        let doubts = take.doubts();
-        if !doubts.is_empty() {
-            say(&format!("{}:", take.name));
-            say_doubts(&doubts);
-        }
+    for doubt in doubts_once(&takes, &groups) {
+        say(&format!("doubt: {doubt}"));
     }
     for group in &groups {
-        say_doubts(&group.summary.doubts);
         print(&line(&group.summary))?;
     }
     for path in [&computing.csv, &computing.report].into_iter().flatten() {
@@ -65,16 +61,28 @@ fn usual(takes: &[Take]) -> By {
 
 /// A group in one line.
 pub(crate) fn line(summary: &Summary) -> String {
+    let several = summary.strokes > 1;
+    let spread = |s: Statistics, decimals: fn(f64) -> String| {
+        if several {
+            format!("{} ± {}", decimals(s.mean), decimals(s.sd))
+        } else {
+            decimals(s.mean)
+        }
+    };
     let mut text = format!(
-        "{}: {} strokes, rms {} ± {} {}",
+        "{}: {} stroke{}, rms {} {}",
         summary.name,
         summary.strokes,
-        digits(summary.rms.mean),
-        digits(summary.rms.sd),
-        summary.unit,
+        if several { "s" } else { "" },
+        spread(summary.rms, digits),
+        if summary.unit.symbol() == "no unit" {
+            "(no unit)"
+        } else {
+            summary.unit.symbol()
+        },
     );
     if let Some(friction) = summary.friction_coefficient {
-        text += &format!(", friction {:.3} ± {:.3}", friction.mean, friction.sd);
+        text += &format!(", friction {}", spread(friction, |v| format!("{v:.3}")));
     }
     if let Some(force) = summary.normal_force_n {
         text += &format!(", {:.3} N", force.mean);

@@ -13,12 +13,12 @@ use serde_json::{Map, Value, json};
 
 use super::segment::check_outputs;
 use super::{
-    Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, ridge_m, sample_sets,
-    tables, take_all,
+    Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, doubts_once, ridge_m,
+    sample_sets, tables, take_all,
 };
 use crate::cli::{By, Compare};
 use crate::failure::{Outcome, usage};
-use crate::output::{digits, doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{digits, doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
@@ -67,6 +67,9 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         .collect::<Outcome<Vec<_>>>()?;
     if computing.json {
         return print_json(&json(args.by, &takes, &sets, results)?);
+    }
+    for doubt in doubts_once(&takes, &[]) {
+        say(&format!("doubt: {doubt}"));
     }
     for result in &results {
         say_doubts(&result.doubts);
@@ -321,7 +324,12 @@ pub(crate) fn textures(summaries: &[&Summary]) -> Vec<Texture> {
 fn json(by: By, takes: &[Take], sets: &[SampleSet], results: Vec<Compared>) -> Outcome<Value> {
     let mut doubts: Vec<Doubt> = takes.iter().flat_map(Take::doubts).collect();
     doubts.extend(results.iter().flat_map(|result| result.doubts.clone()));
-    doubts.dedup();
+    let mut seen: Vec<Doubt> = Vec::new();
+    doubts.retain(|doubt| {
+        let new = !seen.contains(doubt);
+        seen.push(doubt.clone());
+        new
+    });
     let mut value = Map::new();
     value.insert("by".into(), json!(format!("{by:?}").to_lowercase()));
     if by == By::Touch {

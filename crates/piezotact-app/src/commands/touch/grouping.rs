@@ -48,14 +48,37 @@ impl Key {
         }
     }
 
-    fn text(&self) -> String {
-        let parts = [&self.participant, &self.sample, &self.speed, &self.touch];
+    /// The parts in which the recordings differ, as a person says them.
+    fn text(&self, varying: &Self) -> String {
+        let parts = [
+            (&self.participant, &varying.participant),
+            (&self.sample, &varying.sample),
+            (&self.speed, &varying.speed),
+            (&self.touch, &varying.touch),
+        ];
         let known: Vec<&str> = parts
             .into_iter()
-            .filter(|part| !part.is_empty())
-            .map(String::as_str)
+            .filter(|(part, varies)| !part.is_empty() && !varies.is_empty())
+            .map(|(part, _)| part.as_str())
             .collect();
         known.join(", ")
+    }
+
+    /// A key whose parts say something where `keys` differ, and nothing where they all agree.
+    fn varying(keys: &[Self]) -> Self {
+        let mut varying = Self::default();
+        let parts: [(By, fn(&Self) -> &String); 4] = [
+            (By::Sample, |k| &k.sample),
+            (By::Speed, |k| &k.speed),
+            (By::Participant, |k| &k.participant),
+            (By::Touch, |k| &k.touch),
+        ];
+        for (by, part) in parts {
+            if keys.windows(2).any(|pair| part(&pair[0]) != part(&pair[1])) {
+                *varying.part(by) = "varies".into();
+            }
+        }
+        varying
     }
 }
 
@@ -182,12 +205,19 @@ pub(crate) fn comparisons<'a>(
             None => settings.push((key, vec![take])),
         }
     }
-    settings.sort_by(|(a, _), (b, _)| order(&a.text(), &b.text(), By::File, sets));
+    settings.sort_by(|(a, _), (b, _)| {
+        order(&a.participant, &b.participant, By::Participant, sets)
+            .then_with(|| order(&a.sample, &b.sample, By::Sample, sets))
+            .then_with(|| order(&a.speed, &b.speed, By::Speed, sets))
+            .then_with(|| a.touch.cmp(&b.touch))
+    });
+    let keys: Vec<Key> = settings.iter().map(|(key, _)| key.clone()).collect();
+    let varying = Key::varying(&keys);
     settings
         .into_iter()
         .map(|(key, members)| {
             Ok(Comparison {
-                setting: key.text(),
+                setting: key.text(&varying),
                 cells: of_takes(&members, by, sets, ridge_m)?,
             })
         })

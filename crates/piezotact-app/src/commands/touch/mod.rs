@@ -66,6 +66,63 @@ impl Take {
     }
 }
 
+/// A doubt in words, and the first recording that it is about with the number of the others.
+pub(crate) struct Shared {
+    pub(crate) first: Option<String>,
+    pub(crate) others: usize,
+    pub(crate) text: String,
+}
+
+impl std::fmt::Display for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (&self.first, self.others) {
+            (None, _) => {}
+            (Some(name), 0) => write!(f, "{name}: ")?,
+            (Some(name), 1) => write!(f, "{name} and another: ")?,
+            (Some(name), more) => write!(f, "{name} and {more} others: ")?,
+        }
+        f.write_str(&self.text)
+    }
+}
+
+/// Every doubt about the recordings and about their groups, once.
+pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<Shared> {
+    let mut all: Vec<(Doubt, Shared)> = Vec::new();
+    let of_takes = takes.iter().flat_map(|take| {
+        take.doubts()
+            .into_iter()
+            .map(|doubt| (doubt, Some(&take.name)))
+    });
+    let of_groups = groups.iter().flat_map(|group| {
+        group
+            .summary
+            .doubts
+            .iter()
+            .map(|doubt| (doubt.clone(), None))
+    });
+    for (doubt, name) in of_takes.chain(of_groups) {
+        // Doubts that differ in their numbers only are one doubt about several recordings.
+        let kind = std::mem::discriminant(&doubt);
+        let many = takes.len() > 3 && name.is_some();
+        let known = all.iter_mut().find(|(other, shared)| {
+            *other == doubt
+                || (many && shared.first.is_some() && std::mem::discriminant(other) == kind)
+        });
+        match known {
+            Some((_, shared)) => shared.others += usize::from(name.is_some()),
+            None => all.push((
+                doubt.clone(),
+                Shared {
+                    first: name.cloned(),
+                    others: 0,
+                    text: doubt.to_string(),
+                },
+            )),
+        }
+    }
+    all.into_iter().map(|(_, shared)| shared).collect()
+}
+
 /// A bar over many recordings; on anything but a terminal a line at its start.
 fn many(what: &str, count: usize) -> ProgressBar {
     use std::io::IsTerminal as _;

@@ -9,7 +9,7 @@ use plotters::style::RGBColor;
 
 use crate::commands::touch::Take;
 use crate::failure::Outcome;
-use crate::report::chart::{Axis, Chart, HEIGHT, Line, Mark, Scale, palette};
+use crate::report::chart::{Axis, Chart, Corner, HEIGHT, Line, Mark, Scale, palette};
 
 const SIGNAL: RGBColor = RGBColor(0, 90, 140);
 const SECOND: RGBColor = RGBColor(213, 94, 0);
@@ -230,10 +230,18 @@ pub(crate) fn psds(groups: &[&Summary], band: (f64, f64)) -> Outcome<String> {
     Chart::new(x, y, lines).svg(HEIGHT + 100)
 }
 
-fn line_of(fit: &LogFit, axis: &Axis) -> Vec<(f64, f64)> {
-    [axis.low, axis.high]
-        .map(|x| (x, 10f64.powf(fit.intercept + fit.slope * x.log10())))
-        .to_vec()
+/// A power law of Ra in µm, within both axes.
+fn line_of(fit: &LogFit, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
+    let (from, to) = (x.low.log10(), x.high.log10());
+    (0..=200)
+        .map(|i| from + (to - from) * f64::from(i) / 200.0)
+        .map(|place| {
+            // The fit is over Ra in m.
+            let level = fit.intercept + fit.slope * (place - 6.0);
+            (10f64.powf(place), 10f64.powf(level))
+        })
+        .filter(|(_, value)| (y.low..=y.high).contains(value))
+        .collect()
 }
 
 /// Rms against Ra, both logarithmic, with the fitted power law.
@@ -259,7 +267,7 @@ pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Outcome<
     let mut lines = Vec::new();
     if let Some(fit) = &trend.rms_on_ra {
         let law = format!("rms ∝ Ra^{:.2}", fit.slope);
-        lines.push(Line::new(law, SINGLE, line_of(fit, &x)));
+        lines.push(Line::new(law, SINGLE, line_of(fit, &x, &y)));
     }
     lines.push(
         Line::new("", SIGNAL, points)
@@ -267,6 +275,7 @@ pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Outcome<
             .spread(spread),
     );
     let mut chart = Chart::new(x, y, lines);
+    chart.legend = Corner::UpperLeft;
     chart.notes = known
         .iter()
         .map(|(g, ra)| (*ra, g.rms.mean, g.name.clone()))
@@ -319,7 +328,8 @@ pub(crate) fn by_name(
         .flat_map(|line| line.spread.iter().flat_map(|(_, a, b)| [*a, *b]));
     let mut y = Axis::around(y_label, Scale::Linear, ends);
     if sets.len() > 1 && sets.len() < 4 {
-        y.high += 0.15 * (y.high - y.low);
+        // Room for the legend above the lines.
+        y.high += 0.3 * (y.high - y.low);
     }
     Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
 }
@@ -335,13 +345,14 @@ pub(crate) fn period(period: &SpatialPeriod) -> Outcome<String> {
     let (fastest, highest) = (top(&|p| p.0) * 1.1, top(&|p| p.1) * 1.15);
     let label = format!("f = v / {:.3} mm", period.period_m * 1e3);
     let law = vec![(0.0, 0.0), (fastest, fastest * 1e-3 / period.period_m)];
-    Chart::new(
+    let mut chart = Chart::new(
         Axis::new("speed, mm/s", 0.0, fastest),
         Axis::new("frequency of the peak, Hz", 0.0, highest),
         vec![
             Line::new(label, SINGLE, law),
             Line::new("", SIGNAL, points).marked(Mark::Dots),
         ],
-    )
-    .svg(HEIGHT)
+    );
+    chart.legend = Corner::UpperLeft;
+    chart.svg(HEIGHT - 40)
 }

@@ -3,19 +3,18 @@
 mod figures;
 
 use maud::{Markup, html};
-use piezotact::Doubt;
 use piezotact::compare::{
     Discrimination, Summary, across_roughness, friction_against_rms, indistinguishable,
     rms_on_speed,
 };
-use piezotact::feature::{Receptor, Weighting};
+use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::stroke::Rule;
 use piezotact::surface::SampleSet;
 
 use super::{document, figure};
 use crate::cli::By;
 use crate::commands::touch::compare::{period, textures, touch};
-use crate::commands::touch::{Cell, Comparison, Take, both_ways, comparisons};
+use crate::commands::touch::{Cell, Comparison, Take, both_ways, comparisons, doubts_once};
 use crate::failure::Outcome;
 use crate::output::digits;
 
@@ -75,100 +74,89 @@ fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
-/// Every doubt once, with the recordings and groups that it is about.
 fn doubts(takes: &[Take], groups: &[Cell<'_>]) -> Markup {
-    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
-    let mut add = |doubt: &Doubt, whose: Option<&'_ str>| {
-        let text = doubt.to_string();
-        match all.iter_mut().find(|(other, _)| *other == text) {
-            Some((_, names)) => names.extend(whose.map(|_| "")),
-            None => all.push((text, vec![""; usize::from(whose.is_some())])),
-        }
-    };
-    for take in takes {
-        for doubt in take.doubts() {
-            add(&doubt, Some(&take.name));
-        }
-    }
-    for group in groups {
-        for doubt in &group.summary.doubts {
-            add(doubt, None);
-        }
-    }
-    let first = |text: &str| {
-        takes
-            .iter()
-            .find(|take| take.doubts().iter().any(|doubt| doubt.to_string() == text))
-            .map(|take| take.name.clone())
-    };
+    let all = doubts_once(takes, groups);
     html! {
         section {
             h2 { "Doubts" }
             @if all.is_empty() {
                 p.soft { "None: nothing had to be guessed or left out." }
             } @else {
-                ul.doubts {
-                    @for (text, names) in &all {
-                        li {
-                            @match (first(text), names.len()) {
-                                (Some(name), 1) => { b { (name) ": " } }
-                                (Some(name), more) => { b { (name) " and " (count(more - 1, "other")) ": " } }
-                                (None, _) => {}
-                            }
-                            (text)
-                        }
-                    }
-                }
+                ul.doubts { @for doubt in &all { li { (doubt) } } }
             }
         }
     }
 }
 
-fn groups(page: &Page<'_>) -> Markup {
-    let has_friction = page
-        .groups
-        .iter()
-        .any(|g| g.summary.friction_coefficient.is_some());
-    let has_speed = page.groups.iter().any(|g| g.summary.speed_m_s.is_some());
-    let weighted = page
-        .groups
-        .iter()
-        .any(|g| g.summary.pacinian_power.is_some());
-    let unit = page
-        .groups
-        .first()
-        .map_or(String::new(), |g| g.summary.unit.to_string());
-    let some = |value: Option<piezotact::feature::Statistics>, scale: f64| {
-        value.map_or("–".into(), |s| {
-            format!("{} ± {}", digits(s.mean * scale), digits(s.sd * scale))
-        })
+/// Mean ± standard deviation, both with the decimals that give the mean three digits.
+fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
+    let Some(s) = value else {
+        return "–".into();
     };
+    let mean = digits(s.mean * scale);
+    if strokes < 2 {
+        return mean;
+    }
+    let decimals = mean
+        .split_once('.')
+        .map_or(0, |(_, decimals)| decimals.len());
+    if mean.contains('e') {
+        format!("{mean} ± {}", digits(s.sd * scale))
+    } else {
+        format!("{mean} ± {:.decimals$}", s.sd * scale)
+    }
+}
+
+fn groups(page: &Page<'_>) -> Markup {
+    let all = || page.groups.iter().map(|g| &g.summary);
+    let touched = all().any(|s| s.friction_coefficient.is_some() || s.normal_force_n.is_some());
+    let moved = all().any(|s| s.speed_m_s.is_some());
+    let weighted = all().any(|s| s.pacinian_power.is_some());
+    let unit = all().next().map_or(String::new(), |s| s.unit.to_string());
     html! {
         section {
             h2 { "Groups" }
             p.soft { "Mean ± standard deviation over strokes." }
-            div.wide { table {
+            table {
                 tr {
                     th { "group" } th.n { "strokes" } th.n { "rms, " (unit) } th.n { "crest factor" }
-                    @if has_friction { th.n { "friction coefficient" } th.n { "normal force, N" } }
-                    @if has_speed { th.n { "speed, mm/s" } th.n { "fingerprint, Hz" } }
                     th.n { "centroid, Hz" } th.n { "strongest line, Hz" }
                     @if weighted { th.n { "Pacinian power" } }
                 }
-                @for Cell { summary: s, .. } in page.groups {
+                @for s in all() {
                     tr {
                         td { (s.name) } td.n { (s.strokes) }
-                        td.n { (some(Some(s.rms), 1.0)) } td.n { (digits(s.crest_factor.mean)) }
-                        @if has_friction { td.n { (some(s.friction_coefficient, 1.0)) } td.n { (some(s.normal_force_n, 1.0)) } }
-                        @if has_speed {
-                            td.n { (some(s.speed_m_s, 1e3)) }
-                            td.n { (s.fingerprint.and_then(|f| f.found_hz).map_or("–".into(), digits)) }
-                        }
-                        td.n { (digits(s.centroid_hz.mean)) } td.n { (digits(s.strongest_hz)) }
-                        @if weighted { td.n { (some(s.pacinian_power, 1.0)) } }
+                        td.n { (spread(Some(s.rms), 1.0, s.strokes)) }
+                        td.n { (spread(Some(s.crest_factor), 1.0, s.strokes)) }
+                        td.n { (spread(Some(s.centroid_hz), 1.0, s.strokes)) }
+                        td.n { (digits(s.strongest_hz)) }
+                        @if weighted { td.n { (spread(s.pacinian_power, 1.0, s.strokes)) } }
                     }
                 }
-            } }
+            }
+            @if touched || moved {
+                table.second {
+                    tr {
+                        th { "group" }
+                        @if touched { th.n { "friction coefficient" } th.n { "normal force, N" } }
+                        @if moved { th.n { "speed, mm/s" } th.n { "fingerprint peak, Hz" } th.n { "ridge wavelength, mm" } }
+                    }
+                    @for s in all() {
+                        tr {
+                            td { (s.name) }
+                            @if touched {
+                                td.n { (spread(s.friction_coefficient, 1.0, s.strokes)) }
+                                td.n { (spread(s.normal_force_n, 1.0, s.strokes)) }
+                            }
+                            @if moved {
+                                td.n { (spread(s.speed_m_s, 1e3, s.strokes)) }
+                                td.n { (s.fingerprint.and_then(|f| f.found_hz).map_or("–".into(), digits)) }
+                                td.n { (s.fingerprint.and_then(|f| f.ridge_wavelength_m).map_or("–".into(), |m| digits(m * 1e3))) }
+                            }
+                        }
+                    }
+                }
+            }
         }
     }
 }
@@ -212,52 +200,79 @@ fn heading(comparison: &Comparison<'_>) -> Markup {
     html! { @if !comparison.setting.is_empty() { h3 { (comparison.setting) } } }
 }
 
+/// Something of each group, one line for each setting.
+type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
+
 fn samples(page: &Page<'_>) -> Outcome<Markup> {
     let Some(all) = several(page, By::Sample) else {
         return Ok(html! {});
     };
-    let band = shown_band(page.takes);
-    let mut parts = Vec::new();
-    for comparison in all.iter().filter(|c| c.cells.len() > 1) {
-        let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
-        let trend = across_roughness(&summaries, |name| {
-            page.sets.iter().find_map(|set| set.sample(name))?.ra_m
-        });
-        let names: Vec<String> = summaries.iter().map(|s| s.name.clone()).collect();
-        let rms = summaries
-            .iter()
-            .map(|s| Some((s.rms.mean, s.rms.sd)))
-            .collect();
-        let friction: Vec<_> = summaries
-            .iter()
-            .map(|s| s.friction_coefficient.map(|f| (f.mean, f.sd)))
-            .collect();
-        let unit = summaries
-            .first()
-            .map_or(String::new(), |s| s.unit.to_string());
-        parts.push(html! {
-            (heading(comparison))
-            @if all.len() > 1 { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
-            (figure(&figures::by_name(&names, format!("rms, {unit}"), "sample", &[(String::new(), rms)])?, "Rms of the vibration of each sample: mean and standard deviation over strokes."))
-            @if friction.iter().any(Option::is_some) {
-                (figure(&figures::by_name(&names, "friction coefficient".into(), "sample", &[(String::new(), friction)])?, "Friction coefficient of each sample: mean and standard deviation over strokes."))
-            }
-            @if trend.samples.len() > 1 {
-                (figure(&figures::roughness(&summaries, &trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
-            }
-            ul {
-                @if let Some(fit) = &trend.rms_on_ra {
-                    li { (format!("log rms on log Ra: slope {:.2}", fit.slope))
-                        @if let Some([low, high]) = fit.slope_interval { (format!(" (95 %: {low:.2} to {high:.2})")) }
-                        (format!(", R² {:.2}", fit.r_squared)) }
-                }
-                @if let Some(rho) = trend.rms_rank_correlation { li { (format!("Spearman's rank correlation of Ra and rms: {rho:.2}")) } }
-                @if let Some(rho) = trend.friction_rank_correlation { li { (format!("Spearman's rank correlation of Ra and friction coefficient: {rho:.2}")) } }
-                @if let Some(rho) = friction_against_rms(&summaries) { li { (format!("Spearman's rank correlation of friction coefficient and rms: {rho:.2}")) } }
-            }
-        });
+    let all: Vec<Comparison<'_>> = all.into_iter().filter(|c| c.cells.len() > 1).collect();
+    let mut names: Vec<String> = Vec::new();
+    for summary in all.iter().flat_map(|c| &c.cells).map(|c| &c.summary) {
+        if !names.contains(&summary.name) {
+            names.push(summary.name.clone());
+        }
     }
-    Ok(html! { section { h2 { "Across samples" } @for part in &parts { (part) } } })
+    let of = |value: &dyn Fn(&Summary) -> Option<Statistics>| -> Sets {
+        let settings = all.iter().map(|comparison| {
+            let named = |name: &String| {
+                let cell = comparison.cells.iter().find(|c| c.summary.name == *name)?;
+                value(&cell.summary).map(|s| (s.mean, s.sd))
+            };
+            (
+                comparison.setting.clone(),
+                names.iter().map(named).collect(),
+            )
+        });
+        settings.collect()
+    };
+    let (rms, friction) = (of(&|s| Some(s.rms)), of(&|s| s.friction_coefficient));
+    let unit = page
+        .groups
+        .first()
+        .map_or(String::new(), |g| g.summary.unit.to_string());
+    let rubs = friction
+        .iter()
+        .any(|(_, values)| values.iter().any(Option::is_some));
+    let mut parts = Vec::new();
+    for comparison in &all {
+        parts.push(samples_in(page, comparison, all.len() > 1)?);
+    }
+    Ok(html! {
+        section {
+            h2 { "Across samples" }
+            (figure(&figures::by_name(&names, format!("rms, {unit}"), "sample", &rms)?, "Rms of the vibration of each sample: mean and standard deviation over strokes."))
+            @if rubs { (figure(&figures::by_name(&names, "friction coefficient".into(), "sample", &friction)?, "Friction coefficient of each sample: mean and standard deviation over strokes.")) }
+            @for part in &parts { (part) }
+        }
+    })
+}
+
+/// The samples of one setting: their spectra where there are several settings, and what follows their roughness.
+fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>, of_several: bool) -> Outcome<Markup> {
+    let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
+    let trend = across_roughness(&summaries, |name| {
+        page.sets.iter().find_map(|set| set.sample(name))?.ra_m
+    });
+    let band = shown_band(page.takes);
+    Ok(html! {
+        (heading(comparison))
+        @if of_several { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
+        @if trend.samples.len() > 2 {
+            (figure(&figures::roughness(&summaries, &trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
+        }
+        ul {
+            @if let (Some(fit), true) = (&trend.rms_on_ra, trend.samples.len() > 2) {
+                li { (format!("log rms on log Ra: slope {:.2}", fit.slope))
+                    @if let Some([low, high]) = fit.slope_interval { (format!(" (95 %: {low:.2} to {high:.2})")) }
+                    (format!(", R² {:.2}", fit.r_squared)) }
+            }
+            @if let Some(rho) = trend.rms_rank_correlation { li { (format!("Spearman's rank correlation of Ra and rms: {rho:.2}")) } }
+            @if let Some(rho) = trend.friction_rank_correlation { li { (format!("Spearman's rank correlation of Ra and friction coefficient: {rho:.2}")) } }
+            @if let Some(rho) = friction_against_rms(&summaries) { li { (format!("Spearman's rank correlation of friction coefficient and rms: {rho:.2}")) } }
+        }
+    })
 }
 
 fn speeds(page: &Page<'_>) -> Outcome<Markup> {
@@ -267,7 +282,7 @@ fn speeds(page: &Page<'_>) -> Outcome<Markup> {
     let band = shown_band(page.takes);
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
-    let mut sets: Vec<(String, Vec<Option<(f64, f64)>>)> = Vec::new();
+    let mut sets: Sets = Vec::new();
     for comparison in all.iter().filter(|c| c.cells.len() > 1) {
         let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
         let found = period(comparison)?;
