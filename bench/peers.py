@@ -81,6 +81,24 @@ def inputs(folder):
     _, sxx = signal.welch(drive, fs=RATE, nperseg=2048)
     h = sxy / sxx
     keep("W3", texture(50_000, 3), h.real, h.imag)
+    keep("W5", *an_hour_of_strokes())
+
+
+def an_hour_of_strokes():
+    """Acceleration, two tangential forces and the normal force: a stroke of 1 s every 2 s."""
+    from scipy import signal
+
+    n = int(3600 * RATE)
+    random = np.random.Generator(np.random.PCG64(21))
+    time = np.arange(n) / RATE
+    touching = ((time % 2.0) >= 0.5) & ((time % 2.0) < 1.5)
+    ramp = np.hanning(501)
+    shape = signal.oaconvolve(touching.astype(float), ramp / ramp.sum(), mode="same")
+    normal = 0.5 * shape + 0.01 * random.standard_normal(n)
+    along = 0.35 * normal + 0.01 * random.standard_normal(n)
+    across = 0.02 * random.standard_normal(n)
+    acceleration = shape * (texture(n, 22) + 0.25) + 0.02 * random.standard_normal(n)
+    return acceleration, along, across, normal
 
 
 def load(folder, name):
@@ -239,6 +257,40 @@ def w3_soxr(folder):
     return target.nbytes, run
 
 
+def w5_scipy(folder):
+    """Contacts by hysteresis in the smoothed force, then features stroke by stroke."""
+    from scipy import ndimage, signal
+
+    acceleration, along, across, normal = load(folder, "W5").reshape(4, -1)
+    bands = [(5, 30), (30, 100), (100, 300), (300, 600), (600, 1000)]
+
+    def contacts(on=0.2, off=0.1, width=251, shortest=2500):
+        smooth = ndimage.uniform_filter1d(normal, width)
+        above = smooth > off
+        steps = np.diff(above.astype(np.int8))
+        starts, ends = np.flatnonzero(steps == 1) + 1, np.flatnonzero(steps == -1) + 1
+        if above[0]:
+            starts = np.r_[0, starts]
+        if above[-1]:
+            ends = np.r_[ends, len(normal)]
+        pressed = np.r_[0, np.cumsum(smooth > on)]
+        keep = (pressed[ends] - pressed[starts] > 0) & (ends - starts >= shortest)
+        return zip(starts[keep], ends[keep])
+
+    def features(start, end):
+        x = acceleration[start:end]
+        ratio = np.hypot(along[start:end], across[start:end]) / np.maximum(normal[start:end], 1e-6)
+        x = x - x.mean()
+        rms, peak = np.sqrt(np.mean(x * x)), abs(x).max()
+        f, psd = signal.welch(x, RATE, nperseg=1024)
+        powers = [psd[(f >= low) & (f < high)].sum() * f[1] for low, high in bands]
+        band = (f > 20) & (f < 1000)
+        centroid = (f[band] * psd[band]).sum() / psd[band].sum()
+        return [np.median(ratio), rms, peak, peak / rms, f[band][psd[band].argmax()], centroid, *powers]
+
+    return 4 * normal.nbytes, lambda: np.array([features(*contact) for contact in contacts()]).T
+
+
 CONTESTANTS = {
     "W1a-scipy": w1a_scipy,
     "W1a-fftw": w1a_fftw,
@@ -249,6 +301,8 @@ CONTESTANTS = {
     "W2b-scipy": w2b(scipy_transfer),
     "W2b-numpy": w2b(numpy_transfer),
     "W3-soxr": w3_soxr,
+    "W5-scipy": w5_scipy,
+    "W5j-scipy": w5_scipy,
 }
 
 

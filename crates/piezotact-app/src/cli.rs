@@ -111,6 +111,9 @@ pub(crate) struct Takes {
     /// The channel of the speed or position of the surface.
     #[arg(long, value_name = "NAME")]
     pub(crate) motion: Option<String>,
+    /// Takes every contact as a stroke, also where the finger rests, or sticks and slips.
+    #[arg(long)]
+    pub(crate) every_contact: bool,
     /// A file of cuts for one recording; without it, RECORDING.cuts beside each recording counts.
     #[arg(long, value_name = "FILE")]
     pub(crate) cuts: Option<PathBuf>,

@@ -487,7 +487,7 @@ impl fmt::Display for Doubt {
                 "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N; check the force channel, or state the load with --load"
             ),
             Self::SlidingAssumed => f.write_str(
-                "neither vibration nor tangential force was recorded: every contact is taken as sliding; hesitations and stick-slip cannot be seen"
+                "every contact is taken as a stroke: hesitations and stick-slip are not looked for (for want of vibration and tangential force, or as asked)"
             ),
             Self::ContactAssumed => f.write_str(
                 "no normal force was recorded: the finger is taken to touch whenever the surface moves"

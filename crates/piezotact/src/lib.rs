@@ -15,6 +15,7 @@ pub mod doubt;
 pub mod feature;
 pub mod filter;
 mod fourier;
+mod order;
 pub mod quantity;
 pub mod recording;
 pub mod render;

@@ -28,7 +28,7 @@ enum Agreement {
     OfLargest(f64),
 }
 
-const WORKS: [Work; 5] = [
+const WORKS: [Work; 7] = [
     Work {
         name: "W1a",
         what: "Welch PSD, one channel of 10 min at 5 kHz",
@@ -65,6 +65,21 @@ const WORKS: [Work; 5] = [
         // Two resamplers that both keep the band to 1e-4, the first and last milliseconds left out.
         agreement: Agreement::OfLargest(1e-3),
         peers: &[("soxr", 3.0)],
+    },
+    Work {
+        name: "W5",
+        what: "strokes and features, 4 channels of 1 h",
+        repetitions: 3,
+        // Our cuts fall on frames of 2 ms, the peer's on samples: strokes of 1 s differ by 1 ms at each end.
+        agreement: Agreement::OfLargest(0.02),
+        peers: &[("scipy", 12.0)],
+    },
+    Work {
+        name: "W5j",
+        what: "the same, and each contact judged: sliding, stick-slip",
+        repetitions: 3,
+        agreement: Agreement::OfLargest(0.02),
+        peers: &[("scipy", 1.0)],
     },
 ];
 

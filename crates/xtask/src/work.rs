@@ -5,11 +5,13 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use cpu_time::ProcessTime;
 use num_complex::Complex;
-use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
+use piezotact::feature::{FeatureConfig, FeaturePlan, band_power};
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Newtons, SampleRate, Seconds, Unit};
 use piezotact::render::{InverseConfig, InversePlan};
 use piezotact::resample::Resampler;
 use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
+use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
 use serde_json::json;
@@ -27,6 +29,8 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W2a" => w2a(folder)?,
         "W2b" => w2b(folder)?,
         "W3" => w3(folder)?,
+        "W5" => w5(folder, Judging::ContactOnly)?,
+        "W5j" => w5(folder, Judging::Sliding)?,
         _ => bail!("no work is called {name}"),
     };
     let mut result = work()?;
@@ -196,6 +200,69 @@ fn w3(folder: &Path) -> Result<Prepared> {
             write_wav(&path, &[&drive], 48_000, SampleFormat::Pcm24)
                 .map_err(|error| anyhow!(error))?;
             Ok(drive)
+        }),
+    })
+}
+
+/// Contacts by hysteresis without landing or take-off, above a zero that may drift, and the features of every
+/// stroke; with or without judging how the finger slides, which the peer does not.
+fn w5(folder: &Path, judging: Judging) -> Result<Prepared> {
+    let data = load(folder, "W5")?;
+    let input_bytes = data.len() * 8;
+    let rate = rate(5000.0)?;
+    let band = |low, high| Band::new(Hertz(low), Hertz(high));
+    let bands = [
+        band(5.0, 30.0)?,
+        band(30.0, 100.0)?,
+        band(100.0, 300.0)?,
+        band(300.0, 600.0)?,
+        band(600.0, 1000.0)?,
+    ];
+    let rule = ForceRule {
+        on_n: Newtons(0.2),
+        off_n: Newtons(0.1),
+        smoothing_s: Seconds(0.0502),
+        landing_s: Seconds(0.0),
+        take_off_s: Seconds(0.0),
+        longest_gap_s: Seconds(0.0),
+        shortest_s: Seconds(0.5),
+        load_n: Some(Newtons(0.5)),
+        tolerance_share: 1.0,
+        judging,
+    };
+    let config = FeatureConfig {
+        high_pass: None,
+        welch: WelchConfig::thesis_2024(),
+        band: band(20.0, 1000.0)?,
+    };
+    let mut plan = FeaturePlan::new(&config, rate, Unit::MetrePerSecondSquared)?;
+    let resolution_hz = 5000.0 / 1024.0;
+    Ok(Prepared {
+        input_bytes,
+        work: Box::new(move || {
+            let quarter = data.len() / 4;
+            let channel = |i: usize| &data[i * quarter..(i + 1) * quarter];
+            let signals = Signals {
+                rate,
+                vibration: Some(channel(0)),
+                normal_force_n: Some(channel(3)),
+                tangential_force_n: vec![channel(1), channel(2)],
+                motion: None,
+            };
+            let segmentation = segment_by_force(&signals, &rule)?;
+            let mut columns = vec![Vec::with_capacity(segmentation.strokes.len()); 11];
+            for stroke in &segmentation.strokes {
+                let (f, psd) = plan.of(&[channel(0)], &signals, &segmentation, stroke)?;
+                let friction = f.friction_coefficient.context("friction")?.median;
+                let shape = [f.strongest_hz, f.centroid_hz];
+                let level = [friction, f.rms, f.peak, f.crest_factor];
+                let powers = bands.map(|band| band_power(&psd, resolution_hz, band));
+                let all = level.into_iter().chain(shape).chain(powers);
+                for (column, value) in columns.iter_mut().zip(all) {
+                    column.push(value);
+                }
+            }
+            Ok(columns.concat())
         }),
     })
 }

@@ -152,12 +152,11 @@ pub fn summarise(
         let mut values: Vec<f64> = strokes.iter().filter_map(|s| value(s)).collect();
         Statistics::of(&mut values)
     };
-    let mean = |s: Option<Statistics>| s.map(|s| s.mean);
     let mut receptor_power = [0.0; 4];
     for (i, power) in receptor_power.iter_mut().enumerate() {
         *power = over(&|s| s.receptor_power[i])?.mean;
     }
-    let measured = over_some(&|s| mean(s.speed_m_s));
+    let measured = over_some(&|s| s.speed_m_s.map(|v| v.mean));
     let speed_m_s = measured.or_else(|| {
         let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
         Statistics::of(&mut stated)
@@ -190,8 +189,8 @@ pub fn summarise(
         receptor_power,
         centroid_hz: over(&|s| s.centroid_hz)?,
         spread_hz: over(&|s| s.spread_hz)?,
-        friction_coefficient: over_some(&|s| mean(s.friction_coefficient)),
-        normal_force_n: over_some(&|s| mean(s.normal_force_n)),
+        friction_coefficient: over_some(&|s| s.friction_coefficient.map(|v| v.mean)),
+        normal_force_n: over_some(&|s| s.normal_force_n.map(|v| v.mean)),
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
         strongest_hz: strongest(&psd, band),

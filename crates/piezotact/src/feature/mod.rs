@@ -81,24 +81,36 @@ impl Statistics {
     /// Source: sample mean, √(Σ(x − x̄)²/(n − 1)), middle value (the mean of the middle two for an even count).
     #[must_use]
     pub fn of(values: &mut [f64]) -> Option<Self> {
+        let median = crate::order::median(values)?;
+        let Moments { mean, sd } = Moments::of(values)?;
+        Some(Self { mean, sd, median })
+    }
+}
+
+/// Mean and standard deviation of something over a stroke, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// The mean.
+    pub mean: f64,
+    /// The standard deviation, n − 1 in the denominator.
+    pub sd: f64,
+}
+
+impl Moments {
+    /// The moments of `values`; `None` for none.
+    ///
+    /// Source: sample mean, √(Σ(x − x̄)²/(n − 1)).
+    #[must_use]
+    pub fn of(values: &[f64]) -> Option<Self> {
         let n = values.len();
         if n == 0 {
             return None;
         }
-        let mean = crate::series::mean(values);
-        let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
-        let (below, upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-        let upper = *upper;
-        let median = if n.is_multiple_of(2) {
-            let lower = below.iter().copied().fold(f64::MIN, f64::max);
-            0.5 * (lower + upper)
-        } else {
-            upper
-        };
+        let mean = sum(values) / n as f64;
+        let (squares, _) = squares_and_peak(values, mean);
         Some(Self {
             mean,
             sd: (squares / (n.max(2) - 1) as f64).sqrt(),
-            median,
         })
     }
 }
@@ -131,10 +143,10 @@ pub struct StrokeFeatures {
     pub friction_coefficient: Option<Statistics>,
     /// The normal force above its zero, N.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub normal_force_n: Option<Statistics>,
+    pub normal_force_n: Option<Moments>,
     /// The magnitude of the speed, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_m_s: Option<Statistics>,
+    pub speed_m_s: Option<Moments>,
     /// Power weighted by the Pacinian threshold; for accelerations only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pacinian_power: Option<f64>,
@@ -401,7 +413,9 @@ pub struct FeaturePlan {
     welch: WelchPlan,
     config: FeatureConfig,
     rate: SampleRate,
-    unit: Unit,
+    /// What every line's density is multiplied by for the Pacinian and the detection-threshold power; absent for a
+    /// vibration that is no acceleration.
+    weights: Option<[Vec<f64>; 2]>,
     ratio: Vec<f64>,
     force: Vec<f64>,
 }
@@ -412,11 +426,17 @@ impl FeaturePlan {
     /// # Errors
     /// [`FeatureError::Estimate`] when the PSD's configuration cannot be.
     pub fn new(config: &FeatureConfig, rate: SampleRate, unit: Unit) -> Result<Self, FeatureError> {
+        let resolution_hz = rate.hz() / config.welch.segment as f64;
+        let bins = config.welch.segment / 2 + 1;
+        let weights = (unit == Unit::MetrePerSecondSquared).then(|| {
+            [Weighting::Pacinian, Weighting::DetectionThreshold]
+                .map(|weighting| weighting.line_weights(bins, resolution_hz, config.band))
+        });
         Ok(Self {
             welch: WelchPlan::new(&config.welch, rate).map_err(FeatureError::Estimate)?,
             config: config.clone(),
             rate,
-            unit,
+            weights,
             ratio: Vec::new(),
             force: Vec::new(),
         })
@@ -468,11 +488,11 @@ impl FeaturePlan {
         }
         let resolution_hz = self.rate.hz() / self.config.welch.segment as f64;
         let shape = Shape::of(&psd, resolution_hz, self.config.band);
-        let weighted = match self.unit {
-            Unit::MetrePerSecondSquared => [Weighting::Pacinian, Weighting::DetectionThreshold]
-                .map(|weighting| Some(weighting.power(&psd, resolution_hz, self.config.band))),
-            _ => [None; 2],
+        let weighted = |which: usize| {
+            let weights = &self.weights.as_ref()?[which];
+            Some(psd.iter().zip(weights).map(|(p, w)| p * w).sum())
         };
+        let (pacinian_power, detection_power) = (weighted(0), weighted(1));
         let mut receptor_power = [0.0; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
             let band = receptor.band().map_err(FeatureError::Quantity)?;
@@ -493,10 +513,10 @@ impl FeaturePlan {
             friction_coefficient,
             normal_force_n,
             speed_m_s: signals.motion.and_then(|(motion, kind)| {
-                Statistics::of(&mut stroke_speed_m_s(signals.rate, motion, kind, steady))
+                Moments::of(&stroke_speed_m_s(signals.rate, motion, kind, steady))
             }),
-            pacinian_power: weighted[0],
-            detection_power: weighted[1],
+            pacinian_power,
+            detection_power,
         };
         Ok((features, psd))
     }
@@ -506,7 +526,7 @@ impl FeaturePlan {
         signals: &Signals<'_>,
         segmentation: &Segmentation,
         steady: Interval,
-    ) -> (Option<Statistics>, Option<Statistics>) {
+    ) -> (Option<Statistics>, Option<Moments>) {
         let Some(normal_n) = signals.normal_force_n else {
             return (None, None);
         };
@@ -522,39 +542,58 @@ impl FeaturePlan {
         self.force
             .extend(steady.of(normal_n).iter().map(|v| v * sign - normal_zero));
         self.ratio.clear();
-        match signals.tangential_force_n.as_slice() {
-            [] => {}
-            [only] => {
-                let zero = zero(1);
-                self.ratio.extend(
-                    steady
-                        .of(only)
-                        .iter()
-                        .zip(&self.force)
-                        .map(|(t, n)| (t - zero).abs() / n.max(LEAST_NORMAL_N)),
-                );
-            }
-            [x, y, ..] => {
-                let (zero_x, zero_y) = (zero(1), zero(2));
-                let both = steady.of(x).iter().zip(steady.of(y));
-                self.ratio.extend(both.zip(&self.force).map(|((x, y), n)| {
-                    let (x, y) = (x - zero_x, y - zero_y);
-                    (x * x + y * y).sqrt() / n.max(LEAST_NORMAL_N)
-                }));
-            }
-        }
-        (
-            Statistics::of(&mut self.ratio),
-            Statistics::of(&mut self.force),
-        )
+        let axes: Vec<(&[f64], f64)> = signals
+            .tangential_force_n
+            .iter()
+            .enumerate()
+            .map(|(i, axis)| (steady.of(axis), zero(i + 1)))
+            .collect();
+        self.ratio
+            .resize(if axes.is_empty() { 0 } else { self.force.len() }, 0.0);
+        let (ratio, force) = (&mut self.ratio, &self.force);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (axis, zero) in &axes {
+                    for (square, value) in ratio.iter_mut().zip(*axis) {
+                        *square += (value - zero) * (value - zero);
+                    }
+                }
+                for (square, normal) in ratio.iter_mut().zip(force) {
+                    *square = square.sqrt() / normal.max(LEAST_NORMAL_N);
+                }
+            },
+        );
+        (Statistics::of(&mut self.ratio), Moments::of(&self.force))
     }
 }
 
 /// A normal force below this is none, N.
 const LEAST_NORMAL_N: f64 = 1e-6;
 
+/// A sum in independent lanes.
+fn sum(values: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    for chunk in chunks {
+        for (sum, value) in sums.iter_mut().zip(chunk) {
+            *sum += value;
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
+}
+
 /// The sum of squared departures from `mean`, and the largest of them, in independent lanes.
 fn squares_and_peak(samples: &[f64], mean: f64) -> (f64, f64) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || squares_and_peak_in_lanes(samples, mean),
+    )
+}
+
+#[inline(always)]
+fn squares_and_peak_in_lanes(samples: &[f64], mean: f64) -> (f64, f64) {
     const LANES: usize = 8;
     let (mut sums, mut tops) = ([0.0; LANES], [0.0f64; LANES]);
     let (chunks, rest) = samples.as_chunks::<LANES>();

@@ -10,6 +10,8 @@ const PROMINENT_DB: f64 = 6.0;
 const MOST: usize = 8;
 /// The background is the median over this ratio of frequencies below and above.
 const BACKGROUND_RATIO: f64 = 1.5;
+/// The ratio of neighbouring anchors of the background.
+const ANCHORS: f64 = 1.15;
 /// A harmonic lies this close to a multiple, as a share of it, or within one line.
 const HARMONIC: f64 = 0.03;
 
@@ -33,20 +35,19 @@ pub struct Peak {
 /// J. O. Smith, *Spectral Audio Signal Processing* (2011), "Quadratic interpolation of spectral peaks".
 #[must_use]
 pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
-    let level_db: Vec<f64> = psd
-        .iter()
-        .map(|p| 10.0 * p.max(f64::MIN_POSITIVE).log10())
-        .collect();
-    let background = background(&level_db);
+    // Decibels only where they are needed: the median of powers is that of their levels.
+    let level = |k: usize| 10.0 * psd[k].max(f64::MIN_POSITIVE).log10();
+    let line = |hz: f64| ((hz / resolution_hz) as usize).min(psd.len());
+    let background_db = Background::of(psd, line(band.low().0), line(band.high().0) + 1);
     let mut found: Vec<Peak> = (2..psd.len().saturating_sub(1))
-        .filter(|&k| level_db[k] >= level_db[k - 1] && level_db[k] > level_db[k + 1])
+        .filter(|&k| psd[k] >= psd[k - 1] && psd[k] > psd[k + 1])
         .filter(|&k| band.contains(k as f64 * resolution_hz))
-        .filter(|&k| level_db[k] - background[k] >= PROMINENT_DB)
-        .map(|k| Peak {
-            frequency_hz: (k as f64 + vertex(level_db[k - 1], level_db[k], level_db[k + 1]))
-                * resolution_hz,
+        .map(|k| (k, level(k), level(k) - background_db.at(k)))
+        .filter(|(_, _, prominence_db)| *prominence_db >= PROMINENT_DB)
+        .map(|(k, top_db, prominence_db)| Peak {
+            frequency_hz: (k as f64 + vertex(level(k - 1), top_db, level(k + 1))) * resolution_hz,
             density: psd[k],
-            prominence_db: level_db[k] - background[k],
+            prominence_db,
             harmonic: 1,
         })
         .collect();
@@ -80,26 +81,48 @@ pub(crate) fn vertex(before: f64, top: f64, after: f64) -> f64 {
     }
 }
 
-/// The median over the lines within a ratio of 1.5 below and above each line, at least three on each side.
-fn background(level_db: &[f64]) -> Vec<f64> {
-    let mut window = Vec::new();
-    (0..level_db.len())
-        .map(|k| {
+/// The level around every line: the median over the lines within a ratio of 1.5 below and above, at least three on
+/// each side, taken at anchors 15 % apart, in dB, with straight lines between.
+struct Background(Vec<(usize, f64)>);
+
+impl Background {
+    /// The background of the lines `first`…`last`.
+    fn of(psd: &[f64], first: usize, last: usize) -> Self {
+        let n = psd.len();
+        let mut window = Vec::new();
+        let mut anchors = Vec::new();
+        let mut k = first.max(1);
+        while k < n {
             let from = ((k as f64 / BACKGROUND_RATIO) as usize)
                 .min(k.saturating_sub(3))
                 .max(1);
             let to = ((k as f64 * BACKGROUND_RATIO) as usize + 1)
                 .max(k + 4)
-                .min(level_db.len());
+                .min(n);
             window.clear();
-            window.extend_from_slice(&level_db[from.min(to)..to]);
-            if window.is_empty() {
-                return level_db[k];
+            // Some thirty lines are enough for a median.
+            window.extend(psd[from.min(to)..to].iter().step_by(1 + (to - from) / 32));
+            let power = crate::order::median(&mut window).unwrap_or(0.0);
+            anchors.push((k, 10.0 * power.max(f64::MIN_POSITIVE).log10()));
+            if k >= last {
+                break;
             }
-            let middle = window.len() / 2;
-            *window.select_nth_unstable_by(middle, f64::total_cmp).1
-        })
-        .collect()
+            k = (k + 1).max((k as f64 * ANCHORS) as usize);
+        }
+        Self(anchors)
+    }
+
+    fn at(&self, line: usize) -> f64 {
+        let next = self.0.partition_point(|(at, _)| *at <= line);
+        match (
+            next.checked_sub(1).and_then(|i| self.0.get(i)),
+            self.0.get(next),
+        ) {
+            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (line - a.0) as f64 / (b.0 - a.0) as f64,
+            (Some(only), None) | (None, Some(only)) => only.1,
+            (None, None) => 0.0,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -99,6 +99,21 @@ impl Weighting {
         displacement_m * (std::f64::consts::TAU * f).powi(2) / 2f64.sqrt()
     }
 
+    /// What the density of each of `bins` lines, `resolution_hz` apart from 0 Hz, is multiplied by, within `band`;
+    /// 0 outside.
+    pub(crate) fn line_weights(self, bins: usize, resolution_hz: f64, band: Band) -> Vec<f64> {
+        (0..bins)
+            .map(|k| k as f64 * resolution_hz)
+            .map(|f| {
+                if f > 0.0 && band.contains(f) {
+                    resolution_hz / self.threshold_m_s2(Hertz(f)).powi(2)
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+
     /// The weighted power of a one-sided acceleration PSD in (m/s²)²/Hz with lines `resolution_hz` apart from
     /// 0 Hz, over `band`, as a multiple of threshold power: at 1 a steady vibration is just detected.
     ///
@@ -107,12 +122,8 @@ impl Weighting {
     /// Source: S. J. Bensmaïa and M. Hollins (2003), Somatosens. Mot. Res. 20(1).
     #[must_use]
     pub fn power(self, psd: &[f64], resolution_hz: f64, band: Band) -> f64 {
-        psd.iter()
-            .enumerate()
-            .map(|(k, value)| (k as f64 * resolution_hz, value))
-            .filter(|(f, _)| *f > 0.0 && band.contains(*f))
-            .map(|(f, value)| value / self.threshold_m_s2(Hertz(f)).powi(2) * resolution_hz)
-            .sum()
+        let weights = self.line_weights(psd.len(), resolution_hz, band);
+        psd.iter().zip(weights).map(|(p, w)| p * w).sum()
     }
 }
 

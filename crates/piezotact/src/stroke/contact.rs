@@ -20,32 +20,25 @@ pub(super) struct Force {
     /// N above the baseline, smoothed.
     pub(super) level_n: Vec<f64>,
     /// The baseline, N.
-    pub(super) baseline_n: Vec<f64>,
+    pub(super) baseline: Polyline,
     /// The windows in which nothing touches, in frames.
     pub(super) lifts: Vec<(usize, usize)>,
 }
 
 impl Force {
     /// The zero of another axis of the same cell: the line through its medians in the lifts; 0 without lifts.
-    pub(super) fn zero_of(&self, means: &[f64]) -> Vec<f64> {
-        interpolated(&medians(means, &self.lifts), means.len())
-    }
-
-    /// The zeros at the middle of every lift: sample, and one value for each axis, the normal one first.
-    pub(super) fn zeros(&self, frames: Frames, tangential: &[Vec<f64>]) -> Vec<(usize, Vec<f64>)> {
-        self.lifts
-            .iter()
-            .map(|(from, to)| {
-                let at = (from + to) / 2;
-                let normal = self.baseline_n.get(at).copied().unwrap_or(0.0);
-                let others = tangential.iter().map(|means| {
-                    let (from, to) = (*from, (*to).min(means.len()));
-                    quantile(&mut means[from.min(to)..to].to_vec(), 0.5)
-                });
-                let all = std::iter::once(normal).chain(others).collect();
-                (at * frames.size, all)
-            })
-            .collect()
+    pub(super) fn zero_of(&self, frames: Frames, axis: &[f64]) -> Polyline {
+        let reach = frames.in_time(0.1);
+        let points = self.lifts.iter().map(|(from, to)| {
+            // The middle 200 ms of a lift are enough.
+            let middle = (from + to) / 2;
+            let (from, to) = (
+                (*from).max(middle.saturating_sub(reach)),
+                (*to).min(middle + reach),
+            );
+            (middle, quantile(&frames.means_of(axis, from, to), 0.5))
+        });
+        Polyline(points.collect())
     }
 }
 
@@ -57,29 +50,93 @@ pub(super) fn above_baseline(
     smoothing: usize,
     on_n: f64,
 ) -> Force {
-    let smooth = smoothed(force_n, smoothing);
-    let envelope = lower_envelope(frames, &smooth);
-    let first: Vec<f64> = smooth.iter().zip(&envelope).map(|(f, b)| f - b).collect();
-    let touches = events(&first, on_n, FIRST_OFF_SHARE * on_n);
-    let lifts = lifts(frames, smooth.len(), &touches);
-    let baseline_n = if lifts.is_empty() {
-        envelope
-    } else {
-        interpolated(&medians(&smooth, &lifts), smooth.len())
-    };
+    // One signal of an hour's frames is moved from zero to zero in place.
+    let mut level_n = smoothed(force_n, smoothing);
+    let envelope = lower_envelope(frames, &level_n);
+    envelope.take_from(&mut level_n, 0);
+    let touches = events(level_n.iter().copied(), on_n, FIRST_OFF_SHARE * on_n);
+    let lifts = lifts(frames, level_n.len(), &touches);
+    let medians = lifts.iter().map(|(from, to)| {
+        let middle = (from + to) / 2;
+        (
+            middle,
+            quantile(&level_n[*from..*to], 0.5) + envelope.at(middle),
+        )
+    });
+    let medians = Polyline(medians.collect());
+    if medians.0.is_empty() {
+        return Force {
+            level_n,
+            baseline: envelope,
+            lifts,
+        };
+    }
+    envelope.negated().take_from(&mut level_n, 0);
+    medians.take_from(&mut level_n, 0);
     Force {
-        level_n: smooth.iter().zip(&baseline_n).map(|(f, b)| f - b).collect(),
-        baseline_n,
+        level_n,
+        baseline: medians,
         lifts,
     }
 }
 
-fn lower_envelope(frames: Frames, smooth: &[f64]) -> Vec<f64> {
+/// Straight lines between points of frames and values, level before the first and after the last; 0 without points.
+#[derive(Clone, Debug)]
+pub(super) struct Polyline(pub(super) Vec<(usize, f64)>);
+
+impl Polyline {
+    /// Takes the line away from `values`, the first of which stands at frame `from`.
+    pub(super) fn take_from(&self, values: &mut [f64], from: usize) {
+        let points = self.0.as_slice();
+        let mut done = 0;
+        while done < values.len() {
+            let at = from + done;
+            let next = points.partition_point(|(frame, _)| *frame <= at);
+            let before = next.checked_sub(1).and_then(|k| points.get(k));
+            let (level, slope, end) = match (before, points.get(next)) {
+                (Some(a), Some(b)) => {
+                    let slope = (b.1 - a.1) / (b.0 - a.0) as f64;
+                    (a.1 + slope * (at - a.0) as f64, slope, b.0)
+                }
+                (None, Some(first)) => (first.1, 0.0, first.0),
+                (Some(last), None) => (last.1, 0.0, usize::MAX),
+                (None, None) => return,
+            };
+            let until = values.len().min(end - from);
+            for (i, value) in values[done..until].iter_mut().enumerate() {
+                *value -= level + slope * i as f64;
+            }
+            done = until;
+        }
+    }
+
+    fn negated(&self) -> Self {
+        Self(self.0.iter().map(|(at, value)| (*at, -value)).collect())
+    }
+
+    /// The value at one frame.
+    pub(super) fn at(&self, frame: usize) -> f64 {
+        let mut value = [0.0];
+        self.take_from(&mut value, frame);
+        -value[0]
+    }
+
+    /// The lowest and the highest value; 0 without points.
+    pub(super) fn range(&self) -> (f64, f64) {
+        let values = || self.0.iter().map(|(_, value)| *value);
+        match self.0.as_slice() {
+            [] => (0.0, 0.0),
+            _ => (
+                values().fold(f64::MAX, f64::min),
+                values().fold(f64::MIN, f64::max),
+            ),
+        }
+    }
+}
+
+fn lower_envelope(frames: Frames, smooth: &[f64]) -> Polyline {
     let step = frames.in_time(1.0);
     let half = frames.in_time(BASELINE_WINDOW_S) / 2;
-    let mut window = Vec::with_capacity(2 * half);
-    // Every tenth frame is enough for a quantile of seconds.
-    let thin = (frames.in_time(0.02)).max(1);
     let mut anchors: Vec<f64> = (0..smooth.len().div_ceil(step).max(1))
         .map(|i| {
             let centre = i * step;
@@ -87,9 +144,7 @@ fn lower_envelope(frames: Frames, smooth: &[f64]) -> Vec<f64> {
                 centre.saturating_sub(half),
                 (centre + half + 1).min(smooth.len()),
             );
-            window.clear();
-            window.extend(smooth[from..to].iter().step_by(thin));
-            quantile(&mut window, BASELINE_SHARE)
+            quantile(&smooth[from..to], BASELINE_SHARE)
         })
         .collect();
     let rise = DRIFT_N_PER_S * frames.seconds(step);
@@ -99,12 +154,8 @@ fn lower_envelope(frames: Frames, smooth: &[f64]) -> Vec<f64> {
     for i in (1..anchors.len()).rev() {
         anchors[i - 1] = anchors[i - 1].min(anchors[i] + rise);
     }
-    let points: Vec<(usize, f64)> = anchors
-        .into_iter()
-        .enumerate()
-        .map(|(i, level)| (i * step, level))
-        .collect();
-    interpolated(&points, smooth.len())
+    let points = anchors.into_iter().enumerate();
+    Polyline(points.map(|(i, level)| (i * step, level)).collect())
 }
 
 /// The windows, in frames, in which nothing touches: every lift without its edges, in pieces of a second at most,
@@ -140,41 +191,20 @@ fn lifts(frames: Frames, length: usize, touches: &[(usize, usize)]) -> Vec<(usiz
     windows
 }
 
-/// The median of `means` in every window, at its middle.
-fn medians(means: &[f64], windows: &[(usize, usize)]) -> Vec<(usize, f64)> {
-    windows
-        .iter()
-        .map(|(from, to)| {
-            let median = quantile(&mut means[*from..*to].to_vec(), 0.5);
-            ((from + to) / 2, median)
-        })
-        .collect()
-}
-
-/// Straight lines between points, level before the first and after the last.
-fn interpolated(points: &[(usize, f64)], length: usize) -> Vec<f64> {
-    let mut values = Vec::with_capacity(length);
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
-        return vec![0.0; length];
-    };
-    values.resize(first.0.min(length), first.1);
-    for pair in points.windows(2) {
-        let ((from, a), (to, b)) = (pair[0], pair[1]);
-        let slope = (b - a) / (to - from).max(1) as f64;
-        values.extend((from..to.min(length)).map(|i| a + slope * (i - from) as f64));
-    }
-    values.resize(length, last.1);
-    values
-}
-
 /// The parts above `off_n` that hold a value above `on_n`, as frames from…to.
-pub(super) fn events(level_n: &[f64], on_n: f64, off_n: f64) -> Vec<(usize, usize)> {
+pub(super) fn events(
+    level_n: impl IntoIterator<Item = f64>,
+    on_n: f64,
+    off_n: f64,
+) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
+    let mut length = 0;
     let mut open: Option<(usize, f64)> = None;
-    for (i, level) in level_n.iter().enumerate() {
-        if *level > off_n {
-            let (_, highest) = open.get_or_insert((i, *level));
-            *highest = highest.max(*level);
+    for (i, level) in level_n.into_iter().enumerate() {
+        length = i + 1;
+        if level > off_n {
+            let (_, highest) = open.get_or_insert((i, level));
+            *highest = highest.max(level);
         } else if let Some((start, highest)) = open.take()
             && highest > on_n
         {
@@ -184,7 +214,7 @@ pub(super) fn events(level_n: &[f64], on_n: f64, off_n: f64) -> Vec<(usize, usiz
     if let Some((start, highest)) = open
         && highest > on_n
     {
-        found.push((start, level_n.len()));
+        found.push((start, length));
     }
     found
 }
@@ -213,7 +243,7 @@ mod tests {
             })
             .collect();
         let found = above_baseline(FRAMES, &force, 5, 0.1);
-        let touches = events(&found.level_n, 0.1, 0.02);
+        let touches = events(found.level_n.iter().copied(), 0.1, 0.02);
         assert_eq!(touches.len(), 10, "{touches:?}");
         for (i, (start, end)) in touches.iter().enumerate() {
             let (from, to) = (i as f64 * 2.0 + 0.5, i as f64 * 2.0 + 1.6);
@@ -225,6 +255,6 @@ mod tests {
     #[test]
     fn hysteresis_needs_both_thresholds() {
         let level = [0.0, 0.05, 0.03, 0.0, 0.03, 0.15, 0.05, 0.15, 0.0, 0.2];
-        assert_eq!(events(&level, 0.1, 0.02), [(4, 8), (9, 10)]);
+        assert_eq!(events(level, 0.1, 0.02), [(4, 8), (9, 10)]);
     }
 }

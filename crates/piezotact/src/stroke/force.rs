@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Force, above_baseline, events};
+use super::contact::{Force, Polyline, above_baseline, events};
 use super::frames::{Frames, quantile};
 use super::sliding::{
     floor, sliding_by_friction, sliding_parts, stick_slip_in_friction, stick_slip_in_vibration,
@@ -39,6 +39,18 @@ pub struct ForceRule {
     pub load_n: Option<Newtons>,
     /// How far the mean force of a stroke may be from it, as a share of it.
     pub tolerance_share: f64,
+    /// Whether contacts are judged by how the finger slides.
+    pub judging: Judging,
+}
+
+/// What becomes of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Judging {
+    /// Only where the finger slides, and not while it sticks and slips.
+    Sliding,
+    /// Every contact is a stroke: for textures that stick and slip, which are to be analysed all the same.
+    ContactOnly,
 }
 
 impl ForceRule {
@@ -58,6 +70,7 @@ impl ForceRule {
             shortest_s: Seconds(0.3),
             load_n: load,
             tolerance_share: 0.5,
+            judging: Judging::Sliding,
         }
     }
 
@@ -135,33 +148,36 @@ pub fn segment_by_force(
     let (force, sign) = oriented(frames.means(normal_n), &mut doubts)?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
     let force = above_baseline(frames, &force, smoothing, rule.on_n.0);
-    drift_doubt(rule, &force.baseline_n, &mut doubts);
+    drift_doubt(rule, force.baseline.range(), &mut doubts);
 
-    let touches = events(&force.level_n, rule.on_n.0, rule.off_n.0);
-    let level = signals
-        .vibration
-        .map(|vibration| vibration_level(frames, vibration));
-    let tangential: Vec<Vec<f64>> = signals
+    let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
+    let tangential: Vec<Tangential<'_>> = signals
         .tangential_force_n
         .iter()
-        .map(|axis| frames.means(axis))
+        .map(|axis| Tangential {
+            samples: axis,
+            zero: force.zero_of(frames, axis),
+        })
         .collect();
     let cutter = Cutter {
         signals,
         rule,
         frames,
         level_n: &force.level_n,
-        floor: level
-            .as_ref()
-            .and_then(|level| floor(frames, level, &touches)),
-        vibration: level,
-        friction: friction(&tangential, &force),
+        floor: signals
+            .vibration
+            .filter(|_| rule.judging == Judging::Sliding)
+            .and_then(|vibration| floor(frames, vibration, &force.lifts)),
+        tangential,
     };
-    let mut strokes = Vec::new();
-    let mut rejected = Vec::new();
+    let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
+    let mut friction = Vec::new();
     for contact in cutter.contacts(&touches) {
         match cutter.cut(&contact) {
-            Ok(stroke) => strokes.push(stroke),
+            Ok((stroke, median)) => {
+                strokes.push(stroke);
+                friction.extend(median);
+            }
             Err(reason) => rejected.push(Rejected {
                 interval: cutter.samples(contact.from, contact.to),
                 reason,
@@ -169,7 +185,7 @@ pub fn segment_by_force(
         }
     }
     force_tolerance(&cutter, &mut strokes, &mut rejected);
-    doubts.extend(cutter.doubts(&strokes, &rejected));
+    doubts.extend(cutter.doubts(&strokes, &friction, &rejected));
     Ok(Segmentation {
         strokes,
         rejected,
@@ -177,7 +193,7 @@ pub fn segment_by_force(
         roles: Roles::default(),
         force_zeros: Some(ForceZeros {
             sign,
-            zeros: force.zeros(frames, &tangential),
+            zeros: cutter.zeros(&force),
         }),
         cuts: None,
         doubts,
@@ -186,9 +202,8 @@ pub fn segment_by_force(
 
 /// The force with contact upwards, and the sign that this took.
 fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f64), SegmentError> {
-    let mut sorted = force.clone();
-    let low = quantile(&mut sorted, 0.0);
-    let high = quantile(&mut sorted, 1.0);
+    let low = force.iter().copied().fold(f64::MAX, f64::min);
+    let high = force.iter().copied().fold(f64::MIN, f64::max);
     if high - low <= 1e-9 * high.abs().max(low.abs()).max(1e-9) {
         return Err(SegmentError::Dead {
             what: "the normal force",
@@ -196,8 +211,8 @@ fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f
         });
     }
     // Contact is the rarer or the smaller half of the time: the rest level is where most lifts lie.
-    let bottom = quantile(&mut sorted, 0.02);
-    let top = quantile(&mut sorted, 0.98);
+    let bottom = quantile(&force, 0.02);
+    let top = quantile(&force, 0.98);
     if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
         for value in &mut force {
             *value = -*value;
@@ -210,9 +225,7 @@ fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f
     Ok((force, 1.0))
 }
 
-fn drift_doubt(rule: &ForceRule, baseline_n: &[f64], doubts: &mut Vec<Doubt>) {
-    let low = baseline_n.iter().copied().fold(f64::MAX, f64::min);
-    let high = baseline_n.iter().copied().fold(f64::MIN, f64::max);
+fn drift_doubt(rule: &ForceRule, (low, high): (f64, f64), doubts: &mut Vec<Doubt>) {
     if high - low > 0.5 * rule.off_n.0.max(0.2 * rule.on_n.0) {
         doubts.push(Doubt::ForceDrift {
             from_n: low,
@@ -222,26 +235,10 @@ fn drift_doubt(rule: &ForceRule, baseline_n: &[f64], doubts: &mut Vec<Doubt>) {
     }
 }
 
-/// Tangential over normal force, frame by frame, 0 where nothing touches; `None` without tangential forces.
-fn friction(axes: &[Vec<f64>], force: &Force) -> Option<Vec<f64>> {
-    let mut squares = vec![0.0; force.level_n.len()];
-    if axes.is_empty() {
-        return None;
-    }
-    for means in axes {
-        let zero = force.zero_of(means);
-        for ((square, value), zero) in squares.iter_mut().zip(means).zip(&zero) {
-            *square += (value - zero) * (value - zero);
-        }
-    }
-    let touching = |(square, level): (&f64, &f64)| {
-        if *level > 0.01 {
-            square.sqrt() / level
-        } else {
-            0.0
-        }
-    };
-    Some(squares.iter().zip(&force.level_n).map(touching).collect())
+/// A tangential force and its zero.
+struct Tangential<'a> {
+    samples: &'a [f64],
+    zero: Polyline,
 }
 
 /// A contact in frames, with the moments off the surface inside it.
@@ -256,9 +253,9 @@ struct Cutter<'a> {
     rule: &'a ForceRule,
     frames: Frames,
     level_n: &'a [f64],
-    vibration: Option<Vec<f64>>,
+    /// The level of the vibration while nothing touches.
     floor: Option<f64>,
-    friction: Option<Vec<f64>>,
+    tangential: Vec<Tangential<'a>>,
 }
 
 impl Cutter<'_> {
@@ -289,7 +286,8 @@ impl Cutter<'_> {
         contacts
     }
 
-    fn cut(&self, contact: &Contact) -> Result<Stroke, Reason> {
+    /// The stroke in a contact and its median friction coefficient, or why there is none.
+    fn cut(&self, contact: &Contact) -> Result<(Stroke, Option<f64>), Reason> {
         let Contact { from, to, gaps } = *contact;
         if from == 0 || to == self.level_n.len() {
             return Err(Reason::CutByRecording);
@@ -310,15 +308,22 @@ impl Cutter<'_> {
         if gaps > 0 {
             return Err(Reason::DiscontinuousContact { gaps });
         }
-        if let Some((slips, rate_hz)) = self.stick_slip(inner_from, inner_to) {
-            return Err(Reason::StickSlip { slips, rate_hz });
-        }
-        let (slide_from, slide_to) = match self.sliding(from, to).as_slice() {
-            [] => return Err(Reason::NoSliding),
-            [only] => (from + only.0, from + only.1),
-            parts => return Err(Reason::Interrupted { parts: parts.len() }),
+        let (start, end, friction) = match self.rule.judging {
+            Judging::ContactOnly => (inner_from, inner_to, None),
+            Judging::Sliding => {
+                let friction = self.friction(inner_from, inner_to);
+                let slips = self.stick_slip(friction.as_deref(), inner_from, inner_to);
+                if let Some((slips, rate_hz)) = slips {
+                    return Err(Reason::StickSlip { slips, rate_hz });
+                }
+                let (slide_from, slide_to) = match self.sliding(from, to).as_slice() {
+                    [] => return Err(Reason::NoSliding),
+                    [only] => (from + only.0, from + only.1),
+                    parts => return Err(Reason::Interrupted { parts: parts.len() }),
+                };
+                (inner_from.max(slide_from), inner_to.min(slide_to), friction)
+            }
         };
-        let (start, end) = (inner_from.max(slide_from), inner_to.min(slide_to));
         long_enough(start, end)?;
         let steady = self.samples(start, end);
         if let Some(vibration) = self.signals.vibration {
@@ -327,31 +332,72 @@ impl Cutter<'_> {
                 return Err(Reason::Clipped { fraction });
             }
         }
-        Ok(Stroke {
+        let stroke = Stroke {
             steady,
             contact: self.samples(from, to),
             cut_by: CutBy::Rule,
-        })
+        };
+        Ok((stroke, friction.map(|ratio| quantile(&ratio, 0.5))))
     }
 
-    fn stick_slip(&self, from: usize, to: usize) -> Option<(usize, f64)> {
-        if let Some(friction) = &self.friction {
-            return stick_slip_in_friction(self.frames, part(friction, from, to));
+    fn stick_slip(&self, friction: Option<&[f64]>, from: usize, to: usize) -> Option<(usize, f64)> {
+        match (friction, self.signals.vibration) {
+            (Some(friction), _) => stick_slip_in_friction(self.frames, friction),
+            (None, Some(vibration)) => {
+                let level = vibration_level(self.frames, vibration, from, to);
+                stick_slip_in_vibration(self.frames, &level)
+            }
+            (None, None) => None,
         }
-        let level = self.vibration.as_ref()?;
-        stick_slip_in_vibration(self.frames, part(level, from, to))
     }
 
     /// Where the finger slides within the contact: by its vibration where one was measured and there is a lift
     /// to compare it with, else by the friction; else all of it.
     fn sliding(&self, from: usize, to: usize) -> Vec<(usize, usize)> {
-        match (&self.vibration, self.floor, &self.friction) {
-            (Some(level), Some(floor), _) => {
-                sliding_parts(self.frames, part(level, from, to), floor)
-            }
-            (_, _, Some(friction)) => sliding_by_friction(self.frames, part(friction, from, to)),
-            _ => vec![(0, to - from)],
+        if let (Some(vibration), Some(floor)) = (self.signals.vibration, self.floor) {
+            let level = vibration_level(self.frames, vibration, from, to);
+            return sliding_parts(self.frames, &level, floor);
         }
+        match self.friction(from, to) {
+            Some(friction) => sliding_by_friction(self.frames, &friction),
+            None => vec![(0, to - from)],
+        }
+    }
+
+    /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.
+    fn friction(&self, from: usize, to: usize) -> Option<Vec<f64>> {
+        if self.tangential.is_empty() {
+            return None;
+        }
+        let level_n = part(self.level_n, from, to);
+        let mut squares = vec![0.0; level_n.len()];
+        for axis in &self.tangential {
+            let mut means = self.frames.means_of(axis.samples, from, to);
+            axis.zero.take_from(&mut means, from);
+            for (square, off) in squares.iter_mut().zip(means) {
+                *square += off * off;
+            }
+        }
+        for (square, level) in squares.iter_mut().zip(level_n) {
+            *square = if *level > 0.01 {
+                square.sqrt() / level
+            } else {
+                0.0
+            };
+        }
+        Some(squares)
+    }
+
+    /// The zeros at the middle of every lift: sample, and one value for each axis, the normal one first.
+    fn zeros(&self, force: &Force) -> Vec<(usize, Vec<f64>)> {
+        let lifts = force.lifts.iter().map(|(from, to)| (from + to) / 2);
+        lifts
+            .map(|at| {
+                let tangential = self.tangential.iter().map(|axis| axis.zero.at(at));
+                let all = std::iter::once(force.baseline.at(at)).chain(tangential);
+                (at * self.frames.size, all.collect())
+            })
+            .collect()
     }
 
     fn mean_force_n(&self, stroke: &Stroke) -> f64 {
@@ -363,7 +409,7 @@ impl Cutter<'_> {
         ))
     }
 
-    fn doubts(&self, strokes: &[Stroke], rejected: &[Rejected]) -> Vec<Doubt> {
+    fn doubts(&self, strokes: &[Stroke], friction: &[f64], rejected: &[Rejected]) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         if strokes.is_empty() && rejected.is_empty() {
             doubts.push(Doubt::NoContact {
@@ -371,11 +417,12 @@ impl Cutter<'_> {
                 threshold_n: self.rule.on_n.0,
             });
         }
-        if self.vibration.is_none() && self.friction.is_none() {
+        let unseen = self.signals.vibration.is_none() && self.tangential.is_empty();
+        if unseen || self.rule.judging == Judging::ContactOnly {
             doubts.push(Doubt::SlidingAssumed);
         }
-        let mut lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
-        let usual = quantile(&mut lengths, 0.5);
+        let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
+        let usual = quantile(&lengths, 0.5);
         for stroke in strokes {
             if strokes.len() > 2 && stroke.contact.len() as f64 > LONG * usual {
                 doubts.push(Doubt::LongStroke {
@@ -384,23 +431,9 @@ impl Cutter<'_> {
                 });
             }
         }
-        if let Some(friction) = &self.friction {
-            let mut sliding: Vec<f64> = strokes
-                .iter()
-                .flat_map(|stroke| {
-                    let size = self.frames.size;
-                    part(
-                        friction,
-                        stroke.steady.start / size,
-                        stroke.steady.end / size,
-                    )
-                })
-                .copied()
-                .collect();
-            let coefficient = quantile(&mut sliding, 0.5);
-            if coefficient > HIGH_FRICTION {
-                doubts.push(Doubt::HighFriction { coefficient });
-            }
+        let coefficient = quantile(friction, 0.5);
+        if coefficient > HIGH_FRICTION {
+            doubts.push(Doubt::HighFriction { coefficient });
         }
         doubts
     }
@@ -416,7 +449,7 @@ fn force_tolerance(cutter: &Cutter<'_>, strokes: &mut Vec<Stroke>, rejected: &mu
     let forces: Vec<f64> = strokes.iter().map(|s| cutter.mean_force_n(s)).collect();
     let target_n = match cutter.rule.load_n {
         Some(load) => load.0,
-        None => quantile(&mut forces.clone(), 0.5),
+        None => quantile(&forces, 0.5),
     };
     let reach_n = cutter.rule.tolerance_share * target_n;
     let mut forces = forces.into_iter();

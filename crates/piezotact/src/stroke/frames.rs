@@ -31,104 +31,170 @@ impl Frames {
         frames as f64 / self.rate_hz
     }
 
+    /// The number of whole frames in a signal.
+    pub(super) fn count(self, signal: &[f64]) -> usize {
+        signal.len() / self.size
+    }
+
     /// The mean of every frame.
     pub(super) fn means(self, signal: &[f64]) -> Vec<f64> {
-        let share = 1.0 / self.size as f64;
-        match self.size {
-            // Known sizes become one instruction stream: 5 kHz and 10 kHz are what laboratories use.
-            10 => fixed_means::<10>(signal),
-            20 => fixed_means::<20>(signal),
-            size => signal
-                .chunks_exact(size)
-                .map(|frame| frame.iter().sum::<f64>() * share)
-                .collect(),
-        }
+        self.means_of(signal, 0, self.count(signal))
     }
 
-    /// The short-time level of what fluctuates faster than a gesture: the rms, within a window of `width` frames,
-    /// of the second difference over one frame. A gesture of 2 Hz is weakened by 2e-4, what vibrates at a
-    /// third of the frames' rate grows by a factor of 3.
-    pub(super) fn fast_level(self, signal: &[f64], width: usize) -> Vec<f64> {
-        let lag = self.size;
-        let count = signal.len() / lag;
-        let mut squares = vec![0.0; count];
-        for (i, square) in squares.iter_mut().enumerate().skip(1) {
-            let Some([before, now, after]) = self.three(signal, i) else {
-                continue;
-            };
-            *square = before
-                .iter()
-                .zip(now)
-                .zip(after)
-                .map(|((a, b), c)| {
-                    let bend = a - 2.0 * b + c;
-                    bend * bend
-                })
-                .sum();
-        }
-        let samples = lag as f64;
-        smoothed(&squares, width)
-            .into_iter()
-            .map(|square| (square.max(0.0) / samples).sqrt())
-            .collect()
+    /// The means of the frames `from`…`to`; as many as there are.
+    pub(super) fn means_of(self, signal: &[f64], from: usize, to: usize) -> Vec<f64> {
+        let part = self.part(signal, from, to);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || match self.size {
+                // Known sizes become one instruction stream: 5 kHz and 10 kHz are what laboratories use.
+                10 => fixed_means::<10>(part),
+                20 => fixed_means::<20>(part),
+                size => part
+                    .chunks_exact(size)
+                    .map(|frame| frame.iter().sum::<f64>() / size as f64)
+                    .collect(),
+            },
+        )
     }
 
-    /// Frame `i` with the one before and the one after.
-    fn three(self, signal: &[f64], i: usize) -> Option<[&[f64]; 3]> {
-        let part = |k: usize| signal.get(k * self.size..(k + 1) * self.size);
-        Some([part(i.checked_sub(1)?)?, part(i)?, part(i + 1)?])
+    fn part(self, signal: &[f64], from: usize, to: usize) -> &[f64] {
+        let to = to.min(self.count(signal));
+        &signal[from.min(to) * self.size..to * self.size]
+    }
+
+    /// The short-time level, for the frames `from`…`to`, of what fluctuates faster than a gesture: the rms, within
+    /// a window of `width` frames, of the second difference over one frame. A gesture of 2 Hz is weakened by 2e-4,
+    /// what vibrates at a third of the frames' rate grows by a factor of 3.
+    pub(super) fn fast_level(
+        self,
+        signal: &[f64],
+        from: usize,
+        to: usize,
+        width: usize,
+    ) -> Vec<f64> {
+        // One frame more on each side for the difference; the first and the last of the signal have none.
+        let outer = from.saturating_sub(1);
+        let part = self.part(signal, outer, to + 1);
+        let mut squares = pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || match self.size {
+                10 => fixed_bends::<10>(part),
+                20 => fixed_bends::<20>(part),
+                size => bends(part, size),
+            },
+        );
+        squares.drain(..from - outer);
+        squares.truncate(to.saturating_sub(from));
+        let mut level = smoothed(&squares, width);
+        for value in &mut level {
+            *value = (value.max(0.0) / self.size as f64).sqrt();
+        }
+        level
     }
 }
 
+#[inline(always)]
 fn fixed_means<const SIZE: usize>(signal: &[f64]) -> Vec<f64> {
     let (frames, _) = signal.as_chunks::<SIZE>();
     frames
         .iter()
-        .map(|frame| frame.iter().sum::<f64>() * (1.0 / SIZE as f64))
+        .map(|frame| sum_of(frame) * (1.0 / SIZE as f64))
         .collect()
 }
 
-/// The mean over `width` frames around every frame; fewer at the ends.
+/// A sum of a few values as a tree, so that no addition waits for more than it must.
+#[inline(always)]
+fn sum_of<const SIZE: usize>(values: &[f64; SIZE]) -> f64 {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, value) in sums.iter_mut().zip(four) {
+            *sum += value;
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest.iter().sum::<f64>()
+}
+
+/// Σ(a − 2b + c)² over each frame and its neighbours; 0 for the first and the last.
+#[inline(always)]
+fn fixed_bends<const SIZE: usize>(signal: &[f64]) -> Vec<f64> {
+    let (frames, _) = signal.as_chunks::<SIZE>();
+    let mut squares = vec![0.0; frames.len()];
+    for (square, three) in squares.iter_mut().skip(1).zip(frames.windows(3)) {
+        let mut bend = [0.0; SIZE];
+        for (i, bend) in bend.iter_mut().enumerate() {
+            let off = three[0][i] - 2.0 * three[1][i] + three[2][i];
+            *bend = off * off;
+        }
+        *square = sum_of(&bend);
+    }
+    squares
+}
+
+fn bends(signal: &[f64], size: usize) -> Vec<f64> {
+    let frames: Vec<&[f64]> = signal.chunks_exact(size).collect();
+    let mut squares = vec![0.0; frames.len()];
+    for (square, three) in squares.iter_mut().skip(1).zip(frames.windows(3)) {
+        *square = three[0]
+            .iter()
+            .zip(three[1])
+            .zip(three[2])
+            .map(|((a, b), c)| (a - 2.0 * b + c).powi(2))
+            .sum();
+    }
+    squares
+}
+
+/// The mean over `width` frames around every frame; fewer at the ends. Summed anew every thousand values, so that
+/// rounding does not pile up.
 pub(super) fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
-    box_sums(values, width)
-        .into_iter()
-        .map(|(sum, frames)| sum / frames as f64)
-        .collect()
-}
-
-/// The sum over `width` values around every value, and how many there were. Summed anew every thousand values,
-/// so that rounding does not pile up.
-fn box_sums(values: &[f64], width: usize) -> Vec<(f64, usize)> {
     let (before, after) = ((width.max(1) - 1) / 2, width.max(1) / 2);
-    let range = |i: usize| (i.saturating_sub(before), (i + after + 1).min(values.len()));
-    let mut sum = 0.0;
-    let mut at = (0, 0);
-    (0..values.len())
-        .map(|i| {
-            let (from, to) = range(i);
-            if i % 1024 == 0 {
-                sum = values[from..to].iter().sum();
-            } else {
-                if from > at.0 {
-                    sum -= values[at.0];
-                }
-                if to > at.1 {
-                    sum += values[to - 1];
-                }
+    let n = values.len();
+    let mut means = Vec::with_capacity(n);
+    for block in (0..n).step_by(1024) {
+        let (mut from, mut to) = (block.saturating_sub(before), (block + after + 1).min(n));
+        let mut sum: f64 = values[from..to].iter().sum();
+        means.push(sum / (to - from) as f64);
+        let end = (block + 1024).min(n);
+        if block >= before && end + after <= n {
+            // Away from the ends every window is whole.
+            let share = 1.0 / (to - from) as f64;
+            let (old, new) = (&values[from..], &values[to..]);
+            let steps = old.iter().zip(new).take(end - block - 1);
+            means.extend(steps.map(|(old, new)| {
+                sum += new - old;
+                sum * share
+            }));
+            continue;
+        }
+        for i in block + 1..end {
+            if i > before {
+                sum -= values[from];
+                from += 1;
             }
-            at = (from, to);
-            (sum, to - from)
-        })
-        .collect()
+            if to < n {
+                sum += values[to];
+                to += 1;
+            }
+            means.push(sum / (to - from) as f64);
+        }
+    }
+    means
 }
 
-/// The value below which `share` of the values lie; 0 for none. Reorders them.
-pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
-    if values.is_empty() {
+/// As many values, evenly spread, are enough for a threshold.
+const ENOUGH: usize = 120;
+
+/// The value below which some `share` of the values lie, from at most 240 of them, evenly spread; 0 for none.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let step = (values.len() / ENOUGH).max(1);
+    let mut some: Vec<f64> = values.iter().step_by(step).copied().collect();
+    if some.is_empty() {
         return 0.0;
     }
-    let rank = ((values.len() - 1) as f64 * share).round() as usize;
-    let (_, value, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
+    let rank = ((some.len() - 1) as f64 * share).round() as usize;
+    let (_, value, _) = some.select_nth_unstable_by(rank, f64::total_cmp);
     *value
 }
 
@@ -161,7 +227,7 @@ mod tests {
                 .map(|i| (std::f64::consts::TAU * hz * f64::from(i) / 5000.0).sin())
                 .collect()
         };
-        let level = |hz: f64| frames.fast_level(&tone(hz), 50)[250];
+        let level = |hz: f64| frames.fast_level(&tone(hz), 0, 500, 50)[250];
         assert!(level(2.0) < 3e-4, "{}", level(2.0));
         assert!((level(250.0) - 4.0 / 2f64.sqrt()).abs() < 0.01);
     }

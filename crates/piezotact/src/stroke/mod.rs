@@ -18,7 +18,7 @@ use crate::recording::{Recording, RecordingError};
 use crate::roles::{Motion, Roles};
 
 pub use cuts::{Cut, Cuts};
-pub use force::{ForceRule, segment_by_force};
+pub use force::{ForceRule, Judging, segment_by_force};
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 
@@ -371,6 +371,8 @@ pub struct Expected {
     pub load_n: Option<Newtons>,
     /// The speed that was asked for, m/s.
     pub speed_m_s: Option<f64>,
+    /// Whether contacts are judged by how the finger slides.
+    pub judging: Judging,
 }
 
 /// The strokes of a recording by the rule that its channels allow: by speed where one was measured, else by the
@@ -389,7 +391,11 @@ pub fn segment(
     let mut segmentation = if signals.motion.is_some() {
         segment_by_speed(&signals, &SpeedRule::trapezoid(expected))?
     } else if signals.normal_force_n.is_some() {
-        segment_by_force(&signals, &ForceRule::active(expected.load_n))?
+        let rule = ForceRule {
+            judging: expected.judging,
+            ..ForceRule::active(expected.load_n)
+        };
+        segment_by_force(&signals, &rule)?
     } else {
         whole(&signals)?
     };

@@ -21,37 +21,37 @@ const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
 const SLIP_RATE_HZ: f64 = 1.5;
 
-/// The short-time level of a vibration, frame by frame, which a gesture does not reach.
-pub(super) fn vibration_level(frames: Frames, vibration: &[f64]) -> Vec<f64> {
-    frames.fast_level(vibration, frames.in_time(LEVEL_WINDOW_S))
+/// The short-time level of a vibration in the frames `from`…`to`, which a gesture does not reach.
+pub(super) fn vibration_level(
+    frames: Frames,
+    vibration: &[f64],
+    from: usize,
+    to: usize,
+) -> Vec<f64> {
+    frames.fast_level(vibration, from, to, frames.in_time(LEVEL_WINDOW_S))
 }
 
-/// The level of a vibration while nothing touches: the 90 % quantile of the frames outside `touches`, which
-/// must be some; `None` where there are too few.
-pub(super) fn floor(frames: Frames, level: &[f64], touches: &[(usize, usize)]) -> Option<f64> {
-    let guard = frames.in_time(0.06);
-    let mut outside = Vec::new();
-    let mut from = 0;
-    for (start, end) in touches.iter().copied().chain([(level.len(), level.len())]) {
-        let to = start.saturating_sub(guard).min(level.len());
-        if from < to {
-            outside.extend(level[from..to].iter().step_by(5));
-        }
-        from = (end + guard).min(level.len());
-    }
-    (outside.len() > 20).then(|| quantile(&mut outside, 0.9))
+/// The level of a vibration while nothing touches: the 90 % quantile of the frames in the lifts, the first 100 ms
+/// of each; `None` where there are too few.
+pub(super) fn floor(frames: Frames, vibration: &[f64], lifts: &[(usize, usize)]) -> Option<f64> {
+    let most = frames.in_time(0.1);
+    let levels: Vec<f64> = lifts
+        .iter()
+        .flat_map(|(from, to)| vibration_level(frames, vibration, *from, (*to).min(from + most)))
+        .collect();
+    (levels.len() > 20).then(|| quantile(&levels, 0.9))
 }
 
 /// The parts of a contact in which the vibration says that the finger slides, in frames of the contact.
 pub(super) fn sliding_parts(frames: Frames, level: &[f64], floor: f64) -> Vec<(usize, usize)> {
-    let loud = quantile(&mut level.to_vec(), 0.75);
+    let loud = quantile(level, 0.75);
     let threshold = (ABOVE_FLOOR * floor).max(OF_LEVEL * loud);
     runs(frames, level, threshold)
 }
 
 /// The parts of a contact in which the friction says that the finger slides.
 pub(super) fn sliding_by_friction(frames: Frames, ratio: &[f64]) -> Vec<(usize, usize)> {
-    let level = quantile(&mut ratio.to_vec(), 0.75);
+    let level = quantile(ratio, 0.75);
     runs(frames, ratio, 0.5 * level)
 }
 
@@ -98,7 +98,7 @@ fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
 /// A slip is a fall of the friction by a fifth of its level within 16 ms: a hand cannot do that, and a cell's
 /// noise, smoothed over 6 ms, does not.
 pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(usize, f64)> {
-    let level = quantile(&mut ratio.to_vec(), 0.5);
+    let level = quantile(ratio, 0.5);
     let smooth = smoothed(ratio, frames.in_time(0.006));
     let reach = frames.in_time(SLIP_TIME_S);
     let mut slips = 0;
@@ -116,9 +116,7 @@ pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(u
 
 /// Slips in a stretch of vibration where no tangential force was measured: bursts out of near silence.
 pub(super) fn stick_slip_in_vibration(frames: Frames, level: &[f64]) -> Option<(usize, f64)> {
-    let mut sorted = level.to_vec();
-    let (quiet, middle) = (quantile(&mut sorted, 0.25), quantile(&mut sorted, 0.5));
-    let loud = quantile(&mut sorted, 0.95);
+    let [quiet, middle, loud] = [0.25, 0.5, 0.95].map(|share| quantile(level, share));
     // Noise-like vibration spreads by a factor of two in 20 ms; bursts by ten.
     if loud < 8.0 * quiet.max(f64::MIN_POSITIVE) {
         return None;

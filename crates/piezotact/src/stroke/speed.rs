@@ -72,8 +72,7 @@ pub fn segment_by_speed(
     let (motion, kind) = signals.motion.ok_or(SegmentError::NothingToCutBy)?;
     let frames = Frames::at(signals.rate);
     let speed = speed_m_s(frames, motion, kind, rule.smoothing_s.0);
-    let mut top = speed.clone();
-    let fastest = quantile(&mut top, 0.98).max(quantile(&mut top, 0.02).abs());
+    let fastest = speed.iter().fold(0.0f64, |fastest, v| fastest.max(v.abs()));
     if !(fastest > 0.0) {
         return Err(SegmentError::Dead {
             what: "the motion",
@@ -87,7 +86,7 @@ pub fn segment_by_speed(
             let means: Vec<f64> = frames.means(normal_n);
             let (on, off) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
             // A finger that touches all along leaves no lift to take a baseline from.
-            let raw = events(&smoothed(&means, smoothing), on, off);
+            let raw = events(smoothed(&means, smoothing), on, off);
             let covers = |touches: &[(usize, usize)]| {
                 touches.iter().map(|(a, b)| b - a).sum::<usize>() as f64 / means.len().max(1) as f64
             };
@@ -95,7 +94,7 @@ pub fn segment_by_speed(
                 Some(raw)
             } else {
                 let force = above_baseline(frames, &means, smoothing, on);
-                Some(events(&force.level_n, on, off))
+                Some(events(force.level_n, on, off))
             }
         }
         None => {
@@ -107,7 +106,7 @@ pub fn segment_by_speed(
     let threshold = rule.rest_share * fastest;
     let mut strokes = Vec::new();
     let mut rejected = Vec::new();
-    for (from, to) in events(&moving, threshold, threshold) {
+    for (from, to) in events(moving.iter().copied(), threshold, threshold) {
         let motion = samples(frames, from, to);
         match plateau(frames, &moving[from..to], rule) {
             Err(reason) => rejected.push(Rejected {
@@ -131,7 +130,7 @@ pub fn segment_by_speed(
             }
         }
     }
-    let mut plateaus: Vec<f64> = strokes
+    let plateaus: Vec<f64> = strokes
         .iter()
         .flat_map(|s| {
             let (from, to) = (s.steady.start / frames.size, s.steady.end / frames.size);
@@ -139,7 +138,7 @@ pub fn segment_by_speed(
         })
         .copied()
         .collect();
-    let reached = quantile(&mut plateaus, 0.5);
+    let reached = quantile(&plateaus, 0.5);
     if let Some(asked_m_s) = rule.speed_m_s
         && !strokes.is_empty()
         && (reached / asked_m_s - 1.0).abs() > OFF_SPEED
@@ -206,7 +205,7 @@ fn speed_m_s(frames: Frames, motion: &[f64], kind: MotionKind, smoothing_s: f64)
 /// holds.
 fn plateau(frames: Frames, moving: &[f64], rule: &SpeedRule) -> Result<(usize, usize), Reason> {
     let quarter = moving.len() / 4;
-    let level = quantile(&mut moving[quarter..moving.len() - quarter].to_vec(), 0.5);
+    let level = quantile(&moving[quarter..moving.len() - quarter], 0.5);
     let within = |v: &f64| (v - level).abs() <= rule.tolerance_share * level;
     let from = moving.iter().position(within).unwrap_or(0);
     let to = moving.iter().rposition(within).map_or(0, |last| last + 1);

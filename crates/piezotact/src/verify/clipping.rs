@@ -56,10 +56,16 @@ pub fn clipping<Q: Quantity>(
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
 pub fn flat_top_fraction(samples: &[f64]) -> f64 {
-    let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), v| {
-        (low.min(*v), high.max(*v))
-    });
-    if low >= high {
+    let (low, high, at_extremes) = pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let (low, high) = extremes(samples);
+            let at = |v: &f64| u64::from(*v <= low) + u64::from(*v >= high);
+            (low, high, samples.iter().map(at).sum::<u64>())
+        },
+    );
+    // Three runs of three are nine samples: fewer are no clipping, and most signals end here.
+    if low >= high || at_extremes < 9 {
         return 0.0;
     }
     let (runs, at_limit) = samples
@@ -73,4 +79,23 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
     } else {
         at_limit as f64 / samples.len() as f64
     }
+}
+
+/// The lowest and the highest of `samples`, in independent lanes.
+#[inline(always)]
+fn extremes(samples: &[f64]) -> (f64, f64) {
+    const LANES: usize = 8;
+    let (mut lows, mut highs) = ([f64::MAX; LANES], [f64::MIN; LANES]);
+    let (chunks, rest) = samples.as_chunks::<LANES>();
+    for chunk in chunks {
+        for ((low, high), value) in lows.iter_mut().zip(&mut highs).zip(chunk) {
+            *low = if value < low { *value } else { *low };
+            *high = if value > high { *value } else { *high };
+        }
+    }
+    let all = || rest.iter().chain(&lows).chain(&highs).copied();
+    (
+        all().fold(f64::MAX, f64::min),
+        all().fold(f64::MIN, f64::max),
+    )
 }

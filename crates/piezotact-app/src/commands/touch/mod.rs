@@ -17,7 +17,7 @@ use piezotact::filter::HighPass;
 use piezotact::quantity::{Newtons, Unit};
 use piezotact::recording::{Condition, Recording, Touch};
 use piezotact::roles::{Motion, Roles};
-use piezotact::stroke::{Expected, Segmentation, segment};
+use piezotact::stroke::{Expected, Judging, Segmentation, segment};
 use piezotact::surface::SampleSet;
 use piezotact_dataset::{
     Naming, cuts_path, known_naming, known_sample_sets, read_cuts, read_sample_set,
@@ -188,6 +188,11 @@ fn take(path: &Path, args: &Takes) -> Outcome<Take> {
     let expected = Expected {
         load_n: recording.condition.load_n,
         speed_m_s: recording.condition.speed_m_s,
+        judging: if args.every_contact {
+            Judging::ContactOnly
+        } else {
+            Judging::Sliding
+        },
     };
     let mut segmentation = segment(&recording, &roles, expected).map_err(|e| at(e.into()))?;
     let beside = cuts_path(path);

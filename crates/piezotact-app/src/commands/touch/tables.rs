@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::feature::{Receptor, Statistics};
+use piezotact::feature::{Moments, Receptor, Statistics};
 
 use super::Take;
 use crate::failure::{Failure, Outcome};
@@ -97,8 +97,8 @@ pub(crate) fn write_strokes(path: &Path, takes: &[Take]) -> Outcome {
                     .map(f64::to_string),
             );
             row.extend(statistics(stroke.friction_coefficient));
-            row.extend(statistics(stroke.normal_force_n));
-            row.extend(statistics(stroke.speed_m_s));
+            row.extend(moments(stroke.normal_force_n));
+            row.extend(moments(stroke.speed_m_s));
             row.push(optional(stroke.pacinian_power));
             row.push(optional(stroke.detection_power));
             rows.push(row);
@@ -127,8 +127,9 @@ fn header() -> Vec<String> {
     .to_vec();
     names.extend(Receptor::ALL.map(|receptor| format!("{}_power", receptor.name().to_lowercase())));
     names.extend(["centroid_hz", "spread_hz", "strongest_hz"].map(str::to_owned));
-    for (what, unit) in [("friction", ""), ("normal_force", "_n"), ("speed", "_m_s")] {
-        names.extend(["mean", "sd", "median"].map(|kind| format!("{what}_{kind}{unit}")));
+    names.extend(["mean", "sd", "median"].map(|kind| format!("friction_{kind}")));
+    for (what, unit) in [("normal_force", "n"), ("speed", "m_s")] {
+        names.extend(["mean", "sd"].map(|kind| format!("{what}_{kind}_{unit}")));
     }
     names.extend(["pacinian_power", "detection_power"].map(str::to_owned));
     names
@@ -142,5 +143,12 @@ fn statistics(value: Option<Statistics>) -> [String; 3] {
     match value {
         Some(s) => [s.mean, s.sd, s.median].map(|v| v.to_string()),
         None => [String::new(), String::new(), String::new()],
+    }
+}
+
+fn moments(value: Option<Moments>) -> [String; 2] {
+    match value {
+        Some(m) => [m.mean.to_string(), m.sd.to_string()],
+        None => [String::new(), String::new()],
     }
 }

@@ -8,7 +8,7 @@ use piezotact::compare::{
     rms_on_speed,
 };
 use piezotact::feature::{Receptor, Statistics, Weighting};
-use piezotact::stroke::Rule;
+use piezotact::stroke::{Judging, Rule};
 use piezotact::surface::SampleSet;
 
 use super::{document, figure};
@@ -543,12 +543,16 @@ fn methods(takes: &[Take], features: bool) -> Markup {
 fn rule_text(rule: &Rule) -> String {
     match rule {
         Rule::Force(r) => format!(
-            "Strokes by normal force: contact above {:.3} N until below {:.3} N over the drifting zero, smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off cut away; only where the finger slides; {:.1} s and more; mean force within ±{:.0} % of {}.",
+            "Strokes by normal force: contact above {:.3} N until below {:.3} N over the drifting zero, smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off cut away; {}; {:.1} s and more; mean force within ±{:.0} % of {}.",
             r.on_n.0,
             r.off_n.0,
             r.smoothing_s.0 * 1e3,
             r.landing_s.0 * 1e3,
             r.take_off_s.0 * 1e3,
+            match r.judging {
+                Judging::Sliding => "only where the finger slides",
+                Judging::ContactOnly => "whether the finger slides or not",
+            },
             r.shortest_s.0,
             r.tolerance_share * 100.0,
             r.load_n

@@ -1,0 +1,100 @@
+//! Order statistics of many values, without sorting them.
+
+/// More values than this are narrowed down before they are ordered.
+const MANY: usize = 2000;
+/// As many of them, evenly spread, say where the median must be.
+const SAMPLE: usize = 200;
+/// How far the median may be from the sample's, as a share of all values: some two standard deviations, √(¼/200).
+const REACH: f64 = 0.08;
+
+/// The median, the mean of the middle two for an even count; `None` for none. The order of `values` changes.
+///
+/// Of many values only those are ordered that lie between two that a sample gives; when the middle is not among
+/// them after all, all are.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    let n = values.len();
+    if n == 0 {
+        return None;
+    }
+    if n > MANY
+        && let Some(found) = narrowed(values)
+    {
+        return Some(found);
+    }
+    Some(selected(values, n / 2, n.is_multiple_of(2)))
+}
+
+/// The value of rank `middle`, or its mean with the one before it.
+fn selected(values: &mut [f64], middle: usize, with_before: bool) -> f64 {
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    if with_before {
+        0.5 * (below.iter().copied().fold(f64::MIN, f64::max) + *upper)
+    } else {
+        *upper
+    }
+}
+
+fn narrowed(values: &[f64]) -> Option<f64> {
+    let n = values.len();
+    let mut sample: Vec<f64> = values.iter().step_by(n / SAMPLE).copied().collect();
+    let rank = |share: f64| ((sample.len() - 1) as f64 * share).round() as usize;
+    let (low_rank, high_rank) = (rank(0.5 - REACH), rank(0.5 + REACH));
+    let low = *sample.select_nth_unstable_by(low_rank, f64::total_cmp).1;
+    let high = *sample.select_nth_unstable_by(high_rank, f64::total_cmp).1;
+    let mut below = 0;
+    let mut between = vec![0.0; n];
+    let mut kept = 0;
+    for value in values {
+        below += usize::from(*value < low);
+        // Written always and kept when it counts: no branch to guess.
+        between[kept] = *value;
+        kept += usize::from(*value >= low && *value <= high);
+    }
+    between.truncate(kept);
+    let even = n.is_multiple_of(2);
+    let first = n / 2 - usize::from(even);
+    (first >= below && n / 2 < below + kept).then(|| selected(&mut between, n / 2 - below, even))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn by_sorting(values: &[f64]) -> f64 {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let n = sorted.len();
+        if n % 2 == 1 {
+            sorted[n / 2]
+        } else {
+            0.5 * (sorted[n / 2 - 1] + sorted[n / 2])
+        }
+    }
+
+    #[test]
+    fn the_median_is_that_of_the_sorted_values() {
+        let wave = |n: usize, turn: f64| -> Vec<f64> {
+            (0..n)
+                .map(|i| ((i * i) as f64 * turn).sin() + i as f64 * 1e-5)
+                .collect()
+        };
+        let mut cases: Vec<Vec<f64>> = [1, 2, 3, 1999, 2001, 5000, 5001, 40_000]
+            .into_iter()
+            .map(|n| wave(n, 0.7))
+            .collect();
+        cases.push(vec![3.0; 6000]);
+        cases.push((0..6000).map(f64::from).collect());
+        // A sample that misses the middle: every place that is looked at holds a small value.
+        cases.push(
+            (0..8000)
+                .map(|i| if i % 20 == 0 { -1.0 } else { f64::from(i) })
+                .collect(),
+        );
+        for case in cases {
+            let expected = by_sorting(&case);
+            let found = median(&mut case.clone()).unwrap();
+            assert!((found - expected).abs() < 1e-15, "{} values", case.len());
+        }
+        assert_eq!(median(&mut []), None);
+    }
+}
