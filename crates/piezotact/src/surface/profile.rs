@@ -112,6 +112,28 @@ pub struct ProfileRoughness {
     pub doubts: Vec<Doubt>,
 }
 
+impl ProfileRoughness {
+    /// The primary profile: the one measured, without its form and without short waves, in m. It is the sum
+    /// of mean line and roughness profile.
+    #[must_use]
+    pub fn primary(&self) -> HeightProfile {
+        let heights = self.roughness.heights_m().iter();
+        let line = self.mean_line.heights_m().iter();
+        self.roughness
+            .with_heights(heights.zip(line).map(|(z, line)| z + line).collect())
+    }
+
+    /// Where the sections begin, and the last one ends: one more point than there are sections.
+    #[must_use]
+    pub fn section_borders(&self) -> Vec<usize> {
+        let points = self.roughness.heights_m().len();
+        let section = self
+            .cutoff_m
+            .map_or(points as f64, |cutoff_m| cutoff_m / self.roughness.step_m());
+        section_bounds(points, section)
+    }
+}
+
 /// The roughness parameters of `profile`, heights in m, over five sections of the cut-off or as many as fit,
 /// taken from its middle.
 ///

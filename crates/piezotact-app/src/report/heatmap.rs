@@ -1,0 +1,1 @@
+//! A height map as an image.
