@@ -552,7 +552,8 @@ impl fmt::Display for Doubt {
                 cutoff_m,
             } => write!(
                 f,
-                "only {sections} sections of the cut-off {} mm fit, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                "only {sections} section{} of the cut-off {} mm, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                if *sections == 1 { "" } else { "s" },
                 cutoff_m * 1e3
             ),
             Self::CutoffUnsettled { used_m, ra_m } => write!(

@@ -9,17 +9,29 @@ use serde_json::{Map, Value, json};
 use super::{Evaluated, Surface};
 use crate::output::digits_that_count;
 
-/// A length for a person: mm, or µm below a tenth of a millimetre; no digits that say nothing.
-pub(crate) fn length_text(length_m: f64) -> String {
-    if length_m < 0.0999e-3 {
-        format!("{} µm", short(length_m * 1e6))
-    } else {
-        format!("{} mm", short(length_m * 1e3))
+/// The unit that a length of this size is read in, and how many of it make a metre.
+pub(crate) fn unit_for(length_m: f64) -> (&'static str, f64) {
+    match length_m.abs() {
+        m if m < 0.0999e-6 => ("nm", 1e9),
+        m if m < 0.0999e-3 => ("µm", 1e6),
+        _ => ("mm", 1e3),
     }
 }
 
+/// A length for a person, without digits that say nothing.
+pub(crate) fn length_text(length_m: f64) -> String {
+    let (unit, per_m) = unit_for(length_m);
+    format!("{} {unit}", short(length_m * per_m))
+}
+
+/// Two lengths in one unit.
+fn both(x_m: f64, y_m: f64) -> String {
+    let (unit, per_m) = unit_for(x_m.max(y_m));
+    format!("{} × {} {unit}", short(x_m * per_m), short(y_m * per_m))
+}
+
 fn short(value: f64) -> String {
-    let text = digits_that_count(value, 5);
+    let text = digits_that_count(value, 4);
     if text.contains('.') && !text.contains('e') {
         text.trim_end_matches('0').trim_end_matches('.').into()
     } else {
@@ -39,13 +51,11 @@ pub(crate) fn size(surface: &Surface) -> String {
         Evaluated::Map(r) => {
             let map = &r.surface;
             format!(
-                "height map of {} × {} points, {} × {} apart, {} × {}",
+                "height map of {} × {} points, {} apart, {}",
                 map.columns(),
                 map.rows(),
-                length_text(map.step_x_m()),
-                length_text(map.step_y_m()),
-                length_text(map.length_x_m()),
-                length_text(map.length_y_m())
+                both(map.step_x_m(), map.step_y_m()),
+                both(map.length_x_m(), map.length_y_m())
             )
         }
     }
@@ -96,7 +106,7 @@ fn of_profile(r: &ProfileRoughness) -> String {
         sections => format!("{sections} sections"),
     };
     let ends = match r.ends {
-        Ends::Dropped => ", ends left out",
+        Ends::Dropped => ", in the middle",
         Ends::Kept => ", ends included",
         Ends::Unfiltered => "",
     };

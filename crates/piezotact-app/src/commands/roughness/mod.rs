@@ -18,10 +18,10 @@ use serde_json::{Map, Value, json};
 use super::outputs;
 use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{digits_that_count, doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
 use crate::report;
 
-pub(crate) use how::{how, size};
+pub(crate) use how::{how, length_text, size, unit_for};
 pub(crate) use values::{Parameter, areal, of_profile};
 
 /// What was measured, and what it says of roughness.
@@ -244,13 +244,12 @@ fn text_of(surface: &Surface) -> String {
         surface.kind
     );
     for parameter in surface.parameters() {
-        let value = match parameter.value {
-            Some(value) => digits_that_count(value, 4),
-            None => "–".into(),
-        };
         text += &format!(
-            "\n  {:<4} {value:>10} {:<3} {}",
-            parameter.symbol, parameter.unit, parameter.meaning
+            "\n  {:<4} {:>10} {:<3} {}",
+            parameter.symbol,
+            parameter.number(),
+            parameter.value.map_or("", |_| parameter.unit),
+            parameter.meaning
         );
     }
     text + "\n" + &how(surface)

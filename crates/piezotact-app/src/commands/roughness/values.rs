@@ -4,6 +4,7 @@ use anyhow::anyhow;
 use piezotact::surface::{ArealRoughness, ProfileRoughness};
 
 use crate::failure::{Failure, Outcome};
+use crate::output::digits_that_count;
 
 /// A parameter, its unit and its meaning.
 pub(crate) struct Parameter {
@@ -16,6 +17,12 @@ pub(crate) struct Parameter {
 }
 
 impl Parameter {
+    /// The value with the digits that count, or a dash.
+    pub(crate) fn number(&self) -> String {
+        let number = |value| digits_that_count(value, 4);
+        self.value.map_or_else(|| "–".into(), number)
+    }
+
     /// The name in JSON: that of the parameter, with the unit where it is not µm or none.
     pub(crate) fn key(&self) -> &'static str {
         match self.symbol {
