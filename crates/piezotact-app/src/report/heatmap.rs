@@ -42,7 +42,7 @@ impl Heatmap<'_> {
         let colours = palette(COLOURS);
         let image = STANDARD.encode(self.png(&colours)?);
         let left = (f64::from(WIDTH) - LEFT - width - GAP - BAR - 90.0).max(0.0) / 2.0 + LEFT;
-        let mut svg = Svg::new(TOP + height + 62.0);
+        let mut svg = Svg::new(TOP + height + 54.0);
         svg.add(&format!(
             "<image x=\"{left}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{image}\"/>"
         ));
@@ -51,17 +51,17 @@ impl Heatmap<'_> {
         for tick in ticks(0.0, self.size.0, width / 80.0) {
             let x = left + width * tick / self.size.0;
             svg.line((x, bottom), (x, bottom + 6.0));
-            svg.text((x, bottom + 22.0), "middle", &number(tick));
+            svg.text((x, bottom + 20.0), "middle", &number(tick));
         }
         svg.text(
-            (left + width / 2.0, bottom + 46.0),
+            (left + width / 2.0, bottom + 42.0),
             "middle",
             &format!("x, {}", self.length_unit),
         );
         for tick in ticks(0.0, self.size.1, height / 50.0) {
             let y = TOP + height * tick / self.size.1;
             svg.line((left - 6.0, y), (left, y));
-            svg.text((left - 10.0, y + 5.0), "end", &number(tick));
+            svg.text((left - 10.0, y + 4.0), "end", &number(tick));
         }
         let label = format!("y, {}", self.length_unit);
         svg.upright((left - 58.0, TOP + height / 2.0), &label);
@@ -86,7 +86,7 @@ impl Heatmap<'_> {
         for tick in ticks(low, high, height / 45.0) {
             let y = TOP + height * (high - tick) / (high - low);
             svg.line((left + BAR, y), (left + BAR + 6.0, y));
-            svg.text((left + BAR + 10.0, y + 5.0), "start", &number(tick));
+            svg.text((left + BAR + 10.0, y + 4.0), "start", &number(tick));
         }
         svg.upright((left + BAR + 74.0, TOP + height / 2.0), &self.label);
     }
@@ -157,7 +157,7 @@ impl Svg {
         let height = height.max(240.0);
         Self {
             text: format!(
-                "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"15\" fill=\"{}\">",
+                "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"12\" fill=\"{}\">",
                 hex(TEXT)
             ),
             height,

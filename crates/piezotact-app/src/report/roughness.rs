@@ -23,8 +23,10 @@ const CLASSES: usize = 80;
 const PIXELS: usize = 400;
 /// The share of the points whose height may lie beyond the scale of colours.
 const BEYOND: f64 = 0.01;
+/// The share of the points whose height may lie beyond the figures of the distribution.
+const RARE: f64 = 0.002;
 /// The parameters that stand large at the top.
-const FIRST: usize = 5;
+const FIRST: [&str; 8] = ["Ra", "Rq", "Rz", "RSm", "Sa", "Sq", "Sz", "Sdr"];
 
 pub(crate) fn render(surface: &Surface) -> Outcome<String> {
     let title = format!("Roughness of {}", name(&surface.path));
@@ -48,9 +50,9 @@ fn numbers(surface: &Surface) -> Markup {
         section class="verdict" {
             strong { (how(surface)) }
             div.numbers {
-                @for parameter in surface.parameters().iter().take(FIRST) {
+                @for parameter in surface.parameters().iter().filter(|p| FIRST.contains(&p.symbol)) {
                     div {
-                        b { (parameter.symbol) " " (parameter.number()) " " (parameter.unit) }
+                        b { (parameter.symbol) " " (parameter.number()) " " (parameter.value.map_or("", |_| parameter.unit)) }
                         span { (parameter.meaning) }
                     }
                 }
@@ -148,7 +150,7 @@ fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
     let (place, per_place) = place_unit(r.roughness.length_m());
     let x = || {
         Axis::new(
-            format!("place, {place}"),
+            format!("position, {place}"),
             0.0,
             r.roughness.length_m() * per_place,
         )
@@ -214,14 +216,14 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     let map = &r.surface;
     let (place, per_place) = place_unit(map.length_x_m().max(map.length_y_m()));
     let coarse = map.coarser(PIXELS);
-    let (unit, per_m) = height_unit(map.heights_m());
-    let (low, high) = height_limits_m(map.heights_m(), BEYOND).unwrap_or((0.0, 0.0));
+    let (low, high) = height_limits_m(map.heights_m(), BEYOND).unwrap_or_default();
     // A flat map still has a scale.
     let (low, high) = if low < high {
         (low, high)
     } else {
         (low - 1e-9, high + 1e-9)
     };
+    let (unit, per_m) = height_unit(&[low, high]);
     let values: Vec<f64> = coarse.heights_m().iter().map(|z| z * per_m).collect();
     let image = Heatmap {
         values: &values,
@@ -233,6 +235,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     };
     let row = map.rows() / 2;
     let heights_m = &map.heights_m()[row * map.columns()..(row + 1) * map.columns()];
+    let (unit, per_m) = height_unit(heights_m);
     let lines: Vec<Line> = stretches(heights_m, map.step_x_m() * per_place, per_m)
         .into_iter()
         .map(|points| Line::new("", SURFACE, points).thin())
@@ -261,15 +264,16 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
 }
 
 fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
-    let Some(found) = height_distribution(heights_m, CLASSES) else {
+    let range_m = height_limits_m(heights_m, RARE).unwrap_or_default();
+    let Some(found) = height_distribution(heights_m, range_m, CLASSES) else {
         return Ok(html! {});
     };
-    let (unit, per_m) = height_unit(heights_m);
+    let (unit, per_m) = height_unit(&found.borders_m);
     Ok(html! {
         section {
             h2 { "Distribution of heights" }
             (figure(&shares(&found, unit, per_m)?, &format!(
-                "How many of the evaluated points lie at each height, in {CLASSES} classes of {}.",
+                "How many of the evaluated points lie at each height, in {CLASSES} classes of {}. The axis ends where one point in a thousand lies beyond.",
                 length_text(found.borders_m[1] - found.borders_m[0])
             )))
             (figure(&material(&found, unit, per_m)?, "The material ratio (Abbott) curve: how much of the surface lies above each height."))
