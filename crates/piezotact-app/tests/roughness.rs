@@ -100,6 +100,11 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
         "{}",
         done.err()
     );
+    // The five sections of 0.8 mm lie beside the groove.
+    assert_eq!(
+        json_of(&primary, &[])["doubts"][0]["doubt"],
+        "uneven_profile"
+    );
     let chosen = folder.run(&["roughness", file]);
     assert!(
         chosen.out().contains("chosen by ISO 4288 from Ra"),

@@ -88,7 +88,7 @@ impl Heatmap<'_> {
             svg.line((left + BAR, y), (left + BAR + 6.0, y));
             svg.text((left + BAR + 10.0, y + 4.0), "start", &number(tick));
         }
-        svg.upright((left + BAR + 74.0, TOP + height / 2.0), &self.label);
+        svg.upright((left + BAR + 66.0, TOP + height / 2.0), &self.label);
     }
 
     /// The size of the image: as wide to its height as the area is, unless that could not be seen.

@@ -17,14 +17,13 @@ const SURFACE: RGBColor = RGBColor(0, 90, 140);
 const MEAN: RGBColor = RGBColor(213, 94, 0);
 const BORDER: RGBColor = RGBColor(110, 118, 126);
 
-/// Classes of the height distribution.
+/// Classes of the height distribution, at most, and points to each of them, at least on average.
 const CLASSES: usize = 80;
+const POINTS_PER_CLASS: usize = 10;
 /// Points along a side of the image of a map, at most.
 const PIXELS: usize = 400;
-/// The share of the points whose height may lie beyond the scale of colours.
+/// The share of the points whose height may lie beyond the scale of colours, and the axes of a distribution.
 const BEYOND: f64 = 0.01;
-/// The share of the points whose height may lie beyond the figures of the distribution.
-const RARE: f64 = 0.002;
 /// The parameters that stand large at the top.
 const FIRST: [&str; 8] = ["Ra", "Rq", "Rz", "RSm", "Sa", "Sq", "Sz", "Sdr"];
 
@@ -89,7 +88,7 @@ fn table(surface: &Surface) -> Markup {
                     }
                 }
             }
-            p.soft { (how(surface)) ". A dash: the surface has no such value; the doubts say why where it is in doubt." }
+            p.soft { "A dash: the surface has no such value; the doubts say why where it is in doubt." }
             p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
         }
     }
@@ -146,24 +145,27 @@ fn along(profile: &HeightProfile, label: &str, colour: RGBColor, per_m: (f64, f6
     Line::new(label, colour, points)
 }
 
-fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
-    let (place, per_place) = place_unit(r.roughness.length_m());
-    let x = || {
-        Axis::new(
-            format!("position, {place}"),
-            0.0,
-            r.roughness.length_m() * per_place,
-        )
-    };
-    let primary = r.primary();
-    let (unit, per_m) = height_unit(primary.heights_m());
-    let mut lines = vec![along(&primary, "primary profile", SURFACE, (per_place, per_m)).thin()];
-    let filtered = r.config.filter == ProfileFilter::Gauss;
-    if filtered {
-        lines.push(along(&r.mean_line, "mean line", MEAN, (per_place, per_m)));
-    }
-    let before = Chart::new(x(), height_axis(unit, &lines), lines).svg(HEIGHT)?;
+/// The axis along a profile, and how many of its unit make a metre.
+fn position_axis(profile: &HeightProfile) -> (Axis, f64) {
+    let (unit, per_m) = place_unit(profile.length_m());
+    let label = format!("position, {unit}");
+    (Axis::new(label, 0.0, profile.length_m() * per_m), per_m)
+}
 
+/// The profile before the filter, with its mean line.
+fn before_filter(r: &ProfileRoughness) -> Outcome<String> {
+    let primary = r.primary();
+    let (x, per_place) = position_axis(&primary);
+    let (unit, per_m) = height_unit(primary.heights_m());
+    let lines = vec![
+        along(&primary, "primary profile", SURFACE, (per_place, per_m)).thin(),
+        along(&r.mean_line, "mean line", MEAN, (per_place, per_m)),
+    ];
+    Chart::new(x, height_axis(unit, &lines), lines).svg(HEIGHT)
+}
+
+fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
+    let (x, per_place) = position_axis(&r.roughness);
     let (unit, per_m) = height_unit(r.roughness.heights_m());
     let rough = along(&r.roughness, "", SURFACE, (per_place, per_m)).thin();
     let y = height_axis(unit, std::slice::from_ref(&rough));
@@ -181,7 +183,7 @@ fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
         })
         .collect();
     lines.push(rough);
-    let mut chart = Chart::new(x(), y, lines);
+    let mut chart = Chart::new(x, y, lines);
     chart.shaded = borders
         .first()
         .copied()
@@ -191,21 +193,16 @@ fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
     let rough = chart.svg(HEIGHT)?;
 
     let evaluated = &r.roughness.heights_m()[r.evaluated.clone()];
-    let (before_text, rough_title) = if filtered {
-        (
-            "The primary profile, without its form, and its mean line.",
-            "Roughness profile",
-        )
-    } else {
-        ("The profile without its form.", "What was evaluated")
-    };
+    let filtered = r.config.filter == ProfileFilter::Gauss;
     Ok(html! {
-        section {
-            h2 { "Profile" }
-            (figure(&before, before_text))
+        @if filtered {
+            section {
+                h2 { "Profile" }
+                (figure(&before_filter(r)?, "The primary profile, without its form, and its mean line."))
+            }
         }
         section {
-            h2 { (rough_title) }
+            h2 { @if filtered { "Roughness profile" } @else { "Profile without its form" } }
             (figure(&rough, "Shaded: what was evaluated. Dashed: where its sections begin and end."))
         }
         (distribution(evaluated)?)
@@ -264,8 +261,9 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
 }
 
 fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
-    let range_m = height_limits_m(heights_m, RARE).unwrap_or_default();
-    let Some(found) = height_distribution(heights_m, range_m, CLASSES) else {
+    let range_m = height_limits_m(heights_m, BEYOND).unwrap_or_default();
+    let classes = (heights_m.len() / POINTS_PER_CLASS).clamp(4, CLASSES);
+    let Some(found) = height_distribution(heights_m, range_m, classes) else {
         return Ok(html! {});
     };
     let (unit, per_m) = height_unit(&found.borders_m);
@@ -273,7 +271,7 @@ fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
         section {
             h2 { "Distribution of heights" }
             (figure(&shares(&found, unit, per_m)?, &format!(
-                "How many of the evaluated points lie at each height, in {CLASSES} classes of {}. The axis ends where one point in a thousand lies beyond.",
+                "How many of the evaluated points lie at each height, in {classes} classes of {}. The axis spans 99 % of the heights.",
                 length_text(found.borders_m[1] - found.borders_m[0])
             )))
             (figure(&material(&found, unit, per_m)?, "The material ratio (Abbott) curve: how much of the surface lies above each height."))

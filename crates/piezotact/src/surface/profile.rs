@@ -14,6 +14,8 @@ use crate::doubt::Doubt;
 
 /// The sections that both standards ask for.
 const SECTIONS: usize = 5;
+/// A stretch whose Ra differs from that of the whole line by more than this factor is not like it.
+const UNLIKE: f64 = 1.5;
 /// Rounding of a length in a file, as a share of a section.
 const LENGTH_TOLERANCE: f64 = 1e-6;
 
@@ -316,6 +318,8 @@ impl Split {
             asked: SECTIONS,
             cutoff_m,
         });
+        let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);
+        let uneven = uneven(parameters.heights.mean_absolute_m, whole);
         let total = parameters.total;
         ProfileRoughness {
             ra_m: parameters.heights.mean_absolute_m,
@@ -337,9 +341,21 @@ impl Split {
             ends,
             roughness: self.roughness,
             mean_line: self.mean_line,
-            doubts: Vec::from_iter(short),
+            doubts: short.into_iter().chain(uneven).collect(),
         }
     }
+}
+
+/// Whether what was evaluated is unlike the whole line.
+fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Doubt> {
+    let Entry::Ra(whole_ra_m) = whole else {
+        return None;
+    };
+    let (low_m, high_m) = (whole_ra_m / UNLIKE, whole_ra_m * UNLIKE);
+    (!(low_m..=high_m).contains(&evaluated_ra_m)).then_some(Doubt::UnevenProfile {
+        evaluated_ra_m,
+        whole_ra_m,
+    })
 }
 
 /// The first point of every section, and the end of the last: up to five sections from the middle of

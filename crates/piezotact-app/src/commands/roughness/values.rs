@@ -103,7 +103,7 @@ pub(super) fn csv_of(roughness: &ProfileRoughness) -> Outcome<String> {
         .zip(roughness.roughness.heights_m());
     for (i, ((primary_m, mean_m), rough_m)) in lines.enumerate() {
         writer.write_record([
-            format!("{:.6}", i as f64 * step_mm),
+            format!("{:.9}", i as f64 * step_mm),
             format!("{:.6}", primary_m * 1e6),
             format!("{:.6}", mean_m * 1e6),
             format!("{:.6}", rough_m * 1e6),
