@@ -683,3 +683,44 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn sections_unlike_the_rest_are_a_doubt() {
+    let config = stated(ProfileStandard::Iso4287, ProfileFilter::Gauss, 0.8e-3);
+    // 10 mm; beyond 8 mm the wave is `factor` times as high
+    let doubts = |factor: f64| {
+        let wave = |i: i32| {
+            let height_m = if i < 8000 { 1e-6 } else { factor * 1e-6 };
+            height_m * (f64::from(i) / 50.0 * TAU).sin()
+        };
+        let profile = HeightProfile::new((0..10_000).map(wave).collect(), 1e-6).unwrap();
+        let roughness = profile_roughness(&profile, &config).unwrap();
+        assert_eq!(
+            roughness.section_borders(),
+            [3000, 3800, 4600, 5400, 6200, 7000]
+        );
+        for (z, before) in roughness
+            .primary()
+            .heights_m()
+            .iter()
+            .zip(profile.heights_m())
+        {
+            assert!((z - before).abs() < 1e-9, "only the mean was taken away");
+        }
+        roughness.doubts
+    };
+    assert_eq!(doubts(1.0), []);
+    let unlike = doubts(8.0);
+    let [
+        Doubt::UnevenProfile {
+            evaluated_ra_m,
+            whole_ra_m,
+        },
+    ] = unlike.as_slice()
+    else {
+        panic!("{unlike:?}");
+    };
+    // a sine at 50 points to a wave: 1.3e-3
+    within("evaluated", *evaluated_ra_m, 2e-6 / PI, 2e-3);
+    within("whole", *whole_ra_m, (0.8 + 0.2 * 8.0) * 2e-6 / PI, 1e-2);
+}
