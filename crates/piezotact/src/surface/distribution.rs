@@ -67,7 +67,7 @@ pub fn height_distribution(
 /// The heights, in m, between which all but a share of `beyond_share` of `heights_m` lie, half of that share on
 /// each side: what a scale of colours should span. `None` when nothing was measured.
 ///
-/// Formula: the order statistics at the ranks ⌊beyond_share/2·(n − 1)⌋ from below and from above.
+/// Formula: the order statistics at the ranks ⌊b/2·(n − 1)⌋ from below and from above, b being that share.
 ///
 /// Source: R. J. Hyndman and Y. Fan, Sample Quantiles in Statistical Packages, The American Statistician 50,
 /// 1996: a quantile that is one of the values.

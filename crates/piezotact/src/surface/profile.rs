@@ -480,3 +480,50 @@ impl<'a> Evaluation<'a> {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    #[test]
+    fn sections_unlike_the_rest_are_a_doubt() {
+        let config = ProfileConfig {
+            standard: ProfileStandard::Iso4287,
+            form: Form::Mean,
+            filter: ProfileFilter::Gauss,
+            cutoff: Cutoff::Stated(0.8e-3),
+            short_waves: ShortWaves::Kept,
+        };
+        // 10 mm; beyond 8 mm the wave is `factor` times as high
+        let doubts = |factor: f64| {
+            let wave = |i: i32| {
+                let height_m = if i < 8000 { 1e-6 } else { factor * 1e-6 };
+                height_m * (f64::from(i) / 50.0 * TAU).sin()
+            };
+            let profile = HeightProfile::new((0..10_000).map(wave).collect(), 1e-6).unwrap();
+            let roughness = profile_roughness(&profile, &config).unwrap();
+            let borders = [3000, 3800, 4600, 5400, 6200, 7000];
+            assert_eq!(roughness.section_borders(), borders);
+            let primary = roughness.primary();
+            for (z, before) in primary.heights_m().iter().zip(profile.heights_m()) {
+                assert!((z - before).abs() < 1e-9, "only the mean was taken away");
+            }
+            roughness.doubts
+        };
+        assert_eq!(doubts(1.0), []);
+        let unlike = doubts(8.0);
+        let [
+            Doubt::UnevenProfile {
+                evaluated_ra_m,
+                whole_ra_m,
+            },
+        ] = unlike.as_slice()
+        else {
+            panic!("{unlike:?}");
+        };
+        // a sine at 50 points to a wave is 0.13 % off, the step between the waves more
+        assert!((evaluated_ra_m / (2e-6 / PI) - 1.0).abs() < 2e-3);
+        assert!((whole_ra_m / (2.4 * 2e-6 / PI) - 1.0).abs() < 1e-2);
+    }
+}
