@@ -12,6 +12,7 @@ use super::heatmap::Heatmap;
 use super::{document, figure, name};
 use crate::commands::roughness::{Evaluated, Surface, how, length_text, size, unit_for};
 use crate::failure::Outcome;
+use crate::output::digits_that_count;
 
 const SURFACE: RGBColor = RGBColor(0, 90, 140);
 const MEAN: RGBColor = RGBColor(213, 94, 0);
@@ -244,7 +245,12 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     } else {
         ""
     };
-    let at = length_text(row as f64 * map.step_y_m());
+    let at = digits_that_count(row as f64 * map.step_y_m() * per_place, 4);
+    let gaps = match heights_m.iter().filter(|z| z.is_nan()).count() {
+        0 => "",
+        missing if missing == heights_m.len() => " Nothing was measured there.",
+        _ => " Gaps: not measured.",
+    };
     Ok(html! {
         section {
             h2 { "Heights" }
@@ -254,7 +260,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
         }
         section {
             h2 { "Profile through the middle" }
-            (figure(&middle, &format!("Row {row}, at y = {at}.")))
+            (figure(&middle, &format!("Row {row}, at y = {at} {place}.{gaps}")))
         }
         (distribution(map.heights_m())?)
     })

@@ -16,6 +16,8 @@ use crate::doubt::Doubt;
 const SECTIONS: usize = 5;
 /// A stretch whose Ra differs from that of the whole line by more than this factor is not like it.
 const UNLIKE: f64 = 1.5;
+/// Heights below a picometre are rounding.
+const ROUNDING_M: f64 = 1e-12;
 /// Rounding of a length in a file, as a share of a section.
 const LENGTH_TOLERANCE: f64 = 1e-6;
 
@@ -352,7 +354,8 @@ fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Doubt> {
         return None;
     };
     let (low_m, high_m) = (whole_ra_m / UNLIKE, whole_ra_m * UNLIKE);
-    (!(low_m..=high_m).contains(&evaluated_ra_m)).then_some(Doubt::UnevenProfile {
+    let unlike = !(low_m..=high_m).contains(&evaluated_ra_m);
+    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Doubt::UnevenProfile {
         evaluated_ra_m,
         whole_ra_m,
     })
@@ -512,6 +515,8 @@ mod tests {
             roughness.doubts
         };
         assert_eq!(doubts(1.0), []);
+        let flat = HeightProfile::new(vec![3e-6; 2000], 10e-6).unwrap();
+        assert_eq!(profile_roughness(&flat, &config).unwrap().doubts, []);
         let unlike = doubts(8.0);
         let [
             Doubt::UnevenProfile {
