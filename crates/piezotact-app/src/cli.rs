@@ -526,7 +526,8 @@ pub(crate) struct Roughness {
     /// the nesting index of the L-filter; unless stated there is no L-filter.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     pub(crate) cutoff: Option<f64>,
-    /// Chooses the cut-off by the mean width of the profile elements, as ISO 4288 asks for turned, planed and other periodic profiles.
+    /// Chooses the cut-off by the mean width of the profile elements, as ISO 4288 asks for turned,
+    /// planed and other periodic profiles.
     #[arg(long, conflicts_with = "cutoff")]
     pub(crate) periodic: bool,
     /// What separates roughness from waviness.

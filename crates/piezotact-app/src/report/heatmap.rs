@@ -23,6 +23,7 @@ const LEAST: f64 = 40.0;
 /// From the image to its scale of colours, and how wide that is.
 const GAP: f64 = 34.0;
 const BAR: f64 = 22.0;
+const SHORTEST_BAR: f64 = 160.0;
 
 /// Heights on a grid, row by row from the top; NaN where nothing was measured.
 pub(crate) struct Heatmap<'a> {
@@ -42,7 +43,7 @@ impl Heatmap<'_> {
         let colours = palette(COLOURS);
         let image = STANDARD.encode(self.png(&colours)?);
         let left = (f64::from(WIDTH) - LEFT - width - GAP - BAR - 90.0).max(0.0) / 2.0 + LEFT;
-        let mut svg = Svg::new(TOP + height + 54.0);
+        let mut svg = Svg::new(TOP + (height + 54.0).max(SHORTEST_BAR + 20.0));
         svg.add(&format!(
             "<image x=\"{left}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{image}\"/>"
         ));
@@ -71,7 +72,7 @@ impl Heatmap<'_> {
 
     fn colour_bar(&self, svg: &mut Svg, colours: &[RGBColor], left: f64) {
         let (_, height) = self.frame();
-        let height = height.max(160.0).min(svg.height - TOP - 20.0);
+        let height = height.max(SHORTEST_BAR);
         let each = height / colours.len() as f64;
         for (i, colour) in colours.iter().rev().enumerate() {
             let y = TOP + each * i as f64;
@@ -149,18 +150,15 @@ fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
 /// SVG text that grows.
 struct Svg {
     text: String,
-    height: f64,
 }
 
 impl Svg {
     fn new(height: f64) -> Self {
-        let height = height.max(240.0);
         Self {
             text: format!(
                 "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"12\" fill=\"{}\">",
                 hex(TEXT)
             ),
-            height,
         }
     }
 

@@ -10,9 +10,8 @@ use plotters::style::RGBColor;
 use super::chart::{Axis, Chart, HEIGHT, Line, Mark};
 use super::heatmap::Heatmap;
 use super::{document, figure, name};
-use crate::commands::roughness::{Evaluated, Surface, how, length_text, size, unit_for};
+use crate::commands::roughness::{Evaluated, Surface, how, length_text, short, size, unit_for};
 use crate::failure::Outcome;
-use crate::output::digits_that_count;
 
 const SURFACE: RGBColor = RGBColor(0, 90, 140);
 const MEAN: RGBColor = RGBColor(213, 94, 0);
@@ -130,7 +129,7 @@ fn height_axis(unit: &str, lines: &[Line]) -> Axis {
     let low = values().fold(f64::MAX, f64::min);
     let high = values().fold(f64::MIN, f64::max);
     let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-    let room = 0.06 * (high - low).max(1e-3 * high.abs()).max(1e-6);
+    let room = 0.06 * (high - low).max(1e-3 * high.abs()).max(0.1);
     let labels = lines.iter().filter(|line| !line.label.is_empty()).count();
     let above = if labels == 0 {
         1.0
@@ -238,6 +237,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
         .into_iter()
         .map(|points| Line::new("", SURFACE, points).thin())
         .collect();
+    let lines_drawn = !lines.is_empty();
     let x = Axis::new(format!("x, {place}"), 0.0, map.length_x_m() * per_place);
     let middle = Chart::new(x, height_axis(unit, &lines), lines).svg(HEIGHT - 20)?;
     let grey = if map.missing_share() > 0.0 {
@@ -245,10 +245,9 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     } else {
         ""
     };
-    let at = digits_that_count(row as f64 * map.step_y_m() * per_place, 4);
+    let at = short(row as f64 * map.step_y_m() * per_place);
     let gaps = match heights_m.iter().filter(|z| z.is_nan()).count() {
         0 => "",
-        missing if missing == heights_m.len() => " Nothing was measured there.",
         _ => " Gaps: not measured.",
     };
     Ok(html! {
@@ -260,7 +259,11 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
         }
         section {
             h2 { "Profile through the middle" }
-            (figure(&middle, &format!("Row {row}, at y = {at} {place}.{gaps}")))
+            @if lines_drawn {
+                (figure(&middle, &format!("Row {row}, at y = {at} {place}.{gaps}")))
+            } @else {
+                p.soft { (format!("Row {row}, at y = {at} {place}: nothing was measured there.")) }
+            }
         }
         (distribution(map.heights_m())?)
     })

@@ -30,7 +30,8 @@ fn both(x_m: f64, y_m: f64) -> String {
     format!("{} × {} {unit}", short(x_m * per_m), short(y_m * per_m))
 }
 
-fn short(value: f64) -> String {
+/// Four digits that count, without zeros that say nothing.
+pub(crate) fn short(value: f64) -> String {
     let text = digits_that_count(value, 4);
     if text.contains('.') && !text.contains('e') {
         text.trim_end_matches('0').trim_end_matches('.').into()

@@ -21,7 +21,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
 use crate::report;
 
-pub(crate) use how::{how, length_text, size, unit_for};
+pub(crate) use how::{how, length_text, short, size, unit_for};
 pub(crate) use values::{Parameter, areal, of_profile};
 
 /// What was measured, and what it says of roughness.
