@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use piezotact::device::AmplifierGain;
 use piezotact::filter::HighPass;
-use piezotact::quantity::{Band, Hertz, Measure};
+use piezotact::quantity::{Band, Hertz, Measure, Unit};
 use piezotact::spectrum::Window;
+use piezotact::surface::{Form, ShortWaves};
 use piezotact_bench::BenchSpec;
 use piezotact_dataset::NamePattern;
 
@@ -77,6 +78,11 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(Compare),
+    /// Computes the roughness of a measured profile or height map.
+    #[command(
+        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none nothing but the mean height is taken away, unless --form says otherwise.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
+    )]
+    Roughness(Roughness),
 }
 
 /// The recordings, and what a person adds to what they say of themselves.
@@ -492,4 +498,111 @@ pub(crate) struct Verify {
     /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Which standard says what is averaged along a profile.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum StandardName {
+    /// ISO 4287:1997: the mean over the sampling lengths.
+    Iso4287,
+    /// ISO 21920-2:2021: most parameters over the evaluation length.
+    Iso21920,
+}
+
+/// What separates roughness from waviness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum FilterName {
+    /// The Gaussian filter of ISO 16610.
+    Gauss,
+    /// Nothing.
+    None,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Roughness {
+    /// A profile or a height map (SUR, X3P, PLU, AL3D, BCR, SDF, Surfcom, or text).
+    pub(crate) file: PathBuf,
+    /// Which standard says what is averaged along a profile; iso4287 unless stated.
+    #[arg(long, value_enum)]
+    pub(crate) standard: Option<StandardName>,
+    /// The cut-off λc of a profile, such as 2.5mm; unless stated, the rule of ISO 4288 chooses it. On a map,
+    /// the nesting index of the L-filter; unless stated there is no L-filter.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    pub(crate) cutoff: Option<f64>,
+    /// Chooses the cut-off by the mean width of the profile elements, as ISO 4288 asks for turned,
+    /// planed and other periodic profiles.
+    #[arg(long, conflicts_with = "cutoff")]
+    pub(crate) periodic: bool,
+    /// What separates roughness from waviness.
+    #[arg(long, value_enum, default_value = "gauss")]
+    pub(crate) filter: FilterName,
+    /// The form that is taken away first: mean, level (least-squares line or plane) or poly2 … poly10. Level
+    /// unless stated; mean with --filter none.
+    #[arg(long, value_parser = form)]
+    pub(crate) form: Option<Form>,
+    /// What is taken away at the short end: iso (λs by ISO 3274), none, or a length such as 8um. Unless
+    /// stated, iso for a profile and none for a map.
+    #[arg(long, value_name = "iso|none|LENGTH", value_parser = short_waves, allow_hyphen_values = true)]
+    pub(crate) s_filter: Option<ShortWaves>,
+    /// The unit of the coordinates in a text that names none, such as mm.
+    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
+    pub(crate) x_unit: Option<f64>,
+    /// The unit of the heights in a text that names none, such as um.
+    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
+    pub(crate) z_unit: Option<f64>,
+    /// The step between points in a text without coordinates, such as 0.5um.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    pub(crate) step: Option<f64>,
+    /// Writes a profile with its mean line and its roughness profile.
+    #[arg(long, value_name = "PROFILE.csv")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A length with its unit, in m.
+fn length(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(Measure {
+            value,
+            unit: Unit::Metre,
+        }) => Ok(value),
+        _ => Err(format!(
+            "expected a length above zero with a unit (m, mm, um, nm), found `{text}`; write for example 2.5mm"
+        )),
+    }
+}
+
+/// A unit of length, in m.
+fn length_unit(text: &str) -> Result<f64, String> {
+    match Unit::parse(text) {
+        (Unit::Metre, factor) => Ok(factor),
+        _ => length(text).map_err(|_says_less| {
+            format!(
+                "expected a unit of length (m, mm, um, nm), found `{text}`; write for example um"
+            )
+        }),
+    }
+}
+
+fn form(text: &str) -> Result<Form, String> {
+    let degree = |text: &str| text.strip_prefix("poly")?.parse().ok();
+    match (text, degree(text)) {
+        ("mean", _) => Ok(Form::Mean),
+        ("level", _) => Ok(Form::Level),
+        (_, Some(degree @ 2..=10)) => Ok(Form::Polynomial(degree)),
+        _ => Err("expected mean, level or poly2 to poly10".into()),
+    }
+}
+
+fn short_waves(text: &str) -> Result<ShortWaves, String> {
+    match text {
+        "iso" => Ok(ShortWaves::Iso3274),
+        "none" => Ok(ShortWaves::Kept),
+        text => length(text).map(ShortWaves::Stated),
+    }
 }

@@ -53,16 +53,22 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
 
 /// A number with three digits that count.
 pub(crate) fn digits(value: f64) -> String {
+    digits_that_count(value, 3)
+}
+
+/// A number with `count` digits that count.
+pub(crate) fn digits_that_count(value: f64, count: u32) -> String {
+    let most = f64::from(count) - 1.0;
     let before = if value == 0.0 {
         0.0
     } else {
         value.abs().log10().floor()
     };
     if (-4.0..6.0).contains(&before) {
-        let decimals = (2.0 - before).max(0.0) as usize;
+        let decimals = (most - before).max(0.0) as usize;
         format!("{value:.decimals$}")
     } else {
-        format!("{value:.2e}")
+        format!("{value:.*e}", most as usize)
     }
 }
 

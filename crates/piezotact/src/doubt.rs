@@ -312,6 +312,13 @@ pub enum Doubt {
         /// The cut-off in m.
         cutoff_m: f64,
     },
+    /// The stretch of a profile that was evaluated is not like the whole.
+    UnevenProfile {
+        /// Ra of what was evaluated, m.
+        evaluated_ra_m: f64,
+        /// Ra of the whole roughness profile, m.
+        whole_ra_m: f64,
+    },
     /// The cut-off rule did not settle on one cut-off.
     CutoffUnsettled {
         /// The cut-off used, m.
@@ -563,8 +570,18 @@ impl fmt::Display for Doubt {
                 cutoff_m,
             } => write!(
                 f,
-                "only {sections} sections of the cut-off {} mm fit, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                "only {sections} section{} of the cut-off {} mm, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                if *sections == 1 { "" } else { "s" },
                 cutoff_m * 1e3
+            ),
+            Self::UnevenProfile {
+                evaluated_ra_m,
+                whole_ra_m,
+            } => write!(
+                f,
+                "the sections in the middle are not like the rest: their Ra is {:.4} µm, that of the whole line {:.4} µm; cut the line to the surface that is meant, or state a cut-off that takes it in",
+                evaluated_ra_m * 1e6,
+                whole_ra_m * 1e6
             ),
             Self::CutoffUnsettled { used_m, ra_m } => write!(
                 f,

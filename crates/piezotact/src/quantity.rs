@@ -348,6 +348,7 @@ impl Unit {
             "m" => (Self::Metre, 1.0),
             "mm" => (Self::Metre, 1e-3),
             "um" => (Self::Metre, 1e-6),
+            "nm" => (Self::Metre, 1e-9),
             "m/s" => (Self::MetrePerSecond, 1.0),
             "mm/s" => (Self::MetrePerSecond, 1e-3),
             "rad/s" => (Self::RadianPerSecond, 1.0),

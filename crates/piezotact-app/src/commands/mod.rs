@@ -5,6 +5,7 @@ mod demo;
 mod info;
 mod play;
 mod render;
+pub(crate) mod roughness;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
@@ -36,6 +37,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Segment(args) => touch::segment::run(&args),
         Command::Analyse(args) => touch::analyse::run(&args),
         Command::Compare(args) => touch::compare::run(&args),
+        Command::Roughness(args) => roughness::run(&args),
     }
 }
 

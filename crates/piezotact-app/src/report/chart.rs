@@ -21,7 +21,7 @@ const MOST_LETTERS: usize = 95;
 /// The width of a legend beside the chart.
 const LEGEND_WIDTH: u32 = 150;
 
-const TEXT: RGBColor = RGBColor(70, 78, 86);
+pub(super) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
 const SHADE: RGBColor = RGBColor(0, 121, 107);
 
@@ -637,7 +637,7 @@ fn plot_failed<E: std::error::Error + Send + Sync>(
 }
 
 /// A tick's number without needless digits.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     // Ticks are sums of steps: what is left at 0 is rounding.
     let value = if value.abs() < 1e-9 { 0.0 } else { value };
     let text = if value.abs() >= 9.99 || value == 0.0 {

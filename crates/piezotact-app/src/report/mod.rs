@@ -2,6 +2,8 @@
 
 pub(crate) mod chart;
 pub(crate) mod figures;
+pub(crate) mod heatmap;
+pub(crate) mod roughness;
 pub(crate) mod touch;
 
 use std::path::Path;

@@ -95,7 +95,7 @@ impl Scale<'_> {
     /// The file's own scale, or the person's; a person's that the file contradicts is left unused, and said.
     fn choose(
         &self,
-        what: &str,
+        (what, option): (&str, &str),
         file: Option<f64>,
         person: Option<f64>,
         doubts: &mut Vec<Doubt>,
@@ -104,7 +104,9 @@ impl Scale<'_> {
             return Err(self.source.wrong(
                 format!("the {what}"),
                 "a text that does not say",
-                "state it, or name units in a header such as `x (mm),y (mm),z (um)`",
+                format!(
+                    "state it with {option}, or name units in a header such as `x (mm),y (mm),z (um)`"
+                ),
             ));
         };
         if !scale.is_normal() || scale < 0.0 {
@@ -128,17 +130,22 @@ impl Scale<'_> {
 
     fn coordinate(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
         let person = self.options.coordinate_unit_m;
-        self.choose("unit of the coordinates", file, person, doubts)
+        self.choose(
+            ("unit of the coordinates", "--x-unit mm"),
+            file,
+            person,
+            doubts,
+        )
     }
 
     fn height(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
         let person = self.options.height_unit_m;
-        self.choose("unit of the heights", file, person, doubts)
+        self.choose(("unit of the heights", "--z-unit um"), file, person, doubts)
     }
 
     fn step(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
         let person = self.options.step_m;
-        self.choose("step between points", file, person, doubts)
+        self.choose(("step between points", "--step 1um"), file, person, doubts)
     }
 }
 

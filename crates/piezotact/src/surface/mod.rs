@@ -9,6 +9,7 @@
 mod areal;
 mod autocorrelation;
 mod cutoff;
+mod distribution;
 mod filter;
 mod form;
 mod profile;
@@ -16,6 +17,7 @@ mod section;
 
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
+pub use distribution::{HeightDistribution, height_distribution, height_limits_m};
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use form::{Form, remove_map_form, remove_profile_form};
 pub use profile::{
@@ -121,8 +123,51 @@ impl HeightMap {
         self.step_x_m.min(self.step_y_m)
     }
 
+    /// The side along x in m: the number of columns times their step.
+    #[must_use]
+    pub fn length_x_m(&self) -> f64 {
+        self.columns as f64 * self.step_x_m
+    }
+
+    /// The side along y in m: the number of rows times their step.
+    #[must_use]
+    pub fn length_y_m(&self) -> f64 {
+        self.rows as f64 * self.step_y_m
+    }
+
     fn longer_side_m(&self) -> f64 {
-        (self.columns as f64 * self.step_x_m).max(self.rows as f64 * self.step_y_m)
+        self.length_x_m().max(self.length_y_m())
+    }
+
+    /// The same area in at most `most` rows and `most` columns, to look at: each height is the mean of the
+    /// measured points that it stands for, in m, NaN where none was measured.
+    #[must_use]
+    pub fn coarser(&self, most: usize) -> Self {
+        let (rows, columns) = (self.rows.min(most.max(2)), self.columns.min(most.max(2)));
+        let mut heights_m = Vec::with_capacity(rows * columns);
+        for row in 0..rows {
+            let of_row = row * self.rows / rows..(row + 1) * self.rows / rows;
+            for column in 0..columns {
+                let of_column =
+                    column * self.columns / columns..(column + 1) * self.columns / columns;
+                let block = of_row.clone().flat_map(|r| {
+                    &self.heights_m[r * self.columns..][of_column.start..of_column.end]
+                });
+                let measured: Vec<f64> = block.copied().filter(|z| !z.is_nan()).collect();
+                heights_m.push(if measured.is_empty() {
+                    f64::NAN
+                } else {
+                    mean(measured.into_iter())
+                });
+            }
+        }
+        Self {
+            heights_m,
+            rows,
+            columns,
+            step_x_m: self.length_x_m() / columns as f64,
+            step_y_m: self.length_y_m() / rows as f64,
+        }
     }
 
     /// The same grid with other heights.
@@ -226,6 +271,16 @@ fn computable(heights_m: &[f64], step_m: f64) -> Result<(), SurfaceError> {
     }
 }
 
+/// A length in mm, as a person reads it: to the nm.
+fn mm(length_m: f64) -> f64 {
+    let nm = length_m * 1e9;
+    if nm.abs() < 1.0 {
+        nm * 1e-6
+    } else {
+        nm.round() / 1e6
+    }
+}
+
 /// Heights that make no surface, or a surface that lacks what is asked of it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum SurfaceError {
@@ -282,7 +337,8 @@ pub enum SurfaceError {
     },
     /// A filter that does not fit the surface.
     #[error(
-        "expected a cut-off from {shortest_m} m (5 steps) to {longest_m} m (the length measured), found {found_m} m; state another, or measure a longer or finer line"
+        "expected a cut-off from {} mm (5 steps) to {} mm (the length measured), found {} mm; state another, or measure a longer or finer line",
+        mm(*shortest_m), mm(*longest_m), mm(*found_m)
     )]
     Cutoff {
         /// Five steps, m.
@@ -294,7 +350,8 @@ pub enum SurfaceError {
     },
     /// A filter for short waves that takes nothing away, or everything.
     #[error(
-        "expected a filter for short waves above zero and below the cut-off, found {found_m} m; state a shorter one or none"
+        "expected a filter for short waves above zero and below the cut-off, found {} mm; state a shorter one or none",
+        mm(*found_m)
     )]
     ShortWaves {
         /// What was found, m.
@@ -327,5 +384,25 @@ mod tests {
         assert!(HeightProfile::new(vec![f64::NAN; 9], 1e-6).is_err());
         let map = HeightMap::new([vec![0.0; 9], vec![f64::NAN; 3]].concat(), 4, 1e-6, 2e-6);
         assert!((map.unwrap().missing_share() - 0.25).abs() < 1e-12);
+    }
+    #[test]
+    fn a_coarser_map_covers_the_same_area() {
+        let mut heights: Vec<f64> = (0..35).map(f64::from).collect();
+        heights[0] = f64::NAN;
+        let map = HeightMap::new(heights, 7, 1e-6, 2e-6).unwrap();
+        let coarse = map.coarser(3);
+        assert_eq!((coarse.rows(), coarse.columns()), (3, 3));
+        assert!((coarse.length_x_m() - 7e-6).abs() < 1e-18);
+        assert!((coarse.length_y_m() - 10e-6).abs() < 1e-18);
+        // the points 0 (missing) and 1 of the first row
+        assert!((coarse.heights_m()[0] - 1.0).abs() < 1e-12);
+        assert_eq!(map.coarser(100).heights_m()[1..], map.heights_m()[1..]);
+    }
+
+    #[test]
+    fn errors_speak_in_mm() {
+        let text = SurfaceError::cutoff(25e-3, 1e-6, 10e-3).to_string();
+        assert!(text.contains("from 0.005 mm (5 steps) to 10 mm"), "{text}");
+        assert!(text.contains("found 25 mm"), "{text}");
     }
 }

@@ -14,6 +14,10 @@ use crate::doubt::Doubt;
 
 /// The sections that both standards ask for.
 const SECTIONS: usize = 5;
+/// A stretch whose Ra differs from that of the whole line by more than this factor is not like it.
+const UNLIKE: f64 = 1.5;
+/// Heights below a picometre are rounding.
+const ROUNDING_M: f64 = 1e-12;
 /// Rounding of a length in a file, as a share of a section.
 const LENGTH_TOLERANCE: f64 = 1e-6;
 
@@ -110,6 +114,28 @@ pub struct ProfileRoughness {
     pub mean_line: HeightProfile,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
+}
+
+impl ProfileRoughness {
+    /// The primary profile: the one measured, without its form and without short waves, in m. It is the sum
+    /// of mean line and roughness profile.
+    #[must_use]
+    pub fn primary(&self) -> HeightProfile {
+        let heights = self.roughness.heights_m().iter();
+        let line = self.mean_line.heights_m().iter();
+        self.roughness
+            .with_heights(heights.zip(line).map(|(z, line)| z + line).collect())
+    }
+
+    /// Where the sections begin, and the last one ends: one more point than there are sections.
+    #[must_use]
+    pub fn section_borders(&self) -> Vec<usize> {
+        let points = self.roughness.heights_m().len();
+        let section = self
+            .cutoff_m
+            .map_or(points as f64, |cutoff_m| cutoff_m / self.roughness.step_m());
+        section_bounds(points, section)
+    }
 }
 
 /// The roughness parameters of `profile`, heights in m, over five sections of the cut-off or as many as fit,
@@ -294,6 +320,8 @@ impl Split {
             asked: SECTIONS,
             cutoff_m,
         });
+        let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);
+        let uneven = uneven(parameters.heights.mean_absolute_m, whole);
         let total = parameters.total;
         ProfileRoughness {
             ra_m: parameters.heights.mean_absolute_m,
@@ -315,9 +343,22 @@ impl Split {
             ends,
             roughness: self.roughness,
             mean_line: self.mean_line,
-            doubts: Vec::from_iter(short),
+            doubts: short.into_iter().chain(uneven).collect(),
         }
     }
+}
+
+/// Whether what was evaluated is unlike the whole line.
+fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Doubt> {
+    let Entry::Ra(whole_ra_m) = whole else {
+        return None;
+    };
+    let (low_m, high_m) = (whole_ra_m / UNLIKE, whole_ra_m * UNLIKE);
+    let unlike = !(low_m..=high_m).contains(&evaluated_ra_m);
+    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Doubt::UnevenProfile {
+        evaluated_ra_m,
+        whole_ra_m,
+    })
 }
 
 /// The first point of every section, and the end of the last: up to five sections from the middle of
@@ -440,5 +481,54 @@ impl<'a> Evaluation<'a> {
         sections
             .map(|b| Amplitudes::of(self.heights(b[0]..b[1]).iter().copied()))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    #[test]
+    fn sections_unlike_the_rest_are_a_doubt() {
+        let config = ProfileConfig {
+            standard: ProfileStandard::Iso4287,
+            form: Form::Mean,
+            filter: ProfileFilter::Gauss,
+            cutoff: Cutoff::Stated(0.8e-3),
+            short_waves: ShortWaves::Kept,
+        };
+        // 10 mm; beyond 8 mm the wave is `factor` times as high
+        let doubts = |factor: f64| {
+            let wave = |i: i32| {
+                let height_m = if i < 8000 { 1e-6 } else { factor * 1e-6 };
+                height_m * (f64::from(i) / 50.0 * TAU).sin()
+            };
+            let profile = HeightProfile::new((0..10_000).map(wave).collect(), 1e-6).unwrap();
+            let roughness = profile_roughness(&profile, &config).unwrap();
+            let borders = [3000, 3800, 4600, 5400, 6200, 7000];
+            assert_eq!(roughness.section_borders(), borders);
+            let primary = roughness.primary();
+            for (z, before) in primary.heights_m().iter().zip(profile.heights_m()) {
+                assert!((z - before).abs() < 1e-9, "only the mean was taken away");
+            }
+            roughness.doubts
+        };
+        assert_eq!(doubts(1.0), []);
+        let flat = HeightProfile::new(vec![3e-6; 2000], 10e-6).unwrap();
+        assert_eq!(profile_roughness(&flat, &config).unwrap().doubts, []);
+        let unlike = doubts(8.0);
+        let [
+            Doubt::UnevenProfile {
+                evaluated_ra_m,
+                whole_ra_m,
+            },
+        ] = unlike.as_slice()
+        else {
+            panic!("{unlike:?}");
+        };
+        // a sine at 50 points to a wave is 0.13 % off, the step between the waves more
+        assert!((evaluated_ra_m / (2e-6 / PI) - 1.0).abs() < 2e-3);
+        assert!((whole_ra_m / (2.4 * 2e-6 / PI) - 1.0).abs() < 1e-2);
     }
 }
