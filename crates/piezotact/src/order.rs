@@ -21,13 +21,19 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     {
         return Some(found);
     }
-    Some(selected(values, n / 2, n.is_multiple_of(2)))
+    Some(middle_of(values, first_middle(n)..=n / 2))
 }
 
-/// The value of rank `middle`, or its mean with the one before it.
-fn selected(values: &mut [f64], middle: usize, with_before: bool) -> f64 {
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    if with_before {
+/// The rank of the middle value, or of the first of the middle two.
+fn first_middle(n: usize) -> usize {
+    (n - 1) / 2
+}
+
+/// The mean of the values of ranks `first`…`last`, which are one or two neighbours.
+fn middle_of(values: &mut [f64], ranks: std::ops::RangeInclusive<usize>) -> f64 {
+    let (first, last) = (*ranks.start(), *ranks.end());
+    let (below, upper, _) = values.select_nth_unstable_by(last, f64::total_cmp);
+    if first < last {
         0.5 * (below.iter().copied().fold(f64::MIN, f64::max) + *upper)
     } else {
         *upper
@@ -51,9 +57,9 @@ fn narrowed(values: &[f64]) -> Option<f64> {
         kept += usize::from(*value >= low && *value <= high);
     }
     between.truncate(kept);
-    let even = n.is_multiple_of(2);
-    let first = n / 2 - usize::from(even);
-    (first >= below && n / 2 < below + kept).then(|| selected(&mut between, n / 2 - below, even))
+    let (first, last) = (first_middle(n), n / 2);
+    (first >= below && last < below + kept)
+        .then(|| middle_of(&mut between, first - below..=last - below))
 }
 
 #[cfg(test)]

@@ -250,7 +250,7 @@ fn w5(folder: &Path, judging: Judging) -> Result<Prepared> {
                 motion: None,
             };
             let segmentation = segment_by_force(&signals, &rule)?;
-            let mut columns = vec![Vec::with_capacity(segmentation.strokes.len()); 11];
+            let mut columns = vec![Vec::new(); 11];
             for stroke in &segmentation.strokes {
                 let (f, psd) = plan.of(&[channel(0)], &signals, &segmentation, stroke)?;
                 let friction = f.friction_coefficient.context("friction")?.median;

@@ -6,7 +6,8 @@ use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 use plotters::style::RGBColor;
 
-use super::chart::{Axis, Chart, Corner, HEIGHT, Line, WIDTH, range};
+use super::axis::Axis;
+use super::chart::{Chart, Corner, HEIGHT, Line, WIDTH, range};
 use crate::failure::Outcome;
 use crate::report::Straight;
 

@@ -7,7 +7,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use plotters::style::RGBColor;
 
-use super::chart::{TEXT, WIDTH, number, palette};
+use super::axis::number;
+use super::chart::{TEXT, WIDTH, palette};
 use crate::failure::Outcome;
 
 /// The colours of the scale; one more stands for what was not measured.

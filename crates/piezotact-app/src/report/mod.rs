@@ -1,5 +1,6 @@
 //! Reports: one HTML file that holds everything it shows.
 
+pub(crate) mod axis;
 pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod heatmap;

@@ -7,7 +7,8 @@ use piezotact::surface::{
 };
 use plotters::style::RGBColor;
 
-use super::chart::{Axis, Chart, HEIGHT, Line, Mark};
+use super::axis::Axis;
+use super::chart::{Chart, HEIGHT, Line, Mark};
 use super::heatmap::Heatmap;
 use super::{document, figure, name};
 use crate::commands::roughness::{Evaluated, Surface, how, length_text, short, size, unit_for};

@@ -42,8 +42,8 @@ impl Discrimination {
 
     /// The distance of two textures in JND.
     ///
-    /// Formula: √((ΔL/level JND)² + mean over octave bands of (ΔL_b/band JND)²), where L is the rms level and L_b
-    /// the level of a band relative to the whole; bands from 16 to 500 Hz in which either texture holds 1 % of
+    /// Formula: √((ΔL/level JND)² + mean over octave bands of (ΔB/band JND)²), where L is the rms level and B the
+    /// level of a band relative to the whole; bands from 16 to 500 Hz in which either texture holds 1 % of
     /// its power or more.
     ///
     /// Source: the cue combination of independent differences (Pythagorean sum), N. A. Macmillan and C. D. Creelman,

@@ -11,7 +11,7 @@ use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
 
 /// The ridges of a fingertip are this far apart, m: the widest range of the literature.
-const RIDGES_M: [f64; 2] = [0.3e-3, 0.8e-3];
+const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;
 /// A peak this far from where it is expected belongs there, as a share.
 const NEAR: f64 = 0.12;
 
@@ -256,7 +256,7 @@ fn fingerprint(found: &[Peak], speed_m_s: f64, ridge_m: Option<f64>) -> Fingerpr
         Some(expected_hz) => (peak.frequency_hz / expected_hz - 1.0).abs() <= NEAR,
         None => {
             let ridge_m = speed_m_s / peak.frequency_hz;
-            RIDGES_M[0] <= ridge_m && ridge_m <= RIDGES_M[1]
+            RIDGES_M.contains(&ridge_m)
         }
     };
     let found_hz = found.iter().find(belongs).map(|peak| peak.frequency_hz);

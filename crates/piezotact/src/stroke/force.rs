@@ -101,7 +101,7 @@ impl ForceRule {
                 return rule("times of zero or more", time.0);
             }
         }
-        if !(self.tolerance_share > 0.0) {
+        if self.tolerance_share.is_nan() || self.tolerance_share <= 0.0 {
             return rule("a tolerance above zero", self.tolerance_share);
         }
         if let Some(load) = self.load_n

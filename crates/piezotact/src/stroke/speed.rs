@@ -73,7 +73,7 @@ pub fn segment_by_speed(
     let frames = Frames::at(signals.rate);
     let speed = speed_m_s(frames, motion, kind, rule.smoothing_s.0);
     let fastest = speed.iter().fold(0.0f64, |fastest, v| fastest.max(v.abs()));
-    if !(fastest > 0.0) {
+    if fastest <= 0.0 {
         return Err(SegmentError::Dead {
             what: "the motion",
             found: format!("{:.2e} m/s", fastest),

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         ..Discrimination::usual()
     };
     let compared = comparisons(&takes, args.by, &sets, ridge_m)?;
-    if compared.iter().all(|comparison| comparison.cells.len() < 2) {
+    if compared.is_empty() {
         return Err(usage(anyhow!(
             "expected recordings that differ in {} and share all else, found none; give more recordings, or say more of them with --meta",
             format!("{:?}", args.by).to_lowercase()

@@ -67,14 +67,10 @@ impl Key {
     /// A key whose parts say something where `keys` differ, and nothing where they all agree.
     fn varying(keys: &[Self]) -> Self {
         let mut varying = Self::default();
-        let parts: [(By, fn(&Self) -> &String); 4] = [
-            (By::Sample, |k| &k.sample),
-            (By::Speed, |k| &k.speed),
-            (By::Participant, |k| &k.participant),
-            (By::Touch, |k| &k.touch),
-        ];
-        for (by, part) in parts {
-            if keys.windows(2).any(|pair| part(&pair[0]) != part(&pair[1])) {
+        for by in [By::Sample, By::Speed, By::Participant, By::Touch] {
+            let mut values = keys.iter().map(|key| key.clone().part(by).clone());
+            let first = values.next();
+            if values.any(|value| Some(&value) != first.as_ref()) {
                 *varying.part(by) = "varies".into();
             }
         }
@@ -210,6 +206,14 @@ pub(crate) fn comparisons<'a>(
             .then_with(|| order(&a.sample, &b.sample, By::Sample, sets))
             .then_with(|| order(&a.speed, &b.speed, By::Speed, sets))
             .then_with(|| a.touch.cmp(&b.touch))
+    });
+    // A recording with nothing to be compared with is no comparison.
+    settings.retain(|(_, members)| {
+        let values: Vec<String> = members
+            .iter()
+            .map(|take| Key::of(take).part(by).clone())
+            .collect();
+        values.iter().any(|value| *value != values[0])
     });
     let keys: Vec<Key> = settings.iter().map(|(key, _)| key.clone()).collect();
     let varying = Key::varying(&keys);

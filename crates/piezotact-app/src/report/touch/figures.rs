@@ -9,7 +9,8 @@ use plotters::style::RGBColor;
 
 use crate::commands::touch::Take;
 use crate::failure::Outcome;
-use crate::report::chart::{Axis, Chart, Corner, HEIGHT, Line, Mark, Scale, palette};
+use crate::report::axis::{Axis, Scale};
+use crate::report::chart::{Chart, Corner, HEIGHT, Line, Mark, palette};
 
 const SIGNAL: RGBColor = RGBColor(0, 90, 140);
 const SECOND: RGBColor = RGBColor(213, 94, 0);
@@ -290,12 +291,15 @@ fn rms_label(groups: &[&Summary]) -> String {
     axis_label("rms", &unit).replace("acceleration", "rms of acceleration")
 }
 
+/// Mean and standard deviation of something for each group, one line for each setting.
+pub(crate) type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
+
 /// Something of every group, over the names of the groups: one line for each of `sets`.
 pub(crate) fn by_name(
     names: &[String],
     y_label: String,
     x_label: &str,
-    sets: &[(String, Vec<Option<(f64, f64)>>)],
+    sets: &Sets,
 ) -> Outcome<String> {
     let colours = palette(sets.len());
     let lines: Vec<Line> = sets

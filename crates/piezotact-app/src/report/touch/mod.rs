@@ -2,6 +2,7 @@
 
 mod figures;
 
+use figures::Sets;
 use maud::{Markup, html};
 use piezotact::compare::{
     Discrimination, Summary, across_roughness, friction_against_rms, indistinguishable,
@@ -192,22 +193,17 @@ fn spectra(page: &Page<'_>) -> Outcome<Markup> {
 /// Whether a factor takes more than one value.
 fn several<'a>(page: &Page<'a>, by: By) -> Option<Vec<Comparison<'a>>> {
     let all = comparisons(page.takes, by, page.sets, page.ridge_m).ok()?;
-    let many = all.iter().any(|comparison| comparison.cells.len() > 1);
-    many.then_some(all)
+    (!all.is_empty()).then_some(all)
 }
 
 fn heading(comparison: &Comparison<'_>) -> Markup {
     html! { @if !comparison.setting.is_empty() { h3 { (comparison.setting) } } }
 }
 
-/// Something of each group, one line for each setting.
-type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
-
 fn samples(page: &Page<'_>) -> Outcome<Markup> {
     let Some(all) = several(page, By::Sample) else {
         return Ok(html! {});
     };
-    let all: Vec<Comparison<'_>> = all.into_iter().filter(|c| c.cells.len() > 1).collect();
     let mut names: Vec<String> = Vec::new();
     for summary in all.iter().flat_map(|c| &c.cells).map(|c| &c.summary) {
         if !names.contains(&summary.name) {
@@ -237,7 +233,7 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
         .any(|(_, values)| values.iter().any(Option::is_some));
     let mut parts = Vec::new();
     for comparison in &all {
-        parts.push(samples_in(page, comparison, all.len() > 1)?);
+        parts.push(samples_in(page, comparison)?);
     }
     Ok(html! {
         section {
@@ -250,7 +246,7 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
 }
 
 /// The samples of one setting: their spectra where there are several settings, and what follows their roughness.
-fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>, of_several: bool) -> Outcome<Markup> {
+fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
     let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
     let trend = across_roughness(&summaries, |name| {
         page.sets.iter().find_map(|set| set.sample(name))?.ra_m
@@ -258,7 +254,7 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>, of_several: bool) ->
     let band = shown_band(page.takes);
     Ok(html! {
         (heading(comparison))
-        @if of_several { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
+        @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
         @if trend.samples.len() > 2 {
             (figure(&figures::roughness(&summaries, &trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
         }
@@ -283,7 +279,7 @@ fn speeds(page: &Page<'_>) -> Outcome<Markup> {
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
     let mut sets: Sets = Vec::new();
-    for comparison in all.iter().filter(|c| c.cells.len() > 1) {
+    for comparison in &all {
         let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
         let found = period(comparison)?;
         names.push(comparison.setting.clone());

@@ -1,0 +1,227 @@
+//! The axes of a chart: where values stand, and which ticks say so.
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+/// Letters that stand side by side below a chart.
+const MOST_LETTERS: usize = 95;
+
+/// How values become places on an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Scale {
+    Linear,
+    Logarithmic,
+    /// Whole numbers from 0 stand for names.
+    Names(Vec<String>),
+}
+
+/// An axis: its label and its range.
+#[derive(Clone, Debug)]
+pub(crate) struct Axis {
+    pub(crate) label: String,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) scale: Scale,
+}
+
+impl Axis {
+    pub(crate) fn new(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale: Scale::Linear,
+        }
+    }
+
+    pub(crate) fn log(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::new(label, low, high)
+        }
+    }
+
+    pub(crate) fn names(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self {
+            high: names.len() as f64 - 0.5,
+            scale: Scale::Names(names),
+            ..Self::new(label, -0.5, 0.0)
+        }
+    }
+
+    /// An axis around all of `values`, with a little room; logarithmic ones end on whole steps.
+    pub(crate) fn around(
+        label: impl Into<String>,
+        scale: Scale,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0))
+            .fold((f64::MAX, f64::MIN), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        let (low, high) = match scale {
+            _ if low > high => (0.1, 1.0),
+            Scale::Logarithmic => (low / 1.25, high * 1.25),
+            _ => {
+                let room = 0.08 * (high - low).max(0.05 * high.abs()).max(f64::MIN_POSITIVE);
+                // What begins near zero begins at zero.
+                let low = if low >= 0.0 && low < 0.4 * high {
+                    0.0
+                } else {
+                    low - room
+                };
+                (low, high + room)
+            }
+        };
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale,
+        }
+    }
+
+    pub(crate) fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => value.log10(),
+            _ => value,
+        }
+    }
+
+    pub(crate) fn ranged(&self) -> Ticked {
+        let (low, high) = (self.place(self.low), self.place(self.high));
+        Ticked {
+            range: (low..high).into(),
+            low,
+            high,
+            ticks: match &self.scale {
+                Scale::Linear => None,
+                // As many names as there is room for.
+                Scale::Names(names) => {
+                    let letters: usize = names.iter().map(|name| name.chars().count() + 2).sum();
+                    let every = letters.div_ceil(MOST_LETTERS).max(1);
+                    Some((0..names.len()).step_by(every).map(|i| i as f64).collect())
+                }
+                Scale::Logarithmic => Some(log_ticks(low, high)),
+            },
+        }
+    }
+
+    pub(crate) fn text(&self, place: f64) -> String {
+        match &self.scale {
+            Scale::Linear => number(place),
+            Scale::Names(names) => names
+                .get(place.round().max(0.0) as usize)
+                .cloned()
+                .unwrap_or_default(),
+            Scale::Logarithmic => {
+                let (low, high) = (self.low, self.high);
+                if low >= 0.0099 && high <= 1e5 {
+                    number(10f64.powf(place))
+                } else {
+                    power_of_ten(place)
+                }
+            }
+        }
+    }
+}
+
+/// Whole decades for long ranges; 1, 2, 5 and more between for short ones.
+fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = match high - low {
+        span if span > 3.6 => &[1.0],
+        span if span > 2.2 => &[1.0, 2.0, 5.0],
+        span if span > 0.7 => &[1.0, 2.0, 3.0, 5.0, 7.0],
+        span if span > 0.3 => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        _ => &[
+            1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.0, 3.3, 3.6, 4.0, 4.5,
+            5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0, 8.5, 9.0, 9.5,
+        ],
+    };
+    let ticks: Vec<f64> = (low.floor() as i32..=high.ceil() as i32)
+        .flat_map(|e| steps.iter().map(move |m| m.log10() + f64::from(e)))
+        .filter(|t| *t >= low - 1e-9 && *t <= high + 1e-9)
+        .collect();
+    let every = ticks.len().div_ceil(14).max(1);
+    ticks.into_iter().step_by(every).collect()
+}
+
+fn power_of_ten(place: f64) -> String {
+    let exponent = place.floor() as i32;
+    let mantissa = 10f64.powf(place - place.floor());
+    let digits = exponent
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '0' => '⁰',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4' => '⁴',
+            '5' => '⁵',
+            '6' => '⁶',
+            '7' => '⁷',
+            '8' => '⁸',
+            _ => '⁹',
+        })
+        .collect::<String>();
+    if (mantissa - 1.0).abs() < 0.01 {
+        format!("10{digits}")
+    } else {
+        format!("{mantissa:.0}·10{digits}")
+    }
+}
+
+/// A range of places with its own ticks.
+pub(crate) struct Ticked {
+    range: plotters::coord::types::RangedCoordf64,
+    low: f64,
+    high: f64,
+    ticks: Option<Vec<f64>>,
+}
+
+impl Ranged for Ticked {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.range.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        match &self.ticks {
+            Some(ticks) => ticks.clone(),
+            None => self.range.key_points(hint),
+        }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Ticked {
+    fn format_ext(&self, value: &f64) -> String {
+        number(*value)
+    }
+}
+
+/// A tick's number without needless digits.
+pub(super) fn number(value: f64) -> String {
+    // Ticks are sums of steps: what is left at 0 is rounding.
+    let value = if value.abs() < 1e-9 { 0.0 } else { value };
+    let text = if value.abs() >= 9.99 || value == 0.0 {
+        format!("{value:.0}")
+    } else if value.abs() < 0.002 {
+        format!("{value:.6}")
+    } else {
+        format!("{value:.3}")
+    };
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    };
+    text.replace('-', "−")
+}
