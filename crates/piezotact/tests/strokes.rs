@@ -9,26 +9,41 @@ mod known_cuts;
 
 use std::collections::BTreeMap;
 
-use known_cuts::{Kind, RATE_HZ, Recorded, active_touch};
+use known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
+use piezotact::Doubt;
 use piezotact::quantity::{Newtons, SampleRate};
-use piezotact::stroke::{ForceRule, Segmentation, Signals, segment_by_force};
+use piezotact::stroke::{
+    Expected, ForceRule, Judging, MotionKind, Reason, SegmentError, Segmentation, Signals,
+    SpeedRule, segment_by_force, segment_by_speed, whole,
+};
 
-fn segmented(made: &Recorded) -> Segmentation {
-    let signals = Signals {
+fn signals(made: &Recorded) -> Signals<'_> {
+    Signals {
         rate: SampleRate::new(RATE_HZ).unwrap(),
         vibration: Some(&made.acceleration),
         normal_force_n: Some(&made.fz_n),
         tangential_force_n: vec![&made.fx_n, &made.fy_n],
         motion: None,
-    };
-    segment_by_force(&signals, &ForceRule::active(Some(Newtons(0.2)))).unwrap()
+    }
+}
+
+fn rule() -> ForceRule {
+    ForceRule::active(Some(Newtons(0.2)))
+}
+
+fn segmented(made: &Recorded) -> Segmentation {
+    segment_by_force(&signals(made), &rule()).unwrap()
+}
+
+fn plain(seed: u64, strokes: usize) -> Recorded {
+    recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes])
 }
 
 /// Every valid stroke of 200 recordings with hesitations, double touches, bounces, pauses, drift and stick-slip is
 /// found within 20 ms, and nothing else is.
 #[test]
 fn every_stroke_is_found_within_20_ms_and_nothing_else_is() {
-    let rule = ForceRule::active(Some(Newtons(0.2)));
+    let rule = rule();
     let (mut valid, mut found, mut right) = (0, 0, 0);
     let mut worst = (0.0f64, 0.0f64);
     let mut errors_ms = Vec::new();
@@ -104,4 +119,322 @@ fn every_stroke_is_found_within_20_ms_and_nothing_else_is() {
             .join("\n")
     );
     assert_eq!(found, right as usize, "a stroke was found where none is");
+}
+
+#[test]
+fn a_force_that_is_negative_in_contact_is_turned_and_said() {
+    let mut made = plain(1, 6);
+    let upright = segmented(&made);
+    for force in &mut made.fz_n {
+        *force = -*force;
+    }
+    let turned = segmented(&made);
+    assert_eq!(turned.strokes, upright.strokes);
+    assert!(
+        turned
+            .doubts
+            .iter()
+            .any(|d| matches!(d, Doubt::SignReversed { .. }))
+    );
+    assert!((turned.force_zeros.unwrap().sign + 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn swapped_axes_show_as_more_friction_than_skin_has() {
+    let mut made = plain(2, 6);
+    std::mem::swap(&mut made.fy_n, &mut made.fz_n);
+    let signals = signals(&made);
+    let rule = ForceRule {
+        tolerance_share: 0.9,
+        ..rule()
+    };
+    let found = segment_by_force(&signals, &rule).unwrap();
+    assert!(found.strokes.len() >= 5, "{found:?}");
+    assert!(
+        found
+            .doubts
+            .iter()
+            .any(|d| matches!(d, Doubt::HighFriction { coefficient } if *coefficient > 1.2)),
+        "{:?}",
+        found.doubts
+    );
+}
+
+#[test]
+fn a_dead_force_is_refused_and_a_silent_one_holds_no_stroke() {
+    let mut made = plain(3, 3);
+    made.fz_n.fill(0.013);
+    let dead = segment_by_force(&signals(&made), &rule()).unwrap_err();
+    assert!(matches!(dead, SegmentError::Dead { .. }), "{dead}");
+    for (i, force) in made.fz_n.iter_mut().enumerate() {
+        *force = 0.004 * (i as f64 * 0.9).sin();
+    }
+    let silent = segmented(&made);
+    assert!(silent.strokes.is_empty());
+    assert!(
+        silent
+            .doubts
+            .iter()
+            .any(|d| matches!(d, Doubt::NoContact { .. })),
+        "{silent:?}"
+    );
+}
+
+#[test]
+fn a_zero_that_drifts_through_the_threshold_is_followed_and_said() {
+    let mut made = plain(4, 12);
+    let length = made.fz_n.len() as f64;
+    let still = segmented(&made);
+    for (i, force) in made.fz_n.iter_mut().enumerate() {
+        *force += 0.15 * i as f64 / length;
+    }
+    let drifting = segmented(&made);
+    assert_eq!(drifting.strokes.len(), still.strokes.len());
+    let said = drifting
+        .doubts
+        .iter()
+        .any(|d| matches!(d, Doubt::ForceDrift { to_n, from_n, .. } if to_n - from_n > 0.1));
+    assert!(said, "{:?}", drifting.doubts);
+    // Force and friction are those of the finger, not of the cell's zero.
+    let zeros = drifting.force_zeros.unwrap();
+    let middle = drifting.strokes[6].steady.start;
+    let expected = still.force_zeros.unwrap().at(0, middle) + 0.15 * middle as f64 / length;
+    assert!((zeros.at(0, middle) - expected).abs() < 0.005);
+}
+
+#[test]
+fn saturated_acceleration_and_a_load_off_target_are_rejected() {
+    let mut made = plain(5, 6);
+    let limit = made
+        .acceleration
+        .iter()
+        .fold(0.0f64, |top, v| top.max(v.abs()))
+        * 0.2;
+    for sample in &mut made.acceleration {
+        *sample = sample.clamp(-limit, limit);
+    }
+    let saturated = segmented(&made);
+    assert!(saturated.strokes.is_empty());
+    assert!(
+        saturated
+            .rejected
+            .iter()
+            .all(|r| matches!(r.reason, Reason::Clipped { .. })),
+        "{:?}",
+        saturated.rejected
+    );
+    let light = ForceRule::active(Some(Newtons(0.6)));
+    let light = ForceRule {
+        on_n: Newtons(0.1),
+        off_n: Newtons(0.01),
+        ..light
+    };
+    let off = segment_by_force(&signals(&plain(6, 6)), &light).unwrap();
+    assert!(off.strokes.is_empty());
+    assert!(
+        off.rejected
+            .iter()
+            .all(|r| matches!(r.reason, Reason::ForceOutsideTolerance { .. })),
+        "{:?}",
+        off.rejected
+    );
+}
+
+#[test]
+fn stick_slip_is_kept_only_when_asked_for() {
+    let made = recorded(&mut Random::new(7), &[Kind::StickSlip; 6]);
+    assert!(segmented(&made).strokes.is_empty());
+    let all = ForceRule {
+        judging: Judging::ContactOnly,
+        ..rule()
+    };
+    let kept = segment_by_force(&signals(&made), &all).unwrap();
+    assert_eq!(kept.strokes.len(), 6);
+    assert!(kept.doubts.contains(&Doubt::SlidingAssumed));
+}
+
+/// Without tangential forces stick-slip is seen in the vibration; without vibration, sliding in the friction.
+#[test]
+fn one_kind_of_channel_is_enough() {
+    let mixed = [
+        Kind::Plain,
+        Kind::StickSlip,
+        Kind::Plain,
+        Kind::TouchOnly,
+        Kind::Plain,
+    ];
+    let made = recorded(&mut Random::new(8), &mixed);
+    for (vibration, tangential) in [(true, false), (false, true)] {
+        let mut signals = signals(&made);
+        if !vibration {
+            signals.vibration = None;
+        }
+        if !tangential {
+            signals.tangential_force_n.clear();
+        }
+        let found = segment_by_force(&signals, &rule()).unwrap();
+        assert_eq!(
+            found.strokes.len(),
+            3,
+            "{vibration}, {tangential}: {:?}",
+            found.rejected
+        );
+    }
+}
+
+#[test]
+fn rules_that_cannot_be_are_refused() {
+    let made = plain(9, 2);
+    for bad in [
+        ForceRule {
+            on_n: Newtons(0.0),
+            ..rule()
+        },
+        ForceRule {
+            off_n: Newtons(0.2),
+            ..rule()
+        },
+        ForceRule {
+            on_n: Newtons(f64::NAN),
+            ..rule()
+        },
+        ForceRule {
+            tolerance_share: -1.0,
+            ..rule()
+        },
+        ForceRule {
+            load_n: Some(Newtons(-0.2)),
+            ..rule()
+        },
+    ] {
+        assert!(segment_by_force(&signals(&made), &bad).is_err(), "{bad:?}");
+    }
+    let short = Signals {
+        normal_force_n: Some(&made.fz_n[..1000]),
+        ..signals(&made)
+    };
+    assert!(matches!(
+        segment_by_force(&short, &rule()),
+        Err(SegmentError::TooShort { .. })
+    ));
+    let nothing = Signals {
+        vibration: None,
+        normal_force_n: None,
+        ..signals(&made)
+    };
+    assert!(whole(&nothing).is_err());
+}
+
+/// A platform that goes and comes back: speed, position, contact, and where its plateaus begin and end, in s.
+struct Platform {
+    speed_m_s: Vec<f64>,
+    position_m: Vec<f64>,
+    force_n: Vec<f64>,
+    plateaus_s: Vec<(f64, f64)>,
+}
+
+fn platform(touching: bool) -> Platform {
+    let mut random = Random::new(11);
+    let mut made = Platform {
+        speed_m_s: Vec::new(),
+        position_m: Vec::new(),
+        force_n: Vec::new(),
+        plateaus_s: Vec::new(),
+    };
+    let (mut place_m, mut time_s) = (0.0, 0.0);
+    for _ in 0..6 {
+        let ramp_s = 0.03 / random.uniform(0.2, 0.5);
+        let plateau_s = random.uniform(0.9, 1.3);
+        let parts = [
+            (0.5, 0.0),
+            (ramp_s, 1.0),
+            (plateau_s, 0.0),
+            (ramp_s, -1.0),
+            (0.6, 0.0),
+            (1.4, -2.0),
+        ];
+        made.plateaus_s
+            .push((time_s + 0.5 + ramp_s, time_s + 0.5 + ramp_s + plateau_s));
+        let mut speed = 0.0;
+        for (i, (length_s, slope)) in parts.into_iter().enumerate() {
+            for step in 0..(length_s * RATE_HZ) as usize {
+                let share = step as f64 / (length_s * RATE_HZ);
+                speed = match (i, slope) {
+                    (_, s) if s > 0.5 => 0.03 * share,
+                    (3, _) => 0.03 * (1.0 - share),
+                    (5, _) => -0.025 * (share * std::f64::consts::PI).sin(),
+                    (2, _) => 0.03,
+                    _ => 0.0,
+                };
+                place_m += speed / RATE_HZ;
+                made.speed_m_s.push(speed + 2e-5 * random.normal());
+                made.position_m.push(place_m);
+                let down = touching && i < 5 && time_s > 0.2;
+                made.force_n
+                    .push(if down { 0.2 } else { 0.0 } + 0.003 * random.normal());
+                time_s += 1.0 / RATE_HZ;
+            }
+        }
+        let _ = speed;
+    }
+    made
+}
+
+#[test]
+fn plateaus_of_the_speed_are_found_within_20_ms() {
+    let made = platform(true);
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let expected = Expected {
+        load_n: None,
+        speed_m_s: Some(0.03),
+        judging: Judging::Sliding,
+    };
+    let rule = SpeedRule::trapezoid(expected);
+    for (motion, kind) in [
+        (&made.speed_m_s, MotionKind::Speed),
+        (&made.position_m, MotionKind::Position),
+    ] {
+        let signals = Signals {
+            rate,
+            vibration: None,
+            normal_force_n: Some(&made.force_n),
+            tangential_force_n: Vec::new(),
+            motion: Some((motion, kind)),
+        };
+        let found = segment_by_speed(&signals, &rule).unwrap();
+        assert_eq!(found.strokes.len(), 6, "{kind:?}: {:?}", found.rejected);
+        for (stroke, (from_s, to_s)) in found.strokes.iter().zip(&made.plateaus_s) {
+            let start_s = stroke.steady.start as f64 / RATE_HZ;
+            let end_s = stroke.steady.end as f64 / RATE_HZ;
+            assert!(
+                (start_s - from_s).abs() < 0.02 && (end_s - to_s).abs() < 0.02,
+                "{kind:?}: {start_s}–{end_s} for {from_s}–{to_s}"
+            );
+        }
+        let slow = SpeedRule {
+            speed_m_s: Some(0.02),
+            ..rule.clone()
+        };
+        let slow = segment_by_speed(&signals, &slow).unwrap();
+        assert!(
+            slow.doubts
+                .iter()
+                .any(|d| matches!(d, Doubt::SpeedOffTarget { .. }))
+        );
+    }
+    let lifted = platform(false);
+    let signals = Signals {
+        rate,
+        vibration: None,
+        normal_force_n: Some(&lifted.force_n),
+        tangential_force_n: Vec::new(),
+        motion: Some((&lifted.speed_m_s, MotionKind::Speed)),
+    };
+    let found = segment_by_speed(&signals, &rule).unwrap();
+    assert!(found.strokes.is_empty());
+    assert!(
+        found.rejected.iter().any(|r| r.reason == Reason::NoContact),
+        "{:?}",
+        found.rejected
+    );
 }

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::contact::{Force, Polyline, above_baseline, events};
 use super::frames::{Frames, quantile};
 use super::sliding::{
-    floor, sliding_by_friction, sliding_parts, stick_slip_in_friction, stick_slip_in_vibration,
-    vibration_level,
+    floor, friction_level, sliding_by_friction, sliding_parts, stick_slip_in_friction,
+    stick_slip_in_vibration, vibration_level,
 };
 use super::{
     CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
@@ -159,7 +159,7 @@ pub fn segment_by_force(
             zero: force.zero_of(frames, axis),
         })
         .collect();
-    let cutter = Cutter {
+    let mut cutter = Cutter {
         signals,
         rule,
         frames,
@@ -169,11 +169,21 @@ pub fn segment_by_force(
             .filter(|_| rule.judging == Judging::Sliding)
             .and_then(|vibration| floor(frames, vibration, &force.lifts)),
         tangential,
+        usual_friction: 0.0,
     };
+    let contacts = cutter.contacts(&touches);
+    if cutter.floor.is_none() && rule.judging == Judging::Sliding {
+        let levels: Vec<f64> = contacts
+            .iter()
+            .filter_map(|contact| cutter.friction(contact.from, contact.to))
+            .map(|ratio| friction_level(&ratio))
+            .collect();
+        cutter.usual_friction = quantile(&levels, 0.5);
+    }
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     let mut friction = Vec::new();
-    for contact in cutter.contacts(&touches) {
-        match cutter.cut(&contact) {
+    for contact in &contacts {
+        match cutter.cut(contact) {
             Ok((stroke, median)) => {
                 strokes.push(stroke);
                 friction.extend(median);
@@ -256,6 +266,8 @@ struct Cutter<'a> {
     /// The level of the vibration while nothing touches.
     floor: Option<f64>,
     tangential: Vec<Tangential<'a>>,
+    /// The median level of friction of the contacts, where sliding is judged by it; else 0.
+    usual_friction: f64,
 }
 
 impl Cutter<'_> {
@@ -359,7 +371,7 @@ impl Cutter<'_> {
             return sliding_parts(self.frames, &level, floor);
         }
         match self.friction(from, to) {
-            Some(friction) => sliding_by_friction(self.frames, &friction),
+            Some(friction) => sliding_by_friction(self.frames, &friction, self.usual_friction),
             None => vec![(0, to - from)],
         }
     }

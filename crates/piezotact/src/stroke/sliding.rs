@@ -49,10 +49,19 @@ pub(super) fn sliding_parts(frames: Frames, level: &[f64], floor: f64) -> Vec<(u
     runs(frames, level, threshold)
 }
 
-/// The parts of a contact in which the friction says that the finger slides.
-pub(super) fn sliding_by_friction(frames: Frames, ratio: &[f64]) -> Vec<(usize, usize)> {
-    let level = quantile(ratio, 0.75);
-    runs(frames, ratio, 0.5 * level)
+/// The parts of a contact in which the friction says that the finger slides: half of what is `usual` in the
+/// contacts of the recording, or of its own level where that is more.
+pub(super) fn sliding_by_friction(
+    frames: Frames,
+    ratio: &[f64],
+    usual: f64,
+) -> Vec<(usize, usize)> {
+    runs(frames, ratio, 0.5 * friction_level(ratio).max(usual))
+}
+
+/// The level of friction in a contact: its upper quartile.
+pub(super) fn friction_level(ratio: &[f64]) -> f64 {
+    quantile(ratio, 0.75)
 }
 
 fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {

@@ -42,7 +42,7 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
         (doubts(takes, &[]))
         (signals(takes, takes.len().min(12))?)
         (rejects(takes))
-        (methods(takes, false))
+        (methods(takes))
     };
     Ok(document(title, &body))
 }
@@ -66,7 +66,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (single(page)?)
         (signals(page.takes, SHOWN)?)
         (rejects(page.takes))
-        (methods(page.takes, true))
+        (methods(page.takes))
     };
     Ok(document(page.title, &body))
 }
@@ -485,7 +485,8 @@ fn rejects(takes: &[Take]) -> Markup {
 }
 
 /// How it was done, so that it can be written into a paper.
-fn methods(takes: &[Take], features: bool) -> Markup {
+fn methods(takes: &[Take]) -> Markup {
+    let features = takes.iter().any(|take| take.analysis.is_some());
     let mut cuts: Vec<String> = Vec::new();
     let mut computed: Vec<String> = Vec::new();
     for take in takes {

@@ -1,0 +1,84 @@
+"""Golden values for the gesture filter, the features of a stroke and the statistics of comparisons, from SciPy.
+
+    python3 golden/touch.py > crates/piezotact/tests/golden/touch.json
+
+Made with SciPy 1.17.1 and NumPy 2.4.6. The signal is a formula that the test computes too.
+"""
+
+import json
+
+import numpy as np
+import scipy
+from scipy import signal, stats
+
+RATE = 5000.0
+N = 6000
+i = np.arange(N)
+t = i / RATE
+x = (
+    np.sin(2 * np.pi * 55.0 * t)
+    + 0.5 * np.sin(2 * np.pi * 180.0 * t + 1.0)
+    + 0.3 * ((i * i * 7919 % 1000) / 1000.0 - 0.5)
+    + 2.0 * np.sin(2 * np.pi * 1.2 * t)
+    + 0.7
+)
+fz = 0.2 + 0.02 * np.sin(2 * np.pi * 0.9 * t)
+fx = 0.03 * np.cos(2 * np.pi * 2.1 * t)
+fy = 0.12 + 0.01 * np.sin(2 * np.pi * 3.3 * t)
+
+high_passed = {}
+for order, cutoff in ((2, 5.0), (4, 5.0), (4, 20.0), (6, 8.0)):
+    sections = signal.butter(order, cutoff, "highpass", fs=RATE, output="sos")
+    y = signal.sosfiltfilt(sections, x)
+    high_passed[f"{order} {cutoff:g}"] = [float(v) for v in y[::250]]
+
+y = signal.sosfiltfilt(signal.butter(4, 5.0, "highpass", fs=RATE, output="sos"), x)
+f, psd = signal.welch(y, RATE, nperseg=1024)
+step = f[1]
+
+
+def power(low, high):
+    return float(psd[(f >= low) & (f < high)].sum() * step)
+
+
+band = (f >= 10) & (f < 1000)
+centroid = (f[band] * psd[band]).sum() / psd[band].sum()
+spread = np.sqrt((f[band] ** 2 * psd[band]).sum() / psd[band].sum() - centroid**2)
+mean = y.mean()
+rms = np.sqrt(np.mean((y - mean) ** 2))
+peak = abs(y - mean).max()
+ratio = np.hypot(fx, fy) / fz
+fft = 2 * abs(np.fft.rfft(y - mean)) / N
+fft[0] /= 2
+fft[-1] /= 2
+
+a = [1.0, 2.0, 2.0, 3.5, 7.0, 7.0, 7.0, 9.0]
+b = [2.0, 1.0, 4.0, 3.0, 8.0, 9.0, 7.5, 7.5]
+line = stats.linregress(np.log10(a), np.log10(b))
+reach = stats.t.ppf(0.975, len(a) - 2) * line.stderr
+
+print(
+    json.dumps(
+        dict(
+            scipy=scipy.__version__,
+            numpy=np.__version__,
+            high_passed=high_passed,
+            rms=float(rms),
+            peak=float(peak),
+            centroid_hz=float(centroid),
+            spread_hz=float(spread),
+            receptor_power=[power(2, 16), power(3, 40), power(40, 500), power(100, 500)],
+            friction=[float(ratio.mean()), float(ratio.std(ddof=1)), float(np.median(ratio))],
+            force=[float(fz.mean()), float(fz.std(ddof=1))],
+            fft_55_hz=float(fft[round(55.0 * N / RATE)]),
+            psd_every_40=[float(v) for v in psd[::40]],
+            a=a,
+            b=b,
+            spearman=float(stats.spearmanr(a, b).statistic),
+            slope=float(line.slope),
+            slope_interval=[float(line.slope - reach), float(line.slope + reach)],
+            intercept=float(line.intercept),
+            r_squared=float(line.rvalue**2),
+        )
+    )
+)
