@@ -100,7 +100,7 @@ pub(crate) struct Takes {
     pub(crate) touch: Option<TouchName>,
     /// The normal force that was asked for, in N, where the recordings do not say; 0.2 N sets the thresholds
     /// where nothing does.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
     /// The sliding speed, such as \"30 mm/s\", where the recordings do not say.
     #[arg(long, value_name = "VALUE UNIT")]
@@ -231,7 +231,12 @@ pub(crate) struct Compare {
     #[arg(long, value_enum)]
     pub(crate) by: By,
     /// One just-noticeable difference in level, in dB.
-    #[arg(long, default_value_t = 1.5, value_name = "DB")]
+    #[arg(
+        long,
+        default_value_t = 1.5,
+        value_name = "DB",
+        allow_negative_numbers = true
+    )]
     pub(crate) jnd: f64,
     /// Samples that differ by this many JND or less cannot be told apart.
     #[arg(long, default_value_t = 1.0, value_name = "JND")]

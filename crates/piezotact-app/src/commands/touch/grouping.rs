@@ -191,11 +191,17 @@ pub(crate) fn comparisons<'a>(
 ) -> Outcome<Vec<Comparison<'a>>> {
     // Asks whether all are known.
     cells(takes, by, sets, ridge_m)?;
+    // Where some speeds are not known, as in active touch, speeds set nothing apart.
+    let mut analysed = takes.iter().filter(|take| take.analysis.is_some());
+    let all_speeds = analysed.all(|take| speed_m_s(take).is_some());
     let mut settings: Vec<(Key, Vec<&Take>)> = Vec::new();
     for take in takes.iter().filter(|take| take.analysis.is_some()) {
         let mut key = Key::of(take);
         key.part(by).clear();
         key.file.clear();
+        if !all_speeds {
+            key.speed.clear();
+        }
         match settings.iter_mut().find(|(other, _)| *other == key) {
             Some((_, members)) => members.push(take),
             None => settings.push((key, vec![take])),

@@ -1,0 +1,650 @@
+//! `segment`, `analyse` and `compare` as a laboratory runs them: on its own tables, and on measured files.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+#[path = "../../piezotact/tests/known_cuts/mod.rs"]
+mod known_cuts;
+mod support;
+
+use std::fmt::Write as _;
+
+use known_cuts::{Kind, RATE_HZ, Random, Recorded, recorded};
+use serde_json::Value;
+use support::{Folder, shared};
+
+fn table(made: &Recorded) -> String {
+    let mut text = String::from("time (s),nail (m/s2),fx (mN),fy (mN),fz (mN)");
+    let rows = made
+        .acceleration
+        .iter()
+        .zip(&made.fx_n)
+        .zip(&made.fy_n)
+        .zip(&made.fz_n);
+    for (i, (((a, x), y), z)) in rows.enumerate() {
+        let [x, y, z] = [x, y, z].map(|force_n| force_n * 1e3);
+        write!(
+            text,
+            "\n{:.4},{a:.5},{x:.3},{y:.3},{z:.3}",
+            i as f64 / RATE_HZ
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn plain(seed: u64, strokes: usize) -> Recorded {
+    recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes])
+}
+
+/// Passive touch: a platform at `speed_mm_s` under a finger; the surface has ridges `period_mm` apart, and the
+/// vibration grows with the speed.
+fn passive(speed_mm_s: f64, period_mm: f64, level: f64, strokes: usize) -> String {
+    let mut random = Random::new(speed_mm_s as u64);
+    let mut text = String::from("time (s),acc (m/s2),fx (N),fy (N),fz (N),platform (mm/s)");
+    let (ramp_s, plateau_s) = (0.1, 1.0);
+    let round_s = 0.6 + 2.0 * ramp_s + plateau_s + 0.6;
+    let mut place_mm = 0.0;
+    for i in 0..(round_s * strokes as f64 * RATE_HZ) as usize {
+        let t = i as f64 / RATE_HZ;
+        let phase_s = t % round_s;
+        let up = ((phase_s - 0.6) / ramp_s).clamp(0.0, 1.0);
+        let down = ((0.6 + 2.0 * ramp_s + plateau_s - phase_s) / ramp_s).clamp(0.0, 1.0);
+        let speed = speed_mm_s * up.min(down);
+        place_mm += speed / RATE_HZ;
+        let touching = if phase_s > 0.2 && phase_s < round_s - 0.2 {
+            1.0
+        } else {
+            0.0
+        };
+        let ridges = (std::f64::consts::TAU * place_mm / period_mm).sin();
+        let share = speed / speed_mm_s;
+        let vibration = level * speed_mm_s / 30.0 * share * (ridges + 0.5 * random.normal());
+        let force = 0.2 * touching;
+        write!(
+            text,
+            "\n{t:.4},{:.5},{:.5},{:.5},{:.5},{speed:.3}",
+            vibration + 0.005 * random.normal(),
+            0.002 * random.normal(),
+            force * (0.2 + 0.4 * share) + 0.002 * random.normal(),
+            force + 0.002 * random.normal(),
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+#[test]
+fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
+    let folder = Folder::new();
+    let kinds = [
+        Kind::Plain,
+        Kind::StickSlip,
+        Kind::Plain,
+        Kind::TouchOnly,
+        Kind::Plain,
+    ];
+    let made = recorded(&mut Random::new(3), &kinds);
+    folder.write("S8.csv", table(&made));
+    let found = folder
+        .run(&[
+            "segment",
+            "S8.csv",
+            "--csv",
+            "cuts.csv",
+            "--report",
+            "cuts.html",
+            "--json",
+        ])
+        .json();
+    let take = &found["recordings"][0];
+    let (strokes, rejected) = (
+        take["strokes"].as_array().unwrap(),
+        take["rejected"].as_array().unwrap(),
+    );
+    assert_eq!((strokes.len(), rejected.len()), (3, 2), "{found}");
+    assert_eq!(rejected[0]["reason"]["reason"], "stick_slip");
+    assert_eq!(rejected[1]["reason"]["reason"], "no_sliding");
+    for (stroke, truth) in strokes.iter().zip([0, 2, 4].map(|i| made.truths[i])) {
+        let (start, end) = truth.cut_s(0.1, 0.08).unwrap();
+        assert!(
+            (number(&stroke["start_s"]) - start).abs() < 0.02,
+            "{stroke}"
+        );
+        assert!((number(&stroke["end_s"]) - end).abs() < 0.02, "{stroke}");
+    }
+    let rows = std::fs::read_to_string(folder.path("cuts.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 6, "{rows}");
+    let report = std::fs::read_to_string(folder.path("cuts.html")).unwrap();
+    assert!(report.contains("stick-slip") && report.contains("normal force, N"));
+
+    // The cuts as a file, edited, count from then on and are cited.
+    folder
+        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .expect_success();
+    let cuts = std::fs::read_to_string(folder.path("S8.csv.cuts")).unwrap();
+    assert!(
+        cuts.contains("# rejected") && cuts.matches("\nstroke ").count() == 3,
+        "{cuts}"
+    );
+    let slip = &made.truths[1].contact_s;
+    let edited = format!(
+        "{cuts}stroke {:.3} {:.3}\nleave-out {:.3} {:.3} the participant sneezed\n",
+        slip.0 + 0.2,
+        slip.0 + 0.6,
+        made.truths[4].contact_s.0 + 0.3,
+        made.truths[4].contact_s.0 + 0.4,
+    );
+    folder.write("S8.csv.cuts", edited);
+    let again = folder.run(&["segment", "S8.csv", "--json"]).json();
+    let take = &again["recordings"][0];
+    assert_eq!(take["strokes"].as_array().unwrap().len(), 3);
+    assert_eq!(take["strokes"][1]["cut_by"], "person");
+    assert!(again.to_string().contains("the participant sneezed"));
+    assert!(take["cuts_file"].as_str().unwrap().ends_with("S8.csv.cuts"));
+    folder
+        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .expect_failure(2, &["S8.csv.cuts is there", "another name"]);
+}
+
+#[test]
+fn an_analysis_holds_levels_friction_and_spectra() {
+    let folder = Folder::new();
+    let mut loud = plain(21, 11);
+    for sample in &mut loud.acceleration {
+        *sample *= 2.0;
+    }
+    folder.write("P1_S1.csv", table(&loud));
+    folder.write("P1_S6.csv", table(&plain(21, 11)));
+    let arguments = [
+        "analyse",
+        "P1_S1.csv",
+        "P1_S6.csv",
+        "--meta",
+        "{participant}_{sample}",
+        "--by",
+        "sample",
+    ];
+    let json = folder.run(&[&arguments[..], &["--json"]].concat()).json();
+    let groups = json["groups"].as_array().unwrap();
+    assert_eq!(groups[0]["name"], "S1");
+    assert_eq!(
+        (&groups[0]["strokes"], &groups[0]["unit"]),
+        (&Value::from(11), &Value::from("m/s²"))
+    );
+    let ratio = number(&groups[0]["rms"]["mean"]) / number(&groups[1]["rms"]["mean"]);
+    assert!((ratio - 2.0).abs() < 1e-3, "{ratio}");
+    // The second group is the same finger: friction and force do not change.
+    for what in ["friction_coefficient", "normal_force_n"] {
+        let [a, b] = [0, 1].map(|i| number(&groups[i][what]["mean"]));
+        assert!(
+            (a / b - 1.0).abs() < 1e-3 && a > 0.15 && a < 1.0,
+            "{what}: {a}, {b}"
+        );
+    }
+    let stroke = &json["recordings"][0]["strokes"][0];
+    for field in [
+        "rms",
+        "peak",
+        "crest_factor",
+        "centroid_hz",
+        "spread_hz",
+        "pacinian_power",
+        "detection_power",
+    ] {
+        assert!(number(&stroke[field]) > 0.0, "{field}: {stroke}");
+    }
+    assert_eq!(stroke["receptor_power"].as_array().unwrap().len(), 4);
+    assert_eq!(groups[0]["psd"]["mean"].as_array().unwrap().len(), 513);
+
+    let outputs = ["--csv", "strokes.csv", "--report", "report.html"];
+    let done = folder.run(&[&arguments[..], &outputs].concat());
+    done.expect_success();
+    assert!(done.out().contains("S1: 11 strokes, rms"), "{}", done.out());
+    let rows = std::fs::read_to_string(folder.path("strokes.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 23);
+    assert!(
+        rows.starts_with("file,sample,participant,touch,load_n"),
+        "{rows}"
+    );
+    let report = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    for part in [
+        "Groups",
+        "Across samples",
+        "Single strokes and their mean",
+        "Signals and cuts",
+        "How it was done",
+        "high-pass at 5 Hz",
+        "PSD, (m/s²)²/Hz",
+    ] {
+        assert!(report.contains(part), "{part}");
+    }
+}
+
+/// Ridges 0.6 mm apart under three speeds: the period, the slope of the level, and the peaks.
+#[test]
+fn speeds_give_the_spatial_period_and_the_slope_of_the_level() {
+    let folder = Folder::new();
+    for speed in [10, 20, 30] {
+        folder.write(
+            &format!("M_{speed}.csv"),
+            passive(f64::from(speed), 0.6, 1.0, 10),
+        );
+    }
+    let arguments = [
+        "compare",
+        "M_10.csv",
+        "M_20.csv",
+        "M_30.csv",
+        "--meta",
+        "{sample}_{speed:mm/s}",
+        "--by",
+        "speed",
+    ];
+    let json = folder
+        .run(&[&arguments[..], &["--json", "--report", "r.html"]].concat())
+        .json();
+    let period = number(&json["spatial_period_mm"]);
+    assert!((period - 0.6).abs() < 0.005, "{period}");
+    let interval: Vec<f64> = json["spatial_period_interval_mm"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
+    assert!(
+        interval[0] < period && period < interval[1] && interval[1] - interval[0] < 0.1,
+        "{interval:?}"
+    );
+    assert!(
+        (number(&json["rms_log_slope"]) - 1.0).abs() < 0.05,
+        "{}",
+        json["rms_on_speed"]
+    );
+    for (peak, speed) in json["peaks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip([10.0, 20.0, 30.0])
+    {
+        assert!(
+            (number(&peak["frequency_hz"]) / (speed / 0.6) - 1.0).abs() < 0.02,
+            "{peak}"
+        );
+    }
+    let speeds: Vec<f64> = json["groups"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|g| number(&g["speed_m_s"]["mean"]) * 1e3)
+        .collect();
+    assert!(
+        speeds
+            .iter()
+            .zip([10.0, 20.0, 30.0])
+            .all(|(found, set)| (found - set).abs() < 0.2),
+        "{speeds:?}"
+    );
+    assert!(
+        std::fs::read_to_string(folder.path("r.html"))
+            .unwrap()
+            .contains("spatial period on which the speeds agree")
+    );
+}
+
+/// Samples of the isotropic set whose levels are Ra^0.5, two of them alike; active and passive touch of the same.
+#[test]
+fn samples_follow_their_roughness_and_active_touch_its_passive_twin() {
+    let folder = Folder::new();
+    let mut files = Vec::new();
+    for (sample, ra_um) in [
+        ("S2", 43.7f64),
+        ("S4", 14.4),
+        ("S7", 5.2),
+        ("S8", 5.2),
+        ("NO", 0.1),
+    ] {
+        let level = (ra_um / 43.7).sqrt();
+        let mut made = plain(33, 6);
+        let still = made.acceleration.clone();
+        for (sample, still) in made.acceleration.iter_mut().zip(still) {
+            *sample = still * level;
+        }
+        folder.write(&format!("{sample}_active.csv"), table(&made));
+        folder.write(
+            &format!("{sample}_passive.csv"),
+            passive(30.0, 0.545, level, 6),
+        );
+        files.extend([
+            format!("{sample}_active.csv"),
+            format!("{sample}_passive.csv"),
+        ]);
+    }
+    let run = |by: &str, files: &[String]| {
+        let mut arguments = vec!["compare"];
+        arguments.extend(files.iter().map(String::as_str));
+        arguments.extend(["--meta", "{sample}_{touch}", "--by", by, "--json"]);
+        folder.run(&arguments).json()
+    };
+    let active: Vec<String> = files
+        .iter()
+        .filter(|f| f.contains("active"))
+        .filter(|f| !f.contains("passive"))
+        .cloned()
+        .collect();
+    let across = run("sample", &active);
+    let names: Vec<&str> = across["groups"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|g| g["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["S2", "S4", "S7", "S8", "NO"]);
+    assert!(
+        (number(&across["roughness"]["rms_on_ra"]["slope"]) - 0.5).abs() < 0.02,
+        "{}",
+        across["roughness"]
+    );
+    assert!(number(&across["roughness"]["rms_rank_correlation"]) > 0.97);
+    assert_eq!(
+        across["indistinguishable"],
+        serde_json::json!([["S7", "S8"]])
+    );
+    assert!(
+        (number(&across["distances"]["distance_jnd"][0][1])
+            - 20.0 * (43.7f64 / 14.4).sqrt().log10() / 1.5)
+            .abs()
+            < 0.1
+    );
+    let both = run("touch", &files);
+    let compared = &both["active_against_passive"];
+    assert_eq!(compared["pairs"].as_array().unwrap().len(), 5, "{compared}");
+    // S7 and S8 share a rank in one list and nearly in the other.
+    assert!(
+        number(&compared["rms_rank_correlation"]) > 0.85,
+        "{compared}"
+    );
+    assert!(
+        compared["pairs"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|p| number(&p["difference_db_rms"]) > 0.0)
+    );
+}
+
+#[test]
+fn what_cannot_be_analysed_is_refused_in_a_sentence() {
+    let folder = Folder::new();
+    let made = plain(5, 3);
+    folder.write("S1.csv", table(&made));
+    folder.write("a_b.csv", "time (s),acc (m/s2)\n0,1\n0.001,2\n0.002,1\n");
+    let mut silent = plain(6, 3);
+    silent
+        .fz_n
+        .iter_mut()
+        .enumerate()
+        .for_each(|(i, force)| *force = 0.003 * (i as f64).sin());
+    folder.write("silent.csv", table(&silent));
+    let mut dead = plain(6, 3);
+    dead.fz_n.fill(0.0);
+    folder.write("dead.csv", table(&dead));
+    let mut still = plain(6, 3);
+    still.acceleration.fill(0.25);
+    folder.write("still.csv", table(&still));
+    folder.write("bad.cuts", "stroke 2 1\n");
+    folder.write("outside.cuts", "stroke 900 901\n");
+    folder.write("set.toml", "name = \"x\"\nsource = \"y\"\nplate_mm = [1.0, 1.0, 1.0]\n[[sample]]\nname = \"A\"\nra_um = 0.0\n");
+    for (arguments, code, parts) in [
+        (
+            &["analyse", "silent.csv"][..],
+            1,
+            &[
+                "expected strokes, found none in silent.csv",
+                "a contact needs 0.1 N",
+            ][..],
+        ),
+        (
+            &["analyse", "dead.csv"],
+            1,
+            &["dead.csv", "the normal force", "0 N", "cable"],
+        ),
+        (
+            &["analyse", "still.csv", "--every-contact"],
+            1,
+            &["still.csv", "a channel that vibrates", "none that changes"],
+        ),
+        (
+            &["analyse", "a_b.csv"],
+            1,
+            &["a_b.csv", "8 samples", "found 3"],
+        ),
+        (
+            &["analyse", "S1.csv", "S1.csv"],
+            2,
+            &["S1.csv is given twice"],
+        ),
+        (
+            &["analyse", "S1.csv", "--by", "sample"],
+            2,
+            &["a sample", "--meta", "{sample}"],
+        ),
+        (
+            &["analyse", "S1.csv", "--meta", "{sample}_{speed:mm/s}"],
+            2,
+            &["{sample}_{speed:mm/s}", "found `S1`"],
+        ),
+        (
+            &["analyse", "S1.csv", "--meta", "{sample"],
+            2,
+            &["not closed"],
+        ),
+        (
+            &["analyse", "S1.csv", "--load", "-1"],
+            2,
+            &["--load", "-1", "give it in N"],
+        ),
+        (
+            &["analyse", "S1.csv", "--speed", "30 N"],
+            2,
+            &["30 mm/s", "30 N"],
+        ),
+        (
+            &["analyse", "S1.csv", "--ridge", "3 s"],
+            2,
+            &["--ridge", "mm"],
+        ),
+        (
+            &["analyse", "S1.csv", "--high-pass", "0"],
+            2,
+            &["above zero, or none"],
+        ),
+        (
+            &["analyse", "S1.csv", "--high-pass", "2500"],
+            1,
+            &["cut-off above 0 and below half the rate", "2500"],
+        ),
+        (
+            &["analyse", "S1.csv", "--segment", "100000"],
+            1,
+            &["100000"],
+        ),
+        (
+            &["analyse", "S1.csv", "--vibration", "nose"],
+            1,
+            &["`nose`", "nail [m/s²]"],
+        ),
+        (
+            &["analyse", "S1.csv", "--normal-force", "nail"],
+            1,
+            &["`nail`", "N", "m/s²"],
+        ),
+        (
+            &["analyse", "S1.csv", "--cuts", "bad.cuts"],
+            1,
+            &["bad.cuts", "line 1", "FROM before TO"],
+        ),
+        (
+            &["analyse", "S1.csv", "--set", "set.toml"],
+            1,
+            &["set.toml", "ra_um = 0 for A"],
+        ),
+        (
+            &["analyse", "S1.csv", "--report", "S1.csv"],
+            2,
+            &["S1.csv is read and would be replaced"],
+        ),
+        (
+            &["analyse", "S1.csv", "--csv", "nowhere/x.csv"],
+            1,
+            &["nowhere"],
+        ),
+        (
+            &["compare", "S1.csv", "silent.csv", "--by", "speed"],
+            2,
+            &["a sliding speed", "S1.csv"],
+        ),
+        (
+            &["compare", "S1.csv", "--by", "file"],
+            2,
+            &["differ in file"],
+        ),
+        (
+            &[
+                "compare",
+                "S1.csv",
+                "silent.csv",
+                "--by",
+                "file",
+                "--jnd",
+                "0",
+            ],
+            2,
+            &["above zero"],
+        ),
+        (
+            &["segment", "S1.csv", "silent.csv", "--cuts", "bad.cuts"],
+            2,
+            &["--cuts is for one recording"],
+        ),
+        (
+            &["segment", "S1.csv", "silent.csv", "--write-cuts", "x.cuts"],
+            2,
+            &["--write-cuts is for one recording"],
+        ),
+    ] {
+        folder.run(arguments).expect_failure(code, parts);
+    }
+    let outside = folder.run(&["segment", "S1.csv", "--cuts", "outside.cuts"]);
+    outside.expect_success();
+    assert!(
+        outside
+            .err()
+            .contains("1 cuts of outside.cuts lie outside the recording"),
+        "{}",
+        outside.err()
+    );
+}
+
+/// The ridged board of 2 mm: what the four speeds agree on, from the files as they are.
+#[test]
+fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
+    let Some(folder) = shared("data/vibration/fabricslide") else {
+        return;
+    };
+    let files = |board: &str| -> Vec<String> {
+        [5, 10, 20, 30]
+            .map(|v| {
+                folder
+                    .join(format!("Board{board}_F135_V-{v}mmps_0.csv"))
+                    .to_string_lossy()
+                    .into_owned()
+            })
+            .to_vec()
+    };
+    let here = Folder::new();
+    let compared = |files: &[String]| {
+        let mut arguments = vec!["compare"];
+        arguments.extend(files.iter().map(String::as_str));
+        arguments.extend(["--by", "speed", "--json"]);
+        here.run(&arguments).json()
+    };
+    let fine = compared(&files("2mm"));
+    let period = number(&fine["spatial_period_mm"]);
+    assert!((3.96..=3.98).contains(&period), "{period}");
+    // The index reads the peaks off bins at a rate of 1/28 ms; the time stamps' own rate is 0.3 % lower.
+    for (peak, hz) in fine["peaks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip([1.26, 2.51, 5.02, 7.58])
+    {
+        assert!(
+            (number(&peak["frequency_hz"]) / hz - 1.0).abs() < 0.01,
+            "{peak}"
+        );
+    }
+    let coarse = number(&compared(&files("10mm"))["spatial_period_mm"]);
+    assert!((coarse - 20.0).abs() < 0.2, "{coarse}");
+    // The same pattern as a person writes it.
+    let mut stated = vec!["compare"];
+    let names = files("2mm");
+    stated.extend(names.iter().map(String::as_str));
+    stated.extend([
+        "--by",
+        "speed",
+        "--json",
+        "--meta",
+        "{sample}_F{load}_V-{speed:mm/s}mmps_{repeat}",
+    ]);
+    let again = here.run(&stated).json();
+    assert_eq!(again["spatial_period_mm"], fine["spatial_period_mm"]);
+    assert!(
+        again["doubts"]
+            .to_string()
+            .contains("{load} in the name's pattern has no unit")
+    );
+}
+
+/// Two fabrics at four speeds: levels and durations, and their order.
+#[test]
+fn levels_and_durations_of_measured_fabrics_are_the_known_ones() {
+    let Some(folder) = shared("data/vibration/textsense") else {
+        return;
+    };
+    let here = Folder::new();
+    for (fabric, known, first_s, last_s) in [
+        ("text3", [0.00072, 0.00067, 0.00096, 0.00132], 2.67, 0.89),
+        ("text9", [0.00055, 0.00065, 0.00088, 0.00126], 3.04, 0.87),
+    ] {
+        let files = [1, 2, 3, 4].map(|v| {
+            folder
+                .join(format!("{fabric}_v{v}.wav"))
+                .to_string_lossy()
+                .into_owned()
+        });
+        let mut arguments = vec!["analyse"];
+        arguments.extend(files.iter().map(String::as_str));
+        arguments.extend(["--meta", "{sample}_{run}", "--by", "file", "--json"]);
+        let json = here.run(&arguments).json();
+        let strokes: Vec<&Value> = json["recordings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|r| &r["strokes"][0])
+            .collect();
+        for (stroke, known) in strokes.iter().zip(known) {
+            assert!(
+                (number(&stroke["rms"]) - known).abs() < 5.1e-6,
+                "{fabric}: {stroke}"
+            );
+        }
+        assert!((number(&strokes[0]["duration_s"]) - first_s).abs() < 0.005);
+        assert!((number(&strokes[3]["duration_s"]) - last_s).abs() < 0.005);
+        let rms: Vec<f64> = strokes.iter().map(|s| number(&s["rms"])).collect();
+        assert!(rms[3] > rms[2] && rms[2] > rms[1].max(rms[0]), "{rms:?}");
+        assert_eq!(json["recordings"][0]["unit"], "FS");
+    }
+}
