@@ -65,7 +65,7 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Cuts recordings into strokes and says what was rejected, and why.
     #[command(
-        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts    (edit it, and it is used from then on)"
+        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts\n\nCuts in RECORDING.cuts, beside the recording, can be edited and count from then on."
     )]
     Segment(Segment),
     /// Says what the strokes of recordings hold: vibration, spectra, friction; per stroke and averaged.

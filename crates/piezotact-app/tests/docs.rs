@@ -5,10 +5,13 @@
     reason = "a test fails where it cannot go on"
 )]
 
+#[path = "../../piezotact/tests/known_cuts/mod.rs"]
+mod known_cuts;
 mod support;
 
 use std::path::Path;
 
+use known_cuts::{Kind, Random, recorded, table};
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::resample::resample;
 use piezotact_dataset::{ReadOptions, read_recording};
@@ -39,7 +42,7 @@ fn the_readme_s_tour_works() {
 
 /// A line of shell as words, with what stands in quotes kept together.
 fn words(line: &str) -> Vec<&str> {
-    line.split('"')
+    line.split(['"', '\''])
         .enumerate()
         .flat_map(|(i, part)| {
             if i % 2 == 1 {
@@ -67,8 +70,11 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
             rows.collect::<String>()
         ),
     );
+    let (_, section) = readme
+        .split_once("## With your own recordings and device")
+        .unwrap();
     let mut ran = 0;
-    for line in readme
+    for line in section
         .lines()
         .filter_map(|line| line.strip_prefix("piezotact "))
     {
@@ -91,6 +97,39 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
     assert_eq!(ran, 3);
 }
 
+/// The commands for recordings, with recordings of touch that are made here.
+#[test]
+fn the_readme_s_commands_for_recordings_work() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, section) = readme
+        .split_once("## From recordings to what they say")
+        .unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let folder = Folder::new();
+    let plain = |seed| recorded(&mut Random::new(seed), &[Kind::Plain; 4]);
+    for (seed, name) in [(1, "S4_active.csv"), (2, "S8_active.csv")] {
+        folder.write(name, table(&plain(seed)));
+    }
+    for (seed, speed) in [(3, 10), (4, 20), (5, 30)] {
+        folder.write(&format!("S4_{speed}mmps.csv"), table(&plain(seed)));
+    }
+    let heights =
+        (0..8000).map(|i| format!("{}\t{}\n", f64::from(i) * 1e-3, (f64::from(i) * 0.05).sin()));
+    folder.write("S4_profile.txt", heights.collect::<String>());
+    let mut ran = 0;
+    for line in section
+        .lines()
+        .filter_map(|line| line.strip_prefix("piezotact "))
+    {
+        folder.run(&words(line)).expect_success();
+        ran += 1;
+    }
+    assert_eq!(ran, 4);
+    for name in ["cuts.html", "strokes.html", "strokes.csv", "roughness.html"] {
+        assert!(folder.path(name).exists(), "the commands leave no {name}");
+    }
+}
+
 /// The examples in the help name options that exist: each is parsed up to its files.
 #[test]
 fn the_examples_in_the_help_are_understood() {
@@ -105,6 +144,10 @@ fn the_examples_in_the_help_are_understood() {
         "render",
         "play",
         "verify",
+        "segment",
+        "analyse",
+        "compare",
+        "roughness",
     ] {
         let help = folder.run(&[command, "--help"]).out();
         let examples = help.split_once("Example:").unwrap().1;

@@ -7,29 +7,9 @@ mod support;
 
 use std::fmt::Write as _;
 
-use known_cuts::{Kind, RATE_HZ, Random, Recorded, recorded};
+use known_cuts::{Kind, RATE_HZ, Random, Recorded, recorded, table};
 use serde_json::Value;
 use support::{Folder, shared};
-
-fn table(made: &Recorded) -> String {
-    let mut text = String::from("time (s),nail (m/s2),fx (mN),fy (mN),fz (mN)");
-    let rows = made
-        .acceleration
-        .iter()
-        .zip(&made.fx_n)
-        .zip(&made.fy_n)
-        .zip(&made.fz_n);
-    for (i, (((a, x), y), z)) in rows.enumerate() {
-        let [x, y, z] = [x, y, z].map(|force_n| force_n * 1e3);
-        write!(
-            text,
-            "\n{:.4},{a:.5},{x:.3},{y:.3},{z:.3}",
-            i as f64 / RATE_HZ
-        )
-        .unwrap();
-    }
-    text
-}
 
 fn plain(seed: u64, strokes: usize) -> Recorded {
     recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes])

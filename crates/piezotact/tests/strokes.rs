@@ -333,7 +333,7 @@ struct Platform {
     plateaus_s: Vec<(f64, f64)>,
 }
 
-fn platform(touching: bool) -> Platform {
+fn platform(held_n: f64) -> Platform {
     let mut random = Random::new(11);
     let mut made = Platform {
         speed_m_s: Vec::new(),
@@ -355,11 +355,10 @@ fn platform(touching: bool) -> Platform {
         ];
         made.plateaus_s
             .push((time_s + 0.5 + ramp_s, time_s + 0.5 + ramp_s + plateau_s));
-        let mut speed = 0.0;
         for (i, (length_s, slope)) in parts.into_iter().enumerate() {
             for step in 0..(length_s * RATE_HZ) as usize {
                 let share = step as f64 / (length_s * RATE_HZ);
-                speed = match (i, slope) {
+                let speed = match (i, slope) {
                     (_, s) if s > 0.5 => 0.03 * share,
                     (3, _) => 0.03 * (1.0 - share),
                     (5, _) => -0.025 * (share * std::f64::consts::PI).sin(),
@@ -369,20 +368,19 @@ fn platform(touching: bool) -> Platform {
                 place_m += speed / RATE_HZ;
                 made.speed_m_s.push(speed + 2e-5 * random.normal());
                 made.position_m.push(place_m);
-                let down = touching && i < 5 && time_s > 0.2;
+                let down = i < 5 && time_s > 0.2;
                 made.force_n
-                    .push(if down { 0.2 } else { 0.0 } + 0.003 * random.normal());
+                    .push(if down { held_n } else { 0.0 } + 0.003 * random.normal());
                 time_s += 1.0 / RATE_HZ;
             }
         }
-        let _ = speed;
     }
     made
 }
 
 #[test]
 fn plateaus_of_the_speed_are_found_within_20_ms() {
-    let made = platform(true);
+    let made = platform(0.2);
     let rate = SampleRate::new(RATE_HZ).unwrap();
     let expected = Expected {
         load_n: None,
@@ -422,7 +420,7 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
                 .any(|d| matches!(d, Doubt::SpeedOffTarget { .. }))
         );
     }
-    let lifted = platform(false);
+    let lifted = platform(0.0);
     let signals = Signals {
         rate,
         vibration: None,

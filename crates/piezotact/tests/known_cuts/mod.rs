@@ -60,6 +60,17 @@ pub(crate) struct Recorded {
     pub(crate) truths: Vec<Truth>,
 }
 
+/// A recording as a table of text, forces in mN.
+pub(crate) fn table(made: &Recorded) -> String {
+    let mut text = String::from("time (s),nail (m/s2),fx (mN),fy (mN),fz (mN)");
+    for i in 0..made.acceleration.len() {
+        let [x, y, z] = [&made.fx_n, &made.fy_n, &made.fz_n].map(|axis| axis[i] * 1e3);
+        let (time_s, nail) = (i as f64 / RATE_HZ, made.acceleration[i]);
+        text += &format!("\n{time_s:.4},{nail:.5},{x:.3},{y:.3},{z:.3}");
+    }
+    text
+}
+
 pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
