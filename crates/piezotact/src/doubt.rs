@@ -204,6 +204,8 @@ pub enum Doubt {
     SlidingAssumed,
     /// No force says whether the finger touches.
     ContactAssumed,
+    /// The forces never leave one level: their zeros are not known.
+    ZeroUnknown,
     /// The zero of a force cell drifts.
     ForceDrift {
         /// The lowest baseline, N.
@@ -498,6 +500,9 @@ impl fmt::Display for Doubt {
             ),
             Self::ContactAssumed => f.write_str(
                 "no normal force was recorded: the finger is taken to touch whenever the surface moves"
+            ),
+            Self::ZeroUnknown => f.write_str(
+                "the finger never leaves the surface, or never touches it: the zeros of the forces are taken as 0, and force and friction are only that right; record a lift"
             ),
             Self::ForceDrift { from_n, to_n, threshold_n } => write!(
                 f,

@@ -7,7 +7,7 @@ use super::frames::{Frames, quantile, smoothed};
 const DRIFT_N_PER_S: f64 = 0.01;
 /// The window in which the baseline is looked for, s: it must hold a lift.
 const BASELINE_WINDOW_S: f64 = 5.0;
-/// Where a contact ends while the baseline is only roughly known, as a share of where it begins.
+/// Above this share of where a contact begins nothing is lifted, while the baseline is only roughly known.
 const FIRST_OFF_SHARE: f64 = 0.4;
 /// Lifts are looked at this far from the contacts around them, s.
 const GUARD_S: f64 = 0.1;
@@ -42,19 +42,28 @@ impl Force {
     }
 }
 
-/// The smoothed force above a baseline that follows the cell's drift: the lower envelope of the force that
-/// rises no faster than a cell drifts, then the line through the medians of the lifts.
-pub(super) fn above_baseline(
-    frames: Frames,
-    force_n: &[f64],
-    smoothing: usize,
-    on_n: f64,
-) -> Force {
+/// The smoothed force above a baseline that follows the cell's drift: first the lower envelope of the force that
+/// rises no faster than a cell drifts, then the line through the medians of the lifts. For touches of seconds with
+/// lifts between them.
+pub(super) fn above_drifting_zero(frames: Frames, smooth_n: Vec<f64>, on_n: f64) -> Force {
+    let envelope = lower_envelope(frames, &smooth_n);
+    above(frames, smooth_n, envelope, on_n)
+}
+
+/// The smoothed force above its rest level, and then above the line through the medians of the lifts; for touches
+/// that may last for minutes. `None` when the force never leaves one level.
+pub(super) fn above_rest(frames: Frames, smooth_n: Vec<f64>, on_n: f64) -> Option<Force> {
+    let (rest_n, held_n) = (quantile(&smooth_n, 0.02), quantile(&smooth_n, 0.98));
+    (held_n - rest_n > on_n).then(|| above(frames, smooth_n, Polyline(vec![(0, rest_n)]), on_n))
+}
+
+fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> Force {
     // One signal of an hour's frames is moved from zero to zero in place.
-    let mut level_n = smoothed(force_n, smoothing);
-    let envelope = lower_envelope(frames, &level_n);
+    let mut level_n = smooth_n;
     envelope.take_from(&mut level_n, 0);
-    let touches = events(level_n.iter().copied(), on_n, FIRST_OFF_SHARE * on_n);
+    // What is lifted must be far below a contact: a light touch is no lift.
+    let almost_n = FIRST_OFF_SHARE * on_n;
+    let touches = events(level_n.iter().copied(), almost_n, almost_n);
     let lifts = lifts(frames, level_n.len(), &touches);
     let medians = lifts.iter().map(|(from, to)| {
         let middle = (from + to) / 2;
@@ -77,6 +86,46 @@ pub(super) fn above_baseline(
         level_n,
         baseline: medians,
         lifts,
+    }
+}
+
+/// The sign that makes `force_n` positive in contact: contact is where it vibrates (or, without vibration, where the
+/// force is farther from zero). Short looks at some hundred places are enough.
+pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]>) -> f64 {
+    let (bottom, top) = (quantile(force_n, 0.02), quantile(force_n, 0.98));
+    let far = if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let Some(vibration) = vibration else {
+        return far;
+    };
+    let width = frames.in_time(0.05);
+    let step = (force_n.len() / 400).max(width);
+    let mut looks: Vec<(f64, f64)> = (0..force_n.len().saturating_sub(width))
+        .step_by(step)
+        .map(|from| {
+            let level = frames.fast_level(vibration, from, from + width, width);
+            (
+                level.iter().sum::<f64>(),
+                quantile(&force_n[from..from + width], 0.5),
+            )
+        })
+        .collect();
+    looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let share = looks.len() / 5;
+    if share < 3 {
+        return far;
+    }
+    let middle =
+        |part: &[(f64, f64)]| quantile(&part.iter().map(|look| look.1).collect::<Vec<_>>(), 0.5);
+    let rise_n = middle(&looks[looks.len() - share..]) - middle(&looks[..share]);
+    // Less than a fifth of the range says nothing: a force that hardly differs, or one quiet all along.
+    if rise_n.abs() < 0.2 * (top - bottom) {
+        far
+    } else {
+        rise_n.signum()
     }
 }
 
@@ -242,7 +291,7 @@ mod tests {
                 touch + 0.008 * t
             })
             .collect();
-        let found = above_baseline(FRAMES, &force, 5, 0.1);
+        let found = above_drifting_zero(FRAMES, smoothed(&force, 5), 0.1);
         let touches = events(found.level_n.iter().copied(), 0.1, 0.02);
         assert_eq!(touches.len(), 10, "{touches:?}");
         for (i, (start, end)) in touches.iter().enumerate() {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{CutBy, Interval, Reason, Rejected, Segmentation, Stroke};
+use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds};
 
 /// One decision of a person about a part of a recording.
@@ -86,6 +87,10 @@ impl Cuts {
                 }
             }
         }
+        // What was in doubt about the rule's own cuts is settled by a person who looked.
+        segmentation
+            .doubts
+            .retain(|doubt| !matches!(doubt, Doubt::NothingCut | Doubt::LongStroke { .. }));
         segmentation.strokes.sort_by_key(|s| s.steady.start);
         segmentation.rejected.sort_by_key(|r| r.interval.start);
         segmentation.cuts = Some(self.source.clone());

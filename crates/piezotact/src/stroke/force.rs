@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Force, Polyline, above_baseline, events};
-use super::frames::{Frames, quantile};
+use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
+use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
     floor, friction_level, sliding_by_friction, sliding_parts, stick_slip_in_friction,
     stick_slip_in_vibration, vibration_level,
@@ -113,6 +113,8 @@ impl ForceRule {
     }
 }
 
+/// A touch above this share of where a contact begins is listed.
+const LIGHT: f64 = 0.5;
 /// The shortest recording that can be cut, s.
 const SHORTEST_RECORDING: Seconds = Seconds(0.5);
 /// A contact this many times longer than the usual one may be two.
@@ -145,9 +147,14 @@ pub fn segment_by_force(
     }
     let frames = Frames::at(signals.rate);
     let mut doubts = Vec::new();
-    let (force, sign) = oriented(frames.means(normal_n), &mut doubts)?;
+    let (force, sign) = oriented(
+        frames,
+        frames.means(normal_n),
+        signals.vibration,
+        &mut doubts,
+    )?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
-    let force = above_baseline(frames, &force, smoothing, rule.on_n.0);
+    let force = above_drifting_zero(frames, smoothed(&force, smoothing), rule.on_n.0);
     drift_doubt(rule, force.baseline.range(), &mut doubts);
 
     let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
@@ -159,6 +166,7 @@ pub fn segment_by_force(
             zero: force.zero_of(frames, axis),
         })
         .collect();
+    let tangential_zeros: Vec<Polyline> = tangential.iter().map(|axis| axis.zero.clone()).collect();
     let mut cutter = Cutter {
         signals,
         rule,
@@ -194,6 +202,7 @@ pub fn segment_by_force(
             }),
         }
     }
+    rejected.extend(cutter.light_touches(&contacts));
     force_tolerance(&cutter, &mut strokes, &mut rejected);
     doubts.extend(cutter.doubts(&strokes, &friction, &rejected));
     Ok(Segmentation {
@@ -203,15 +212,20 @@ pub fn segment_by_force(
         roles: Roles::default(),
         force_zeros: Some(ForceZeros {
             sign,
-            zeros: cutter.zeros(&force),
+            zeros: zeros(frames, &force, &tangential_zeros),
         }),
         cuts: None,
         doubts,
     })
 }
 
-/// The force with contact upwards, and the sign that this took.
-fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f64), SegmentError> {
+/// The force with contact upwards, and the sign that this took; with a doubt when it is −1.
+pub(super) fn oriented(
+    frames: Frames,
+    mut force: Vec<f64>,
+    vibration: Option<&[f64]>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<(Vec<f64>, f64), SegmentError> {
     let low = force.iter().copied().fold(f64::MAX, f64::min);
     let high = force.iter().copied().fold(f64::MIN, f64::max);
     if high - low <= 1e-9 * high.abs().max(low.abs()).max(1e-9) {
@@ -220,19 +234,32 @@ fn oriented(mut force: Vec<f64>, doubts: &mut Vec<Doubt>) -> Result<(Vec<f64>, f
             found: format!("{low} N"),
         });
     }
-    // Contact is the rarer or the smaller half of the time: the rest level is where most lifts lie.
-    let bottom = quantile(&force, 0.02);
-    let top = quantile(&force, 0.98);
-    if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
+    let sign = polarity(frames, &force, vibration);
+    if sign < 0.0 {
         for value in &mut force {
             *value = -*value;
         }
         doubts.push(Doubt::SignReversed {
             channel: "the normal force".into(),
         });
-        return Ok((force, -1.0));
     }
-    Ok((force, 1.0))
+    Ok((force, sign))
+}
+
+/// The zeros at the middle of every lift: sample, and one value for each axis, the normal one first.
+pub(super) fn zeros(
+    frames: Frames,
+    force: &Force,
+    tangential: &[Polyline],
+) -> Vec<(usize, Vec<f64>)> {
+    let lifts = force.lifts.iter().map(|(from, to)| (from + to) / 2);
+    lifts
+        .map(|at| {
+            let others = tangential.iter().map(|zero| zero.at(at));
+            let all = std::iter::once(force.baseline.at(at)).chain(others);
+            (at * frames.size, all.collect())
+        })
+        .collect()
 }
 
 fn drift_doubt(rule: &ForceRule, (low, high): (f64, f64), doubts: &mut Vec<Doubt>) {
@@ -278,7 +305,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// Touches with short gaps between them are one contact, unless one of them is a tap.
+    /// Touches with short gaps between them are one contact.
     fn contacts(&self, touches: &[(usize, usize)]) -> Vec<Contact> {
         let gap = self.frames.in_time(self.rule.longest_gap_s.0);
         let mut contacts: Vec<Contact> = Vec::new();
@@ -400,14 +427,23 @@ impl Cutter<'_> {
         Some(squares)
     }
 
-    /// The zeros at the middle of every lift: sample, and one value for each axis, the normal one first.
-    fn zeros(&self, force: &Force) -> Vec<(usize, Vec<f64>)> {
-        let lifts = force.lifts.iter().map(|(from, to)| (from + to) / 2);
-        lifts
-            .map(|at| {
-                let tangential = self.tangential.iter().map(|axis| axis.zero.at(at));
-                let all = std::iter::once(force.baseline.at(at)).chain(tangential);
-                (at * self.frames.size, all.collect())
+    /// What rises well above nothing for longer than a tap, and not as far as a contact.
+    fn light_touches(&self, contacts: &[Contact]) -> Vec<Rejected> {
+        let (on_n, needed_s) = (self.rule.on_n.0, self.rule.shortest_s.0);
+        let level_n = self.level_n.iter().copied();
+        events(level_n, LIGHT * on_n, LIGHT * on_n)
+            .into_iter()
+            .filter(|(from, to)| self.frames.seconds(to - from) >= needed_s)
+            .filter(|(from, to)| !contacts.iter().any(|c| c.from < *to && *from < c.to))
+            .map(|(from, to)| Rejected {
+                interval: self.samples(from, to),
+                reason: Reason::TooLight {
+                    peak_n: part(self.level_n, from, to)
+                        .iter()
+                        .copied()
+                        .fold(0.0, f64::max),
+                    needed_n: on_n,
+                },
             })
             .collect()
     }
@@ -429,7 +465,7 @@ impl Cutter<'_> {
                 threshold_n: self.rule.on_n.0,
             });
         }
-        let unseen = self.signals.vibration.is_none() && self.tangential.is_empty();
+        let unseen = self.floor.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
             doubts.push(Doubt::SlidingAssumed);
         }

@@ -147,7 +147,7 @@ impl Interval {
 pub struct Stroke {
     /// What is analysed: landing and take-off are cut away.
     pub steady: Interval,
-    /// From the first touch to the last, or the whole motion where no contact was measured.
+    /// From the first touch to the last in active touch; in passive touch the motion that it lies in.
     pub contact: Interval,
     /// Who cut it.
     pub cut_by: CutBy,
@@ -192,6 +192,13 @@ pub enum Reason {
         /// The highest allowed, N.
         high_n: f64,
     },
+    /// The finger hardly touches.
+    TooLight {
+        /// The largest force, N.
+        peak_n: f64,
+        /// What a contact needs, N.
+        needed_n: f64,
+    },
     /// The finger sticks and slips.
     StickSlip {
         /// Sudden slips.
@@ -234,6 +241,7 @@ impl Reason {
         match self {
             Self::TooShort { .. } => "too short",
             Self::ForceOutsideTolerance { .. } => "force outside tolerance",
+            Self::TooLight { .. } => "too light",
             Self::StickSlip { .. } => "stick-slip",
             Self::Clipped { .. } => "clipped",
             Self::DiscontinuousContact { .. } => "discontinuous contact",
@@ -258,6 +266,9 @@ impl std::fmt::Display for Reason {
                 low_n,
                 high_n,
             } => write!(f, " (mean {mean_n:.3} N, {low_n:.3}–{high_n:.3} N allowed)"),
+            Self::TooLight { peak_n, needed_n } => {
+                write!(f, " ({peak_n:.3} N at most, {needed_n} N needed)")
+            }
             Self::StickSlip { slips, rate_hz } => {
                 write!(f, " ({slips} slips, {rate_hz:.1} a second)")
             }
@@ -452,7 +463,7 @@ pub enum SegmentError {
     },
     /// There is nothing to cut by.
     #[error(
-        "expected a channel of force, speed or vibration, found none; name them with --normal-force, --speed or --vibration"
+        "expected a channel of force, speed or vibration, found none; name them with --normal-force, --motion or --vibration"
     )]
     NothingToCutBy,
     /// The channel to cut by never changes.

@@ -2,15 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{above_baseline, events};
+use super::contact::{Polyline, above_rest, events};
+use super::force::{oriented, zeros};
 use super::frames::{Frames, quantile, smoothed};
 use super::{
-    CutBy, Expected, Interval, MotionKind, Reason, Rejected, Rule, SegmentError, Segmentation,
-    Signals, Stroke,
+    CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rejected, Rule, SegmentError,
+    Segmentation, Signals, Stroke,
 };
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
+use crate::series::mean;
 use crate::verify::flat_top_fraction;
 
 /// How strokes are found in the speed of a surface.
@@ -26,6 +28,8 @@ pub struct SpeedRule {
     pub shortest_s: Seconds,
     /// The surface is touched when the normal force is above this, N above its baseline.
     pub touch_n: Newtons,
+    /// The normal force that was asked for; a stroke's mean is within ±50 % of it. None when it is not known.
+    pub load_n: Option<Newtons>,
     /// The speed that was asked for, m/s; none when it is not known.
     pub speed_m_s: Option<f64>,
 }
@@ -41,6 +45,7 @@ impl SpeedRule {
             rest_share: 0.2,
             shortest_s: Seconds(0.3),
             touch_n: Newtons(0.25 * expected.load_n.map_or(0.2, |load| load.0)),
+            load_n: expected.load_n,
             speed_m_s: expected.speed_m_s,
         }
     }
@@ -72,62 +77,44 @@ pub fn segment_by_speed(
     let (motion, kind) = signals.motion.ok_or(SegmentError::NothingToCutBy)?;
     let frames = Frames::at(signals.rate);
     let speed = speed_m_s(frames, motion, kind, rule.smoothing_s.0);
-    let fastest = speed.iter().fold(0.0f64, |fastest, v| fastest.max(v.abs()));
+    let moving: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
+    let fastest = moving.iter().copied().fold(0.0, f64::max);
     if fastest <= 0.0 {
         return Err(SegmentError::Dead {
             what: "the motion",
-            found: format!("{:.2e} m/s", fastest),
+            found: format!("{fastest:.2e} m/s"),
         });
     }
     let mut doubts = Vec::new();
-    let touched = match signals.normal_force_n {
-        Some(normal_n) => {
-            let smoothing = frames.in_time(0.01);
-            let means: Vec<f64> = frames.means(normal_n);
-            let (on, off) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
-            // A finger that touches all along leaves no lift to take a baseline from.
-            let raw = events(smoothed(&means, smoothing), on, off);
-            let covers = |touches: &[(usize, usize)]| {
-                touches.iter().map(|(a, b)| b - a).sum::<usize>() as f64 / means.len().max(1) as f64
-            };
-            if covers(&raw) > 0.95 {
-                Some(raw)
-            } else {
-                let force = above_baseline(frames, &means, smoothing, on);
-                Some(events(force.level_n, on, off))
-            }
-        }
-        None => {
-            doubts.push(Doubt::ContactAssumed);
-            None
-        }
-    };
-    let moving: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
-    let threshold = rule.rest_share * fastest;
-    let mut strokes = Vec::new();
-    let mut rejected = Vec::new();
+    let held = held(signals, rule, frames, &mut doubts)?;
+    // What usually moves, not the fastest return or one wrong sample of an encoder, says what rest is.
+    let moved: Vec<f64> = moving
+        .iter()
+        .copied()
+        .filter(|v| *v > 0.05 * fastest)
+        .collect();
+    let usual = rule.speed_m_s.unwrap_or_else(|| quantile(&moved, 0.5));
+    let threshold = rule.rest_share * usual;
+    let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     for (from, to) in events(moving.iter().copied(), threshold, threshold) {
         let motion = samples(frames, from, to);
-        match plateau(frames, &moving[from..to], rule) {
+        let cut = plateau(frames, &moving[from..to], rule).and_then(|(a, b)| {
+            let steady = samples(frames, from + a, from + b);
+            match unfit(signals, frames, rule, held.as_ref(), steady) {
+                Some(reason) => Err(reason),
+                None => Ok(steady),
+            }
+        });
+        match cut {
             Err(reason) => rejected.push(Rejected {
                 interval: motion,
                 reason,
             }),
-            Ok((a, b)) => {
-                let steady = samples(frames, from + a, from + b);
-                let reason = unfit(signals, frames, touched.as_deref(), steady);
-                match reason {
-                    Some(reason) => rejected.push(Rejected {
-                        interval: motion,
-                        reason,
-                    }),
-                    None => strokes.push(Stroke {
-                        steady,
-                        contact: motion,
-                        cut_by: CutBy::Rule,
-                    }),
-                }
-            }
+            Ok(steady) => strokes.push(Stroke {
+                steady,
+                contact: motion,
+                cut_by: CutBy::Rule,
+            }),
         }
     }
     let plateaus: Vec<f64> = strokes
@@ -153,10 +140,59 @@ pub fn segment_by_speed(
         rejected,
         rule: Rule::Speed(rule.clone()),
         roles: Roles::default(),
-        force_zeros: None,
+        force_zeros: held.map(|held| held.zeros),
         cuts: None,
         doubts,
     })
+}
+
+/// The normal force of a finger that is held on a surface.
+struct Held {
+    /// N above the zero, frame by frame.
+    level_n: Vec<f64>,
+    touches: Vec<(usize, usize)>,
+    zeros: ForceZeros,
+}
+
+/// Where the finger touches, and the zeros of its forces; `None` where no force was measured.
+fn held(
+    signals: &Signals<'_>,
+    rule: &SpeedRule,
+    frames: Frames,
+    doubts: &mut Vec<Doubt>,
+) -> Result<Option<Held>, SegmentError> {
+    let Some(normal_n) = signals.normal_force_n else {
+        doubts.push(Doubt::ContactAssumed);
+        return Ok(None);
+    };
+    let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, doubts)?;
+    let smooth_n = smoothed(&means, frames.in_time(0.01));
+    let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
+    let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
+        // One level all along: the finger touches always or never, and the zeros are not known.
+        doubts.push(Doubt::ZeroUnknown);
+        return Ok(Some(Held {
+            touches: events(smooth_n.iter().copied(), on_n, off_n),
+            level_n: smooth_n,
+            zeros: ForceZeros {
+                sign,
+                zeros: Vec::new(),
+            },
+        }));
+    };
+    let tangential: Vec<Polyline> = signals
+        .tangential_force_n
+        .iter()
+        .map(|axis| force.zero_of(frames, axis))
+        .collect();
+    Ok(Some(Held {
+        touches: events(force.level_n.iter().copied(), on_n, off_n),
+        zeros: ForceZeros {
+            sign,
+            zeros: zeros(frames, &force, &tangential),
+        },
+        level_n: force.level_n,
+    }))
 }
 
 fn samples(frames: Frames, from: usize, to: usize) -> Interval {
@@ -166,7 +202,8 @@ fn samples(frames: Frames, from: usize, to: usize) -> Interval {
     }
 }
 
-/// The magnitude of the speed within `steady`, m/s, frame by frame.
+/// The magnitude of the speed within `steady`, m/s, frame by frame. The motion around it is smoothed with it, so
+/// that its ends are those of the motion.
 pub(crate) fn stroke_speed_m_s(
     rate: SampleRate,
     motion: &[f64],
@@ -174,11 +211,13 @@ pub(crate) fn stroke_speed_m_s(
     steady: Interval,
 ) -> Vec<f64> {
     let frames = Frames::at(rate);
-    let mut speed = speed_m_s(frames, steady.of(motion), kind, SMOOTHING_S);
-    for value in &mut speed {
-        *value = value.abs();
-    }
-    speed
+    let margin = 2 * frames.in_time(SMOOTHING_S);
+    let (first, last) = (steady.start / frames.size, steady.end / frames.size);
+    let outer = first.saturating_sub(margin);
+    let around = samples(frames, outer, last + margin);
+    let speed = speed_m_s(frames, around.of(motion), kind, SMOOTHING_S);
+    let inner = speed.iter().skip(first - outer).take(last - first);
+    inner.map(|v| v.abs()).collect()
 }
 
 /// The smoothed speed frame by frame, m/s.
@@ -215,7 +254,14 @@ fn plateau(frames: Frames, moving: &[f64], rule: &SpeedRule) -> Result<(usize, u
     }
     let off = moving[from..to].iter().filter(|v| !within(v)).count();
     if off as f64 > 0.1 * (to - from) as f64 {
-        return Err(Reason::Interrupted { parts: 2 });
+        let parts = events(
+            moving[from..to]
+                .iter()
+                .map(|v| f64::from(u8::from(within(v)))),
+            0.5,
+            0.5,
+        );
+        return Err(Reason::Interrupted { parts: parts.len() });
     }
     Ok((from, to))
 }
@@ -224,20 +270,35 @@ fn plateau(frames: Frames, moving: &[f64], rule: &SpeedRule) -> Result<(usize, u
 fn unfit(
     signals: &Signals<'_>,
     frames: Frames,
-    touched: Option<&[(usize, usize)]>,
+    rule: &SpeedRule,
+    held: Option<&Held>,
     steady: Interval,
 ) -> Option<Reason> {
     let (from, to) = (steady.start / frames.size, steady.end / frames.size);
-    if let Some(touches) = touched {
-        let overlap: usize = touches
-            .iter()
-            .map(|(a, b)| (*b).min(to).saturating_sub((*a).max(from)))
-            .sum();
-        if overlap * 10 < (to - from) {
+    if let Some(held) = held {
+        let inside = |(a, b): &(usize, usize)| (*b).min(to).saturating_sub((*a).max(from));
+        let touching: usize = held.touches.iter().map(inside).sum();
+        if touching * 10 < to - from {
             return Some(Reason::NoContact);
         }
-        if overlap < to - from {
-            return Some(Reason::DiscontinuousContact { gaps: 1 });
+        if touching < to - from {
+            let parts = held
+                .touches
+                .iter()
+                .filter(|touch| inside(touch) > 0)
+                .count();
+            return Some(Reason::DiscontinuousContact { gaps: parts });
+        }
+        if let Some(load) = rule.load_n {
+            let mean_n = mean(&held.level_n[from..to.min(held.level_n.len())]);
+            let (low_n, high_n) = (0.5 * load.0, 1.5 * load.0);
+            if !(low_n..=high_n).contains(&mean_n) {
+                return Some(Reason::ForceOutsideTolerance {
+                    mean_n,
+                    low_n,
+                    high_n,
+                });
+            }
         }
     }
     let vibration = signals.vibration?;
