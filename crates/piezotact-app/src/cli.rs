@@ -95,14 +95,14 @@ pub(crate) struct Takes {
     /// sample, participant, load, speed, angle, touch (active or passive); others are kept as labels.
     #[arg(long, value_name = "PATTERN")]
     pub(crate) meta: Option<NamePattern>,
-    /// How the finger met the surface, where the recordings do not say.
+    /// How the finger met the surface, whatever the recordings say.
     #[arg(long, value_enum)]
     pub(crate) touch: Option<TouchName>,
-    /// The normal force that was asked for, in N, where the recordings do not say; 0.2 N sets the thresholds
-    /// where nothing does.
+    /// The normal force that was asked for, in N, whatever the recordings say; where nothing says it, 0.2 N sets
+    /// the thresholds.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The sliding speed, such as \"30 mm/s\", where the recordings do not say.
+    /// The sliding speed, such as "30 mm/s", whatever the recordings say.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) speed: Option<Measure>,
     /// The channels that vibrate, separated by commas.
@@ -117,7 +117,7 @@ pub(crate) struct Takes {
     /// The channel of the speed or position of the surface.
     #[arg(long, value_name = "NAME")]
     pub(crate) motion: Option<String>,
-    /// Takes every contact as a stroke, also where the finger rests, or sticks and slips.
+    /// Takes contacts as strokes also where the finger rests, or sticks and slips (when cut by force).
     #[arg(long)]
     pub(crate) every_contact: bool,
     /// A file of cuts for one recording; without it, RECORDING.cuts beside each recording counts.

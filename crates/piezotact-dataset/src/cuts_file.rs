@@ -27,8 +27,10 @@ pub fn cuts_path(recording: &Path) -> PathBuf {
 /// # Errors
 /// [`ReadError`] naming the file and the line, what was expected and what was found.
 pub fn read_cuts(path: &Path) -> Result<Cuts, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|error| ReadError::io(path, &error))?;
-    parse(path, &text)
+    // A note may be in any encoding, and editors put a mark at the start.
+    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let text = String::from_utf8_lossy(&bytes);
+    parse(path, text.trim_start_matches('\u{feff}'))
 }
 
 fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
@@ -46,7 +48,7 @@ fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
                 "correct that line, or begin it with # to leave it out",
             )
         };
-        let mut words = line.splitn(4, char::is_whitespace);
+        let mut words = line.split_whitespace();
         let act = words.next().ok_or_else(wrong)?;
         let mut time = || -> Option<f64> {
             let seconds: f64 = words.next()?.parse().ok()?;
@@ -59,7 +61,7 @@ fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
             return Err(wrong());
         }
         let (from_s, to_s) = (Seconds(from), Seconds(to));
-        let note = words.next().unwrap_or("").trim().to_owned();
+        let note = words.collect::<Vec<_>>().join(" ");
         cuts.push(match act {
             "stroke" => Cut::Stroke { from_s, to_s },
             "leave-out" => Cut::LeaveOut { from_s, to_s, note },
@@ -102,7 +104,7 @@ pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate) -> String {
     }));
     lines.sort();
     let mut text = String::from(
-        "# Times in s. A `stroke FROM TO` takes the place of what the rule found there;\n# `leave-out FROM TO why` leaves out every stroke that it meets.\n",
+        "# Times in s. A `stroke FROM TO` takes the place of what the rule found there; `leave-out FROM TO why`\n# leaves out every stroke that it meets. What no line meets stays as the rule found it.\n",
     );
     for (_, line) in lines {
         let _never_fails = writeln!(text, "{line}");

@@ -172,7 +172,14 @@ impl NamePattern {
             match field.as_str() {
                 "sample" => condition.sample = Some(text.clone()),
                 "participant" => condition.participant = Some(text.clone()),
-                "touch" => condition.touch = touch(&text),
+                "touch" => {
+                    condition.touch = touch(&text);
+                    if condition.touch.is_none() {
+                        naming.doubts.push(Doubt::Guessed {
+                            what: format!("`{text}` in the name `{name}` is no kind of touch (active, passive, resting) and is kept as a label only"),
+                        });
+                    }
+                }
                 "load" | "speed" | "angle" if unit.is_empty() => {
                     naming.doubts.push(Doubt::Guessed {
                         what: format!(
@@ -188,7 +195,6 @@ impl NamePattern {
                 "load" => condition.load_n = Some(Newtons(number()? * Unit::parse(&unit).1)),
                 "speed" => condition.speed_m_s = Some(number()? * Unit::parse(&unit).1),
                 "angle" => condition.angle_deg = Some(Degrees(number()?)),
-                "board" => condition.sample = Some(format!("Board{text}mm")),
                 _ => {}
             }
             naming.labels.insert(field, text);
@@ -197,14 +203,39 @@ impl NamePattern {
     }
 }
 
-/// What a name says by the patterns of public collections; nothing where none fits.
+/// What a name says by the patterns of public collections, with a doubt that names the collection; nothing where
+/// none fits.
 #[must_use]
 pub fn known_naming(path: &Path) -> Naming {
-    KNOWN
-        .iter()
-        .filter_map(|(_, pattern)| pattern.parse::<NamePattern>().ok())
-        .find_map(|pattern| pattern.read(path).ok())
-        .unwrap_or_default()
+    for (collection, pattern) in KNOWN {
+        let Ok(Ok(mut naming)) = pattern
+            .parse()
+            .map(|pattern: NamePattern| pattern.read(path))
+        else {
+            continue;
+        };
+        // A slide goes in one of eight directions: a date does not.
+        let direction = naming
+            .labels
+            .get("direction")
+            .map(|text| text.parse::<u32>());
+        if !matches!(
+            direction,
+            None | Some(Ok(0 | 45 | 90 | 135 | 180 | 225 | 270 | 315))
+        ) {
+            continue;
+        }
+        if let Some(board) = naming.labels.get("board") {
+            naming.condition.sample = Some(format!("Board{board}mm"));
+        }
+        naming.doubts.push(Doubt::Guessed {
+            what: format!(
+                "the name is read as one of the {collection} collection (--meta says otherwise)"
+            ),
+        });
+        return naming;
+    }
+    Naming::default()
 }
 
 fn stem(path: &Path) -> String {
@@ -287,6 +318,9 @@ mod tests {
         assert_eq!(cluster.condition.load_n, Some(Newtons(0.5)));
         assert_eq!(cluster.condition.speed_m_s, Some(0.04));
         assert_eq!(cluster.labels["direction"], "135");
+        assert_eq!(cluster.doubts.len(), 1);
+        let date = known_naming(Path::new("2024_05_13_10_30.csv"));
+        assert_eq!(date, Naming::default());
         assert_eq!(known_naming(Path::new("text3_v1.wav")), Naming::default());
         assert_eq!(known_naming(Path::new("")), Naming::default());
     }

@@ -225,12 +225,26 @@ pub enum Doubt {
         /// The median friction coefficient.
         coefficient: f64,
     },
-    /// A stroke much longer than the others: maybe two.
+    /// A stroke much longer than others: maybe two.
     LongStroke {
         /// Where it begins, s.
         at_s: f64,
-        /// How many times longer than the usual one.
-        times: f64,
+        /// How long it is, s.
+        length_s: f64,
+        /// How long the usual one is, s.
+        usual_s: f64,
+    },
+    /// Recordings that have nothing to be compared with.
+    NotCompared {
+        /// Their names.
+        recordings: String,
+    },
+    /// Strokes that differ far more than strokes of one texture do.
+    Scattered {
+        /// The group.
+        group: String,
+        /// The standard deviation of the rms as a share of its mean.
+        share: f64,
     },
     /// The speed was not what was asked for.
     SpeedOffTarget {
@@ -243,6 +257,13 @@ pub enum Doubt {
     DeadChannel {
         /// The channel.
         channel: String,
+    },
+    /// Strokes too short for a spectrum with the lines of the others.
+    ShortStrokes {
+        /// How many.
+        count: usize,
+        /// What is needed, s.
+        needed_s: f64,
     },
     /// Few strokes: their average scatters.
     FewStrokes {
@@ -506,7 +527,7 @@ impl fmt::Display for Doubt {
             ),
             Self::ForceDrift { from_n, to_n, threshold_n } => write!(
                 f,
-                "the zero of the normal force drifts from {from_n:.3} to {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero; let the cell warm up, or zero it between trials"
+                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero; let the cell warm up, or zero it between trials"
             ),
             Self::SignReversed { channel } => write!(
                 f,
@@ -516,9 +537,22 @@ impl fmt::Display for Doubt {
                 f,
                 "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped; check which channel is normal"
             ),
-            Self::LongStroke { at_s, times } => write!(
+            Self::LongStroke {
+                at_s,
+                length_s,
+                usual_s,
+            } => write!(
                 f,
-                "the stroke at {at_s:.2} s is {times:.1} times as long as the usual one: it may be two without a lift; look, and cut it with --cuts"
+                "the stroke at {at_s:.2} s lasts {length_s:.1} s, the usual one {usual_s:.1} s: it may be two or a rubbing to and fro without a lift; look, and cut it with --cuts"
+            ),
+            Self::NotCompared { recordings } => write!(
+                f,
+                "nothing to compare with: {recordings} differ from the others in more than what is compared; give recordings that share all else"
+            ),
+            Self::Scattered { group, share } => write!(
+                f,
+                "{group}: the rms of the strokes scatters by {} of its mean, far more than strokes of one texture do: look for a loose sensor or other conditions",
+                percent(*share)
             ),
             Self::SpeedOffTarget { mean_m_s, target_m_s } => write!(
                 f,
@@ -529,6 +563,10 @@ impl fmt::Display for Doubt {
             Self::DeadChannel { channel } => write!(
                 f,
                 "`{channel}` never changes and is not used: check its cable and its range"
+            ),
+            Self::ShortStrokes { count, needed_s } => write!(
+                f,
+                "{count} stroke(s) shorter than a segment of {needed_s:.3} s are left out: state a shorter one with --segment to keep them"
             ),
             Self::FewStrokes { what, kept, recommended } => write!(
                 f,
@@ -544,7 +582,7 @@ impl fmt::Display for Doubt {
             ),
             Self::GestureKept { share, below_hz } => write!(
                 f,
-                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept, as the signal is no calibrated acceleration: state --high-pass {below_hz} to filter it, or none",
+                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept (only accelerations are filtered unasked): state --high-pass {below_hz} to filter it",
                 percent(*share)
             ),
             Self::CutsNotApplied { file, count } => write!(
@@ -557,7 +595,7 @@ impl fmt::Display for Doubt {
             ),
             Self::NoInterval { what, groups } => write!(
                 f,
-                "{what} comes from {groups} groups and has no interval: measure three or more"
+                "{what} comes from {groups} group(s) and has no interval: measure three or more"
             ),
             Self::MissingPoints { share } => write!(
                 f,

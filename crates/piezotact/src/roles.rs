@@ -70,22 +70,60 @@ impl Roles {
         };
         let normal_force = match forces.as_slice() {
             [only] if !tangential(only) => Some(only.name.clone()),
-            _ => forces.iter().find(|c| normal(c)).map(|c| c.name.clone()),
+            _ => forces
+                .iter()
+                .find(|c| normal(c) || plain(&c.name).starts_with("fz"))
+                .map(|c| c.name.clone()),
         };
+        let normals: Vec<&str> = forces
+            .iter()
+            .filter(|c| normal(c) || plain(&c.name).starts_with("fz"))
+            .map(|c| c.name.as_str())
+            .collect();
+        if normals.len() > 1 {
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "there are {} normal forces ({}) and one is used: add the cells of one platform together first, or name one with --normal-force",
+                    normals.len(),
+                    normals.join(", ")
+                ),
+            });
+        }
         let tangential_force: Vec<String> = forces
             .iter()
             .filter(|c| tangential(c))
             .map(|c| c.name.clone())
             .take(2)
             .collect();
-        let speed = of(&Unit::MetrePerSecond)
-            .first()
-            .map(|c| Motion::Speed(c.name.clone()));
-        let motion = speed.or_else(|| {
-            of(&Unit::Metre)
-                .first()
-                .map(|c| Motion::Position(c.name.clone()))
-        });
+        if normal_force.is_none() && !forces.is_empty() {
+            let names: Vec<&str> = forces.iter().map(|c| c.name.as_str()).collect();
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "{} in N, and none is known by its name as the normal force: name it with --normal-force",
+                    names.join(", ")
+                ),
+            });
+        }
+        let pick = |unit: &Unit, doubts: &mut Vec<Doubt>| -> Option<String> {
+            let all = of(unit);
+            let known =
+                |c: &&&Channel| named(c, &["speed", "platform", "encoder", "stage"], &["v"]);
+            let chosen = all.iter().find(known).or(all.first())?;
+            if all.len() > 1 {
+                doubts.push(Doubt::Guessed {
+                    what: format!(
+                        "of {} motions in {unit} `{}` is taken (--motion names another)",
+                        all.len(),
+                        chosen.name
+                    ),
+                });
+            }
+            Some(chosen.name.clone())
+        };
+        let motion = match pick(&Unit::MetrePerSecond, &mut doubts) {
+            Some(name) => Some(Motion::Speed(name)),
+            None => pick(&Unit::Metre, &mut doubts).map(Motion::Position),
+        };
         let vibration = match of(&Unit::MetrePerSecondSquared).as_slice() {
             [] => {
                 let others: Vec<String> = channels
@@ -101,7 +139,17 @@ impl Roles {
                     .map(|c| c.name.clone())
                     .take(MOST_CHANNELS)
                     .collect();
-                if others.len() < channels.len() && others.len() > 1 {
+                let accelerations: Vec<String> = others
+                    .iter()
+                    .filter(|name| plain(name).contains("acc"))
+                    .cloned()
+                    .collect();
+                let others = if accelerations.is_empty() {
+                    others
+                } else {
+                    accelerations
+                };
+                if others.len() > 1 {
                     doubts.push(Doubt::Guessed {
                         what: format!(
                             "no channel is in m/s²: {} channels from `{}` to `{}` are taken as the vibration (--vibration names others)",

@@ -128,7 +128,7 @@ fn features_are_those_of_scipy() {
         cuts: None,
         doubts: Vec::new(),
     };
-    let config = FeatureConfig::usual(rate, all.len(), Some(HighPass::gesture())).unwrap();
+    let config = FeatureConfig::usual(rate, &[all.len()], Some(HighPass::gesture())).unwrap();
     let analysis = analyse(&recording, &segmentation, &config).unwrap();
     let stroke = &analysis.strokes[0];
     // The filter leaves 1e-10 of the signal; everything else is the same arithmetic.

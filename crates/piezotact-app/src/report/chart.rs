@@ -16,6 +16,8 @@ const FINE: u32 = 8;
 const MOST_POINTS: usize = 2400;
 /// More labelled lines than this have their legend beside the chart.
 const LEGEND_INSIDE: usize = 3;
+/// Letters of a name in a legend beside the chart.
+const LONGEST_LABEL: usize = 18;
 /// The width of a legend beside the chart.
 const LEGEND_WIDTH: u32 = 150;
 
@@ -420,7 +422,17 @@ fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> 
             .into_font()
             .color(&TEXT)
             .pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(line.label.clone(), (30 * fine, y), font))
+        // A name is cut where the room ends.
+        let label: String = match line.label.chars().count() {
+            long if long > LONGEST_LABEL => line
+                .label
+                .chars()
+                .take(LONGEST_LABEL - 1)
+                .chain(['…'])
+                .collect(),
+            _ => line.label.clone(),
+        };
+        area.draw(&Text::new(label, (30 * fine, y), font))
             .map_err(plot_failed)?;
     }
     Ok(())

@@ -2,13 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What is compared: a name, the rms, and a one-sided PSD with lines `resolution_hz` apart from 0 Hz.
+/// What is compared: a name, and a one-sided PSD with lines `resolution_hz` apart from 0 Hz.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// The name.
     pub name: String,
-    /// The rms of the vibration.
-    pub rms: f64,
     /// Its mean PSD.
     pub psd: Vec<f64>,
     /// The step between its lines, Hz.
@@ -40,45 +38,46 @@ impl Discrimination {
         }
     }
 
-    /// The distance of two textures in JND.
+    /// The distance of two textures in JND, 0 for two silent ones.
     ///
-    /// Formula: √((ΔL/level JND)² + mean over octave bands of (ΔB/band JND)²), where L is the rms level and B the
-    /// level of a band relative to the whole; bands from 16 to 500 Hz in which either texture holds 1 % of
-    /// its power or more.
+    /// Formula: √((ΔL/level JND)² + (largest ΔB/band JND)²), where L is the level within the octave bands together and
+    /// B that of one band relative to them; bands around 16 to 500 Hz in which either texture holds 1 % of its power
+    /// or more.
     ///
     /// Source: the cue combination of independent differences (Pythagorean sum), N. A. Macmillan and C. D. Creelman,
-    /// *Detection Theory*, 2nd ed., chapter 6.
+    /// *Detection Theory*, 2nd ed., chapter 6; of bands the one that differs most decides, as in profile analysis.
     #[must_use]
     pub fn distance_jnd(&self, a: &Texture, b: &Texture) -> f64 {
-        let level = 20.0 * (a.rms / b.rms).log10() / self.level_jnd_db;
-        let (a, b) = (shares(a), shares(b));
-        let bands: Vec<f64> = a
+        let (a, b) = (band_powers(a), band_powers(b));
+        let total = |bands: &[f64; 6]| bands.iter().sum::<f64>().max(SILENCE);
+        let (all_a, all_b) = (total(&a), total(&b));
+        let level = 10.0 * (all_a / all_b).log10() / self.level_jnd_db;
+        let shape = a
             .iter()
             .zip(&b)
-            .filter(|(a, b)| a.max(**b) >= 0.01)
-            .map(|(a, b)| {
-                let ratio = a.max(1e-6) / b.max(1e-6);
-                (10.0 * ratio.log10() / self.band_jnd_db).powi(2)
-            })
-            .collect();
-        let shape = bands.iter().sum::<f64>() / bands.len().max(1) as f64;
-        (level * level + shape).sqrt()
+            .map(|(a, b)| (a / all_a, b / all_b))
+            .filter(|(a, b)| a.max(*b) >= 0.01)
+            .map(|(a, b)| (10.0 * (a.max(1e-6) / b.max(1e-6)).log10() / self.band_jnd_db).abs())
+            .fold(0.0, f64::max);
+        level.hypot(shape)
     }
 }
 
-/// The share of a texture's power in the octave bands around 16, 31.5, 63, 125, 250 and 500 Hz.
-fn shares(texture: &Texture) -> [f64; 6] {
-    let mut shares = [0.0; 6];
+/// Power below this is silence, u².
+const SILENCE: f64 = 1e-30;
+
+/// The power of a texture in the octave bands around 16, 31.5, 63, 125, 250 and 500 Hz, u².
+fn band_powers(texture: &Texture) -> [f64; 6] {
+    let mut powers = [0.0; 6];
     for (k, value) in texture.psd.iter().enumerate() {
         let octave = (k as f64 * texture.resolution_hz / (1000.0 / 64.0))
             .log2()
             .round();
         if (0.0..6.0).contains(&octave) {
-            shares[octave as usize] += value;
+            powers[octave as usize] += value * texture.resolution_hz;
         }
     }
-    let sum: f64 = shares.iter().sum();
-    shares.map(|share| if sum > 0.0 { share / sum } else { 0.0 })
+    powers
 }
 
 /// Textures and which of them cannot be told apart.
@@ -88,7 +87,8 @@ pub struct Groups {
     pub names: Vec<String>,
     /// The distance of every pair, JND.
     pub distance_jnd: Vec<Vec<f64>>,
-    /// The groups, as indices of names: within one, every pair differs by the threshold or less.
+    /// The groups, as indices of names: within one, every pair differs by the threshold or less, and no other texture
+    /// could join it.
     pub groups: Vec<Vec<usize>>,
     /// What decided.
     pub discrimination: Discrimination,
@@ -106,10 +106,10 @@ impl Groups {
     }
 }
 
-/// The groups of `textures` that cannot be told apart by their vibration: the closest are joined first, and two
-/// groups become one only while every pair across them stays within the threshold.
+/// The groups of `textures` that cannot be told apart by their vibration: the largest sets in which every pair is
+/// within the threshold. A texture may stand in several of them, and every close pair in one at least.
 ///
-/// Source: agglomerative clustering with complete linkage, T. Sørensen (1948), Biol. Skr. Dan. Vid. Selsk. 5(4).
+/// Source: maximal cliques of the graph of close pairs, C. Bron and J. Kerbosch (1973), Commun. ACM 16(9).
 #[must_use]
 pub fn indistinguishable(textures: &[Texture], discrimination: Discrimination) -> Groups {
     let distance_jnd: Vec<Vec<f64>> = textures
@@ -121,32 +121,65 @@ pub fn indistinguishable(textures: &[Texture], discrimination: Discrimination) -
                 .collect()
         })
         .collect();
-    let mut groups: Vec<Vec<usize>> = (0..textures.len()).map(|i| vec![i]).collect();
-    loop {
-        let widest = |a: &[usize], b: &[usize]| {
-            a.iter()
-                .flat_map(|i| b.iter().map(move |j| (*i, *j)))
-                .map(|(i, j)| distance_jnd[i][j])
-                .fold(0.0, f64::max)
-        };
-        let closest = (0..groups.len())
-            .flat_map(|a| (a + 1..groups.len()).map(move |b| (a, b)))
-            .map(|(a, b)| (widest(&groups[a], &groups[b]), a, b))
-            .min_by(|x, y| x.0.total_cmp(&y.0));
-        match closest {
-            Some((distance, a, b)) if distance <= discrimination.threshold_jnd => {
-                let joined = groups.remove(b);
-                groups[a].extend(joined);
-                groups[a].sort_unstable();
-            }
-            _ => break,
-        }
-    }
+    let near: Vec<Vec<usize>> = distance_jnd
+        .iter()
+        .enumerate()
+        .map(|(i, row)| {
+            let close = |j: &usize| *j != i && row[*j] <= discrimination.threshold_jnd;
+            (0..row.len()).filter(close).collect()
+        })
+        .collect();
+    let mut groups = Vec::new();
+    maximal(
+        &near,
+        &mut Vec::new(),
+        (0..textures.len()).collect(),
+        Vec::new(),
+        &mut groups,
+    );
+    groups.sort();
     Groups {
         names: textures.iter().map(|t| t.name.clone()).collect(),
         distance_jnd,
         groups,
         discrimination,
+    }
+}
+
+/// All maximal sets in which everyone is near everyone: `chosen` with any of `open`, none of `done`.
+fn maximal(
+    near: &[Vec<usize>],
+    chosen: &mut Vec<usize>,
+    mut open: Vec<usize>,
+    mut done: Vec<usize>,
+    found: &mut Vec<Vec<usize>>,
+) {
+    if open.is_empty() && done.is_empty() {
+        let mut group = chosen.clone();
+        group.sort_unstable();
+        found.push(group);
+        return;
+    }
+    // Sets that leave out one neighbour of a pivot hold the pivot, or another of its strangers.
+    let shared = |i: &usize| open.iter().filter(|j| near[*i].contains(j)).count();
+    let pivot = open.iter().chain(&done).copied().max_by_key(shared);
+    let strangers: Vec<usize> = open
+        .iter()
+        .copied()
+        .filter(|i| pivot.is_none_or(|pivot| !near[pivot].contains(i)))
+        .collect();
+    for i in strangers {
+        let of = |all: &[usize]| {
+            all.iter()
+                .copied()
+                .filter(|j| near[i].contains(j))
+                .collect()
+        };
+        chosen.push(i);
+        maximal(near, chosen, of(&open), of(&done), found);
+        chosen.pop();
+        open.retain(|j| *j != i);
+        done.push(i);
     }
 }
 
@@ -157,9 +190,8 @@ mod tests {
     fn texture(name: &str, rms: f64, corner_hz: f64) -> Texture {
         Texture {
             name: name.into(),
-            rms,
             psd: (0..200)
-                .map(|k| 1.0 / (1.0 + (f64::from(k) * 5.0 / corner_hz).powi(2)))
+                .map(|k| rms * rms / (1.0 + (f64::from(k) * 5.0 / corner_hz).powi(2)))
                 .collect(),
             resolution_hz: 5.0,
         }
@@ -187,8 +219,9 @@ mod tests {
             .map(|i| texture(&i.to_string(), 10f64.powf(f64::from(i) * 1.2 / 20.0), 100.0))
             .collect();
         let found = indistinguishable(&chain, Discrimination::usual());
+        assert_eq!(found.groups.len(), 4);
         assert!(
-            found.groups.iter().all(|group| group.len() <= 2),
+            found.groups.iter().all(|group| group.len() == 2),
             "{:?}",
             found.groups
         );

@@ -149,6 +149,25 @@ pub fn difference_db_rms(a: &[f64], b: &[f64], resolution_hz: f64, band: Band) -
     (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
+/// Whether groups can be compared: all in one unit.
+///
+/// Source: values combine only where their units match.
+///
+/// # Errors
+/// [`CompareError::NotTogether`] naming two units.
+pub fn comparable(groups: &[&Summary]) -> Result<(), CompareError> {
+    let mut units = groups.iter().map(|group| &group.unit);
+    let first = units.next();
+    match units.find(|unit| Some(*unit) != first) {
+        Some(other) => Err(CompareError::NotTogether {
+            what: "the unit of the vibration",
+            one: first.map_or(String::new(), ToString::to_string),
+            other: other.to_string(),
+        }),
+        None => Ok(()),
+    }
+}
+
 /// Why groups cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {

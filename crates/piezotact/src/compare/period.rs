@@ -6,7 +6,7 @@ use super::t_quantile;
 use crate::doubt::Doubt;
 use crate::feature::vertex;
 use crate::fourier::RealTransform;
-use crate::quantity::SampleRate;
+use crate::quantity::{Hertz, SampleRate};
 use crate::series::mean;
 use crate::spectrum::{Symmetry, Window};
 
@@ -37,7 +37,7 @@ pub struct SpeedPeak {
 pub struct SpatialPeriod {
     /// The period, m.
     pub period_m: f64,
-    /// Its 95 % confidence interval, m; absent for fewer than two speeds.
+    /// Its 95 % confidence interval, m; absent for one speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_m: Option<[f64; 2]>,
     /// The peak at each speed.
@@ -54,8 +54,16 @@ const PADDING: usize = 8;
 const STEP: f64 = 1.001;
 /// The peak of one speed is looked for this far from v/λ, as a share of it.
 const REACH: f64 = 0.1;
-/// Less than this above the background is no period, dB.
+/// Less than this above the background is no period, dB …
 const PROMINENT_DB: f64 = 6.0;
+/// … nor is what noise reaches: the level of one periodogram's line scatters by this, dB, and the highest of a
+/// thousand lines lies this many standard deviations up.
+const SCATTER_DB: f64 = 5.57;
+const HIGHEST_OF_MANY: f64 = 4.0;
+/// A peak of one speed that stands lower than this above the background is none, dB.
+const PEAK_DB: f64 = 3.0;
+/// Speeds that differ by less than this share are one speed.
+const SAME_SPEED: f64 = 0.01;
 
 /// Lines above this in a spectrum of one speed, for any length.
 struct Spectrum {
@@ -65,6 +73,8 @@ struct Spectrum {
     /// The mean level of all stretches, dB, and what it stands above its background by, dB.
     level_db: Vec<f64>,
     prominence_db: Vec<f64>,
+    /// Stretches that were averaged.
+    stretches: f64,
 }
 
 /// The spatial period on which the spectra of `slidings` agree: the wavenumber f/v that stands highest above its
@@ -74,10 +84,24 @@ struct Spectrum {
 /// Formula: periodograms of whole stretches (Hann), averaged in dB over stretches and channels; background: the
 /// running median; 1/λ = Σvf/Σv², its interval from the residuals with Student's t and n − 1 degrees of freedom.
 ///
+/// Below `lowest` nothing is looked for: what a filter has taken away there has a slope and no period. Recordings of
+/// one speed count as one.
+///
 /// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920).
 #[must_use]
-pub fn spatial_period(slidings: &[Sliding<'_>]) -> Option<SpatialPeriod> {
-    let spectra: Vec<Spectrum> = slidings.iter().filter_map(spectrum).collect();
+pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<SpatialPeriod> {
+    let mut speeds: Vec<Sliding<'_>> = Vec::new();
+    for sliding in slidings {
+        let same = |other: &&mut Sliding<'_>| {
+            (other.speed_m_s / sliding.speed_m_s - 1.0).abs() < SAME_SPEED
+                && (other.rate.hz() / sliding.rate.hz() - 1.0).abs() < SAME_SPEED
+        };
+        match speeds.iter_mut().find(same) {
+            Some(known) => known.stretches.extend(&sliding.stretches),
+            None => speeds.push(sliding.clone()),
+        }
+    }
+    let spectra: Vec<Spectrum> = speeds.iter().filter_map(|s| spectrum(s, lowest)).collect();
     let low = spectra.iter().map(|s| s.wavenumbers[0]).fold(0.0, f64::max);
     let high = spectra
         .iter()
@@ -116,10 +140,12 @@ pub fn spatial_period(slidings: &[Sliding<'_>]) -> Option<SpatialPeriod> {
         [1.0 / (slope + reach), 1.0 / (slope - reach)]
     });
     let mut doubts = Vec::new();
-    if prominence_db < PROMINENT_DB {
+    let averaged: f64 = spectra.iter().map(|s| s.stretches).sum();
+    let noise_db = HIGHEST_OF_MANY * SCATTER_DB / averaged.sqrt();
+    if prominence_db < PROMINENT_DB.max(noise_db) || peaks.len() < spectra.len() {
         doubts.push(Doubt::NoCommonPeriod { prominence_db });
     }
-    if peaks.len() < 3 {
+    if interval_m.is_none() {
         doubts.push(Doubt::NoInterval {
             what: "the spatial period".into(),
             groups: peaks.len(),
@@ -148,6 +174,9 @@ impl Spectrum {
         let top = (1..last)
             .filter(|&i| (self.wavenumbers[i] / wavenumber - 1.0).abs() <= REACH)
             .max_by(|a, b| self.level_db[*a].total_cmp(&self.level_db[*b]))?;
+        if self.prominence_db[top] < PEAK_DB {
+            return None;
+        }
         let place = vertex(
             self.level_db[top - 1],
             self.level_db[top],
@@ -161,7 +190,7 @@ impl Spectrum {
     }
 }
 
-fn spectrum(sliding: &Sliding<'_>) -> Option<Spectrum> {
+fn spectrum(sliding: &Sliding<'_>, lowest: Hertz) -> Option<Spectrum> {
     let Sliding {
         speed_m_s,
         rate,
@@ -201,8 +230,11 @@ fn spectrum(sliding: &Sliding<'_>) -> Option<Spectrum> {
         return None;
     }
     // Below one and a half periods in a stretch nothing can be told.
-    let low_hz = 1.5 * rate.hz() / longest as f64;
+    let low_hz = (1.5 * rate.hz() / longest as f64).max(lowest.0);
     let high_hz = 0.95 * rate.nyquist().0;
+    if low_hz * STEP >= high_hz {
+        return None;
+    }
     let lines = ((high_hz / low_hz).ln() / STEP.ln()) as usize;
     let frequencies: Vec<f64> = (0..lines).map(|i| low_hz * STEP.powi(i as i32)).collect();
     let level_db: Vec<f64> = frequencies
@@ -220,6 +252,7 @@ fn spectrum(sliding: &Sliding<'_>) -> Option<Spectrum> {
         wavenumbers: frequencies.iter().map(|f| f / speed_m_s).collect(),
         prominence_db: level_db.iter().zip(&around).map(|(l, b)| l - b).collect(),
         level_db,
+        stretches: count,
     })
 }
 
@@ -280,13 +313,33 @@ mod tests {
                 stretches: vec![signal],
             })
             .collect();
-        let found = spatial_period(&slidings).unwrap();
+        let found = spatial_period(&slidings, Hertz(0.0)).unwrap();
         assert!((found.period_m / 0.002 - 1.0).abs() < 0.005, "{found:?}");
         let [low, high] = found.interval_m.unwrap();
         assert!(
             low < 0.002 && 0.002 < high && found.doubts.is_empty(),
             "{found:?}"
         );
-        assert_eq!(spatial_period(&[]), None);
+        assert_eq!(spatial_period(&[], Hertz(0.0)), None);
+        // Noise has no period, however often it is recorded.
+        let rough: Vec<Vec<f64>> = (0..12)
+            .map(|_| (0..1000).map(|_| noise()).collect())
+            .collect();
+        let slidings: Vec<Sliding<'_>> = rough
+            .iter()
+            .zip([0.01, 0.02, 0.03].into_iter().cycle())
+            .map(|(signal, speed_m_s)| Sliding {
+                speed_m_s,
+                rate,
+                stretches: vec![signal],
+            })
+            .collect();
+        if let Some(none) = spatial_period(&slidings, Hertz(5.0)) {
+            assert!(
+                matches!(none.doubts[..], [Doubt::NoCommonPeriod { .. }]),
+                "{none:?}"
+            );
+            assert!(none.peaks.len() <= 3);
+        }
     }
 }

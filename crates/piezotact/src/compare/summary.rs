@@ -15,7 +15,7 @@ const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;
 /// A peak this far from where it is expected belongs there, as a share.
 const NEAR: f64 = 0.12;
 
-/// Speeds whose ratio is above this are different speeds.
+/// Speeds (and loads) whose ratio is above this are different ones.
 const OTHER_SPEED: f64 = 1.1;
 
 /// The frequency that the ridges of the finger make, f = v/λ, and what was found of it.
@@ -168,6 +168,10 @@ pub fn summarise(
     let psd = StrokeSpectra::over(each, first.psd.resolution_hz);
     let band = first.config.band;
     let found = peaks(&psd.mean, psd.resolution_hz, band);
+    let comb = match (speed_m_s, periods.texture_m) {
+        (Some(speed), Some(wavelength_m)) => comb(&found, speed.mean, wavelength_m, band.high()),
+        _ => Vec::new(),
+    };
     let mut doubts = Vec::new();
     if strokes.len() < RECOMMENDED_STROKES {
         doubts.push(Doubt::FewStrokes {
@@ -177,13 +181,24 @@ pub fn summarise(
         });
     }
     doubts.extend(pooled(name, members, speed_m_s));
+    let rms = over(&|s| s.rms)?;
+    if rms.sd > 0.5 * rms.mean
+        && doubts
+            .iter()
+            .all(|doubt| !matches!(doubt, Doubt::Pooled { .. }))
+    {
+        doubts.push(Doubt::Scattered {
+            group: name.into(),
+            share: rms.sd / rms.mean,
+        });
+    }
     Ok(Summary {
         name: name.into(),
         recordings: members.len(),
         strokes: strokes.len(),
         unit: first.unit.clone(),
         duration_s: over(&|s| s.duration_s)?,
-        rms: over(&|s| s.rms)?,
+        rms,
         peak: over(&|s| s.peak)?,
         crest_factor: over(&|s| s.crest_factor)?,
         receptor_power,
@@ -194,13 +209,8 @@ pub fn summarise(
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
         strongest_hz: strongest(&psd, band),
-        fingerprint: speed_m_s.map(|speed| fingerprint(&found, speed.mean, periods.ridge_m)),
-        comb: match (speed_m_s, periods.texture_m) {
-            (Some(speed), Some(wavelength_m)) => {
-                comb(&found, speed.mean, wavelength_m, band.high())
-            }
-            _ => Vec::new(),
-        },
+        fingerprint: speed_m_s.map(|speed| fingerprint(&found, &comb, speed.mean, periods.ridge_m)),
+        comb,
         speed_m_s,
         peaks: found,
         psd,
@@ -208,7 +218,7 @@ pub fn summarise(
     })
 }
 
-/// The doubts that speeds or kinds of touch that differ are averaged together.
+/// The doubts that recordings are averaged together that differ in speed, touch, participant or load.
 fn pooled(
     name: &str,
     members: &[(&Analysis, &Condition)],
@@ -235,6 +245,22 @@ fn pooled(
     if touch {
         doubts.push(differ("touch (active and passive)"));
     }
+    if members
+        .windows(2)
+        .any(|pair| pair[0].1.participant != pair[1].1.participant)
+    {
+        doubts.push(differ("participants, whose strokes are not independent"));
+    }
+    let mut loads: Vec<f64> = members
+        .iter()
+        .filter_map(|(_, c)| Some(c.load_n?.0))
+        .collect();
+    loads.sort_by(f64::total_cmp);
+    if let [lightest, .., heaviest] = loads.as_slice()
+        && *heaviest > OTHER_SPEED * lightest
+    {
+        doubts.push(differ("load"));
+    }
     doubts
 }
 
@@ -250,16 +276,26 @@ fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {
         .map_or(0.0, |(f, _)| f)
 }
 
-fn fingerprint(found: &[Peak], speed_m_s: f64, ridge_m: Option<f64>) -> Fingerprint {
+/// The finger's peak is none of the texture's own, unless its place is known.
+fn fingerprint(
+    found: &[Peak],
+    comb: &[Tooth],
+    speed_m_s: f64,
+    ridge_m: Option<f64>,
+) -> Fingerprint {
     let expected_hz = ridge_m.map(|ridge_m| speed_m_s / ridge_m);
     let belongs = |peak: &&Peak| match expected_hz {
         Some(expected_hz) => (peak.frequency_hz / expected_hz - 1.0).abs() <= NEAR,
         None => {
-            let ridge_m = speed_m_s / peak.frequency_hz;
-            RIDGES_M.contains(&ridge_m)
+            let of_texture = |tooth: &Tooth| tooth.found_hz == Some(peak.frequency_hz);
+            RIDGES_M.contains(&(speed_m_s / peak.frequency_hz)) && !comb.iter().any(of_texture)
         }
     };
-    let found_hz = found.iter().find(belongs).map(|peak| peak.frequency_hz);
+    let found_hz = found
+        .iter()
+        .filter(|peak| peak.harmonic == 1)
+        .find(belongs)
+        .map(|peak| peak.frequency_hz);
     Fingerprint {
         expected_hz,
         found_hz,

@@ -43,7 +43,8 @@ pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) 
         .unzip();
     RoughnessTrend {
         samples: known.iter().map(|(s, _)| s.name.clone()).collect(),
-        rms_on_ra: log_fit(&ra_m, &rms),
+        // Two samples always lie on a line.
+        rms_on_ra: log_fit(&ra_m, &rms).filter(|fit| fit.points > 2),
         rms_rank_correlation: spearman(&ra_m, &rms),
         friction_rank_correlation: spearman(&with_friction, &friction),
         ra_m,

@@ -15,9 +15,10 @@ use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::series::is_sample;
 use crate::spectrum::{
-    EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPlan, amplitude_spectrum,
+    EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPlan, amplitude_spectrum, segments_in,
 };
 use crate::stroke::{Interval, SegmentError, Segmentation, Signals, Stroke, stroke_speed_m_s};
+use crate::verify::flat_top_fraction;
 
 /// Fewer strokes than this in an average are a doubt.
 ///
@@ -36,29 +37,30 @@ pub struct FeatureConfig {
 }
 
 impl FeatureConfig {
-    /// What is usual for vibration at `rate` whose shortest stroke has `shortest` samples: lines about 5 Hz apart
-    /// as 1024 samples at 5 kHz give, or as fine as 256 samples or the shortest stroke allow at low rates; the
-    /// band from 10 Hz (a hundredth of the rate where that is less) to 1000 Hz.
+    /// What is usual for vibration at `rate` in recordings whose longest strokes have `longest` samples: lines about
+    /// 5 Hz apart as 1024 samples at 5 kHz give (256 samples and more at low rates), or as fine as the longest stroke
+    /// of every recording allows; the band from 10 Hz (a hundredth of the rate where that is less) to 1000 Hz.
     ///
     /// # Errors
-    /// [`FeatureError::Estimate`] when the shortest stroke is under 8 samples.
+    /// [`FeatureError::Estimate`] when a recording has no stroke of 8 samples.
     pub fn usual(
         rate: SampleRate,
-        shortest: usize,
+        longest: &[usize],
         high_pass: Option<HighPass>,
     ) -> Result<Self, FeatureError> {
-        if shortest < 8 {
+        let usual = ((rate.hz() / 4.882_812_5).log2().round().exp2() as usize).max(256);
+        let segment = longest.iter().copied().fold(usual, usize::min);
+        if segment < 8 {
             return Err(FeatureError::Estimate(EstimateError::TooShort {
                 expected: 8,
-                found: shortest,
+                found: segment,
             }));
         }
-        let lines = (rate.hz() / 4.882_812_5).log2().round().exp2() as usize;
         let low_hz = (0.01 * rate.hz()).min(10.0);
         let high_hz = (0.499 * rate.hz()).min(1000.0);
         Ok(Self {
             high_pass,
-            welch: WelchConfig::hann(lines.max(256).min(shortest)),
+            welch: WelchConfig::hann(segment),
             band: Band::new(Hertz(low_hz), Hertz(high_hz)).map_err(FeatureError::Quantity)?,
         })
     }
@@ -250,6 +252,45 @@ pub fn analyse(
         mut doubts,
     } = vibrations(recording, segmentation, config.high_pass)?;
     let vibrations: Vec<&[f64]> = vibrations.iter().map(Vec::as_slice).collect();
+    let (long, short): (Vec<Stroke>, Vec<Stroke>) = segmentation
+        .strokes
+        .iter()
+        .cloned()
+        .partition(|stroke| stroke.steady.len() >= config.welch.segment);
+    if !short.is_empty() && !long.is_empty() {
+        doubts.push(Doubt::ShortStrokes {
+            count: short.len(),
+            needed_s: config.welch.segment as f64 / recording.rate().hz(),
+        });
+    }
+    let segmentation = &match long.as_slice() {
+        // Then the first is refused with its length.
+        [] => segmentation.clone(),
+        _ => Segmentation {
+            strokes: long,
+            ..segmentation.clone()
+        },
+    };
+    for name in &segmentation.roles.vibration {
+        let Some(channel) = recording.channels().iter().find(|c| c.name == *name) else {
+            continue;
+        };
+        let clipped = segmentation
+            .strokes
+            .iter()
+            .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
+        let fraction = clipped.fold(0.0, f64::max);
+        let known = recording
+            .doubts
+            .iter()
+            .any(|doubt| matches!(doubt, Doubt::Clipped { .. }));
+        if fraction > 0.0 && !known {
+            doubts.push(Doubt::Clipped {
+                what: format!("`{name}` in a stroke"),
+                fraction,
+            });
+        }
+    }
     let mut plan = FeaturePlan::new(config, recording.rate(), unit.clone())?;
     let mut strokes = Vec::with_capacity(segmentation.strokes.len());
     let mut psds = Vec::with_capacity(segmentation.strokes.len());
@@ -259,10 +300,11 @@ pub fn analyse(
         psds.push(psd);
     }
     let resolution_hz = recording.rate().hz() / config.welch.segment as f64;
+    let hop = config.welch.hop().map_err(FeatureError::Estimate)?;
     let segments: usize = segmentation
         .strokes
         .iter()
-        .map(|s| (2 * s.steady.len() / config.welch.segment).saturating_sub(1))
+        .map(|s| segments_in(s.steady.len(), config.welch.segment, hop))
         .sum();
     if segments < RECOMMENDED_SEGMENTS {
         doubts.push(Doubt::ShortSignal {
@@ -323,7 +365,17 @@ pub fn vibrations(
             });
             continue;
         }
-        unit = unit.or_else(|| Some(channel.unit.clone()));
+        match &unit {
+            None => unit = Some(channel.unit.clone()),
+            Some(first) if *first != channel.unit => {
+                return Err(FeatureError::Units {
+                    first: first.clone(),
+                    channel: name.clone(),
+                    found: channel.unit.clone(),
+                });
+            }
+            Some(_) => {}
+        }
         channels.push(match &filter {
             Some(filter) => filter.apply(&channel.samples),
             None => channel.samples.clone(),
@@ -428,7 +480,9 @@ impl FeaturePlan {
     pub fn new(config: &FeatureConfig, rate: SampleRate, unit: Unit) -> Result<Self, FeatureError> {
         let resolution_hz = rate.hz() / config.welch.segment as f64;
         let bins = config.welch.segment / 2 + 1;
-        let weights = (unit == Unit::MetrePerSecondSquared).then(|| {
+        // A band that ends below 500 Hz holds only part of what the Pacinian channel feels.
+        let felt = unit == Unit::MetrePerSecondSquared && rate.nyquist().0 > 500.0;
+        let weights = felt.then(|| {
             [Weighting::Pacinian, Weighting::DetectionThreshold]
                 .map(|weighting| weighting.line_weights(bins, resolution_hz, config.band))
         });
@@ -560,16 +614,22 @@ impl FeaturePlan {
                     }
                 }
                 for (square, normal) in ratio.iter_mut().zip(force) {
-                    *square = square.sqrt() / normal.max(LEAST_NORMAL_N);
+                    *square = square.sqrt() / normal.max(1e-6);
                 }
             },
         );
-        (Statistics::of(&mut self.ratio), Moments::of(&self.force))
+        {
+            let force = Moments::of(&self.force);
+            // What hardly touches has no friction coefficient, nor what is off the surface now and then.
+            let off = self.force.iter().filter(|n| **n < LEAST_NORMAL_N).count();
+            let touches = 50 * off <= self.force.len();
+            (Statistics::of(&mut self.ratio).filter(|_| touches), force)
+        }
     }
 }
 
-/// A normal force below this is none, N.
-const LEAST_NORMAL_N: f64 = 1e-6;
+/// A stroke with less normal force than this has no friction coefficient, N.
+const LEAST_NORMAL_N: f64 = 0.01;
 
 /// A sum in independent lanes.
 fn sum(values: &[f64]) -> f64 {
@@ -675,6 +735,18 @@ pub enum FeatureError {
         "expected a channel that vibrates, found none that changes; name one with --vibration or check its cable"
     )]
     NoVibration,
+    /// Channels of several quantities.
+    #[error(
+        "expected vibrations in one unit, found {first} and `{channel}` in {found}; name channels of one kind with --vibration"
+    )]
+    Units {
+        /// The unit of the first channel.
+        first: Unit,
+        /// Another channel.
+        channel: String,
+        /// Its unit.
+        found: Unit,
+    },
     /// The numbers overflow.
     #[error("expected samples whose squares can be summed, found an overflow; check the scale")]
     TooLarge,

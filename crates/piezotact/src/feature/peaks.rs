@@ -12,8 +12,10 @@ const MOST: usize = 8;
 const BACKGROUND_RATIO: f64 = 1.5;
 /// The ratio of neighbouring anchors of the background.
 const ANCHORS: f64 = 1.15;
-/// A harmonic lies this close to a multiple, as a share of it, or within one line.
-const HARMONIC: f64 = 0.03;
+/// A harmonic lies this close to a multiple of its fundamental, as a share of the fundamental, or within one line
+/// where that is less than a sixth of it; beyond the tenth multiple nothing can be told.
+const HARMONIC: f64 = 0.06;
+const HIGHEST_HARMONIC: f64 = 10.0;
 
 /// A peak of a power spectral density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,7 +65,8 @@ pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
         if let Some(fundamental_hz) = lower {
             let order = (peak.frequency_hz / fundamental_hz).round();
             let off_hz = (peak.frequency_hz - order * fundamental_hz).abs();
-            if off_hz <= (HARMONIC * peak.frequency_hz).max(resolution_hz) {
+            let near_hz = (HARMONIC * fundamental_hz).max(resolution_hz.min(fundamental_hz / 6.0));
+            if off_hz <= near_hz && order <= HIGHEST_HARMONIC {
                 peak.harmonic = order as usize;
             }
         }

@@ -33,7 +33,7 @@ impl Receptor {
         }
     }
 
-    /// The band it answers to, Hz: Merkel 2–16, Meissner 3–40, Pacini 40–500, Ruffini 100–500. They overlap.
+    /// The band it answers to (L. Felicetti's thesis, 2024, Table 1), Hz: Merkel 2–16, Meissner 3–40, Pacini 40–500, Ruffini 100–500. They overlap.
     ///
     /// # Errors
     /// Never for these bands; the type of the band demands it.

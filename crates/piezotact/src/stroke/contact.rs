@@ -1,10 +1,10 @@
 //! Where a finger touches: the normal force above its own baseline, with hysteresis.
 
-use super::frames::{Frames, quantile, smoothed};
+use super::frames::{Frames, quantile};
 
 /// How fast a force cell's zero may wander, N/s: a strain gauge moves 1 mN a minute, a charge amplifier some
-/// 50 mN in 20 s. A contact of 4 s thus lifts the baseline by 40 mN at most.
-const DRIFT_N_PER_S: f64 = 0.01;
+/// 50 mN in 20 s, a bad one more. The middle of a contact of 4 s thus lifts the first baseline by 40 mN.
+const DRIFT_N_PER_S: f64 = 0.02;
 /// The window in which the baseline is looked for, s: it must hold a lift.
 const BASELINE_WINDOW_S: f64 = 5.0;
 /// Above this share of where a contact begins nothing is lifted, while the baseline is only roughly known.
@@ -271,6 +271,8 @@ pub(super) fn events(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    use crate::stroke::frames::smoothed;
 
     const FRAMES: Frames = Frames {
         size: 10,

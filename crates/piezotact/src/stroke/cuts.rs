@@ -55,9 +55,9 @@ impl Cuts {
                 start: rate.samples_in(*from_s),
                 end: rate.samples_in(*to_s).min(samples),
             };
-            if interval.is_empty()
-                || rate.samples_in(*to_s) > samples + rate.samples_in(Seconds(0.01))
-            {
+            // Leaving out more than there is leaves out what there is; a stroke must be there.
+            let beyond = rate.samples_in(*to_s) > samples + rate.samples_in(Seconds(0.01));
+            if interval.is_empty() || (beyond && matches!(cut, Cut::Stroke { .. })) {
                 outside.push(cut.clone());
                 continue;
             }

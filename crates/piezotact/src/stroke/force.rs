@@ -119,8 +119,10 @@ const LIGHT: f64 = 0.5;
 const SHORTEST_RECORDING: Seconds = Seconds(0.5);
 /// A contact this many times longer than the usual one may be two.
 const LONG: f64 = 1.8;
+/// A stroke longer than this is longer than a sample, s.
+const LONGEST_S: f64 = 6.0;
 /// Friction coefficients above this are rarely those of skin: the axes may be swapped.
-const HIGH_FRICTION: f64 = 1.2;
+pub(super) const HIGH_FRICTION: f64 = 1.2;
 
 /// The strokes in `signals` by their normal force: contacts by hysteresis above a baseline that follows the
 /// cell's drift, freed of landing and take-off, and only where the finger slides. A force that is negative in
@@ -155,7 +157,7 @@ pub fn segment_by_force(
     )?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
     let force = above_drifting_zero(frames, smoothed(&force, smoothing), rule.on_n.0);
-    drift_doubt(rule, force.baseline.range(), &mut doubts);
+    drift_doubt(rule.on_n.0, force.baseline.range(), &mut doubts);
 
     let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
     let tangential: Vec<Tangential<'_>> = signals
@@ -262,12 +264,13 @@ pub(super) fn zeros(
         .collect()
 }
 
-fn drift_doubt(rule: &ForceRule, (low, high): (f64, f64), doubts: &mut Vec<Doubt>) {
-    if high - low > 0.5 * rule.off_n.0.max(0.2 * rule.on_n.0) {
+/// The doubt that the zero drifts by a sizeable part of what a contact needs.
+pub(super) fn drift_doubt(on_n: f64, (low, high): (f64, f64), doubts: &mut Vec<Doubt>) {
+    if high - low > 0.1 * on_n {
         doubts.push(Doubt::ForceDrift {
             from_n: low,
             to_n: high,
-            threshold_n: rule.on_n.0,
+            threshold_n: on_n,
         });
     }
 }
@@ -365,11 +368,8 @@ impl Cutter<'_> {
         };
         long_enough(start, end)?;
         let steady = self.samples(start, end);
-        if let Some(vibration) = self.signals.vibration {
-            let fraction = flat_top_fraction(steady.of(vibration));
-            if fraction > 0.0 {
-                return Err(Reason::Clipped { fraction });
-            }
+        if let Some(fraction) = clipped(self.signals, steady) {
+            return Err(Reason::Clipped { fraction });
         }
         let stroke = Stroke {
             steady,
@@ -405,26 +405,11 @@ impl Cutter<'_> {
 
     /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.
     fn friction(&self, from: usize, to: usize) -> Option<Vec<f64>> {
-        if self.tangential.is_empty() {
-            return None;
-        }
-        let level_n = part(self.level_n, from, to);
-        let mut squares = vec![0.0; level_n.len()];
-        for axis in &self.tangential {
-            let mut means = self.frames.means_of(axis.samples, from, to);
-            axis.zero.take_from(&mut means, from);
-            for (square, off) in squares.iter_mut().zip(means) {
-                *square += off * off;
-            }
-        }
-        for (square, level) in squares.iter_mut().zip(level_n) {
-            *square = if *level > 0.01 {
-                square.sqrt() / level
-            } else {
-                0.0
-            };
-        }
-        Some(squares)
+        let axes = self
+            .tangential
+            .iter()
+            .map(|axis| (axis.samples, &axis.zero));
+        friction(self.frames, axes, part(self.level_n, from, to), from)
     }
 
     /// What rises well above nothing for longer than a tap, and not as far as a contact.
@@ -472,10 +457,13 @@ impl Cutter<'_> {
         let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
         let usual = quantile(&lengths, 0.5);
         for stroke in strokes {
-            if strokes.len() > 2 && stroke.contact.len() as f64 > LONG * usual {
+            let length = stroke.contact.len() as f64;
+            let length_s = length / self.signals.rate.hz();
+            if (strokes.len() > 2 && length > LONG * usual) || length_s > LONGEST_S {
                 doubts.push(Doubt::LongStroke {
                     at_s: stroke.contact.start as f64 / self.signals.rate.hz(),
-                    times: stroke.contact.len() as f64 / usual,
+                    length_s,
+                    usual_s: usual / self.signals.rate.hz(),
                 });
             }
         }
@@ -485,6 +473,49 @@ impl Cutter<'_> {
         }
         doubts
     }
+}
+
+/// Tangential over normal force in the frames from `from` on that `level_n` holds, from the tangential forces and
+/// their zeros; 0 where nothing touches, `None` without tangential forces.
+pub(super) fn friction<'a>(
+    frames: Frames,
+    axes: impl Iterator<Item = (&'a [f64], &'a Polyline)>,
+    level_n: &[f64],
+    from: usize,
+) -> Option<Vec<f64>> {
+    let mut squares: Option<Vec<f64>> = None;
+    for (samples, zero) in axes {
+        let mut means = frames.means_of(samples, from, from + level_n.len());
+        zero.take_from(&mut means, from);
+        let squares = squares.get_or_insert_with(|| vec![0.0; level_n.len()]);
+        for (square, off) in squares.iter_mut().zip(means) {
+            *square += off * off;
+        }
+    }
+    let mut ratio = squares?;
+    for (square, level) in ratio.iter_mut().zip(level_n) {
+        *square = if *level > 0.01 {
+            square.sqrt() / level
+        } else {
+            0.0
+        };
+    }
+    Some(ratio)
+}
+
+/// The largest share of samples at a limit, of the vibration and the forces; `None` for none.
+pub(super) fn clipped(signals: &Signals<'_>, steady: Interval) -> Option<f64> {
+    let forces = signals
+        .normal_force_n
+        .iter()
+        .chain(&signals.tangential_force_n);
+    let fraction = signals
+        .vibration
+        .iter()
+        .chain(forces)
+        .map(|channel| flat_top_fraction(steady.of(channel)))
+        .fold(0.0, f64::max);
+    (fraction > 0.0).then_some(fraction)
 }
 
 fn part(values: &[f64], from: usize, to: usize) -> &[f64] {

@@ -398,7 +398,18 @@ pub fn segment(
     roles: &Roles,
     expected: Expected,
 ) -> Result<Segmentation, SegmentError> {
-    let signals = Signals::of(recording, roles)?;
+    let (mut roles, mut dead) = (roles.clone(), Vec::new());
+    roles.tangential_force.retain(|name| {
+        let channel = recording.channels().iter().find(|c| c.name == *name);
+        let changes = channel.is_none_or(|c| c.samples.windows(2).any(|pair| pair[0] != pair[1]));
+        if !changes {
+            dead.push(Doubt::DeadChannel {
+                channel: name.clone(),
+            });
+        }
+        changes
+    });
+    let signals = Signals::of(recording, &roles)?;
     let mut segmentation = if signals.motion.is_some() {
         segment_by_speed(&signals, &SpeedRule::trapezoid(expected))?
     } else if signals.normal_force_n.is_some() {
@@ -410,7 +421,8 @@ pub fn segment(
     } else {
         whole(&signals)?
     };
-    segmentation.roles = roles.clone();
+    segmentation.roles = roles;
+    segmentation.doubts.extend(dead);
     Ok(segmentation)
 }
 

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
-use super::force::{oriented, zeros};
+use super::force::{HIGH_FRICTION, Judging, clipped, drift_doubt, friction, oriented, zeros};
 use super::frames::{Frames, quantile, smoothed};
+use super::sliding::stick_slip_in_friction;
 use super::{
     CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rejected, Rule, SegmentError,
     Segmentation, Signals, Stroke,
@@ -13,7 +14,6 @@ use crate::doubt::Doubt;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::series::mean;
-use crate::verify::flat_top_fraction;
 
 /// How strokes are found in the speed of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,8 @@ pub struct SpeedRule {
     pub load_n: Option<Newtons>,
     /// The speed that was asked for, m/s; none when it is not known.
     pub speed_m_s: Option<f64>,
+    /// Whether plateaus are judged by how the finger slides.
+    pub judging: Judging,
 }
 
 impl SpeedRule {
@@ -47,6 +49,7 @@ impl SpeedRule {
             touch_n: Newtons(0.25 * expected.load_n.map_or(0.2, |load| load.0)),
             load_n: expected.load_n,
             speed_m_s: expected.speed_m_s,
+            judging: expected.judging,
         }
     }
 }
@@ -117,6 +120,18 @@ pub fn segment_by_speed(
             }),
         }
     }
+    let friction: Vec<f64> = strokes
+        .iter()
+        .filter_map(|s| {
+            let (from, to) = (s.steady.start / frames.size, s.steady.end / frames.size);
+            held.as_ref()?.friction(signals, frames, from, to)
+        })
+        .map(|ratio| quantile(&ratio, 0.5))
+        .collect();
+    let coefficient = quantile(&friction, 0.5);
+    if coefficient > HIGH_FRICTION {
+        doubts.push(Doubt::HighFriction { coefficient });
+    }
     let plateaus: Vec<f64> = strokes
         .iter()
         .flat_map(|s| {
@@ -151,7 +166,28 @@ struct Held {
     /// N above the zero, frame by frame.
     level_n: Vec<f64>,
     touches: Vec<(usize, usize)>,
+    tangential: Vec<Polyline>,
     zeros: ForceZeros,
+}
+
+impl Held {
+    /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.
+    fn friction(
+        &self,
+        signals: &Signals<'_>,
+        frames: Frames,
+        from: usize,
+        to: usize,
+    ) -> Option<Vec<f64>> {
+        let level_n = self.level_n.get(from..to)?;
+        let axes = signals.tangential_force_n.iter().zip(&self.tangential);
+        friction(
+            frames,
+            axes.map(|(axis, zero)| (*axis, zero)),
+            level_n,
+            from,
+        )
+    }
 }
 
 /// Where the finger touches, and the zeros of its forces; `None` where no force was measured.
@@ -173,6 +209,7 @@ fn held(
         doubts.push(Doubt::ZeroUnknown);
         return Ok(Some(Held {
             touches: events(smooth_n.iter().copied(), on_n, off_n),
+            tangential: vec![Polyline(Vec::new()); signals.tangential_force_n.len()],
             level_n: smooth_n,
             zeros: ForceZeros {
                 sign,
@@ -180,6 +217,7 @@ fn held(
             },
         }));
     };
+    drift_doubt(on_n, force.baseline.range(), doubts);
     let tangential: Vec<Polyline> = signals
         .tangential_force_n
         .iter()
@@ -191,6 +229,7 @@ fn held(
             sign,
             zeros: zeros(frames, &force, &tangential),
         },
+        tangential,
         level_n: force.level_n,
     }))
 }
@@ -301,7 +340,11 @@ fn unfit(
             }
         }
     }
-    let vibration = signals.vibration?;
-    let fraction = flat_top_fraction(steady.of(vibration));
-    (fraction > 0.0).then_some(Reason::Clipped { fraction })
+    let friction = held.and_then(|held| held.friction(signals, frames, from, to));
+    if let (Some(friction), Judging::Sliding) = (&friction, rule.judging)
+        && let Some((slips, rate_hz)) = stick_slip_in_friction(frames, friction)
+    {
+        return Some(Reason::StickSlip { slips, rate_hz });
+    }
+    clipped(signals, steady).map(|fraction| Reason::Clipped { fraction })
 }

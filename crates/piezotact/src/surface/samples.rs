@@ -55,10 +55,12 @@ pub struct SampleSet {
 }
 
 impl SampleSet {
-    /// The sample of that name.
+    /// The sample of that name, in capital or small letters.
     #[must_use]
     pub fn sample(&self, name: &str) -> Option<&SurfaceSample> {
-        self.samples.iter().find(|sample| sample.name == name)
+        self.samples
+            .iter()
+            .find(|sample| sample.name.eq_ignore_ascii_case(name))
     }
 }
 

@@ -51,7 +51,8 @@ pub fn clipping<Q: Quantity>(
 }
 
 /// The share of samples that stand in runs of three or more at the same extreme value, as a clipping sensor
-/// leaves them, 0–1. Fewer than three such runs are the crests of a slow or coarsely quantised signal: 0.
+/// leaves them, 0–1. Fewer than three such runs are the crests of a slow signal, and more runs
+/// elsewhere the steps of a coarse converter: 0.
 ///
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
@@ -68,13 +69,17 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
     if low >= high || at_extremes < 9 {
         return 0.0;
     }
-    let (runs, at_limit) = samples
-        .chunk_by(|a, b| a == b)
-        .filter(|run| run.len() >= 3 && (run[0] <= low || run[0] >= high))
-        .fold((0, 0), |(runs, at_limit), run| {
-            (runs + 1, at_limit + run.len())
-        });
-    if runs < 3 {
+    let (mut runs, mut at_limit, mut elsewhere) = (0, 0, 0);
+    for run in samples.chunk_by(|a, b| a == b).filter(|run| run.len() >= 3) {
+        if run[0] <= low || run[0] >= high {
+            runs += 1;
+            at_limit += run.len();
+        } else {
+            elsewhere += run.len();
+        }
+    }
+    // Steps of a coarse converter hold still everywhere, not only at the limit.
+    if runs < 3 || elsewhere > at_limit {
         0.0
     } else {
         at_limit as f64 / samples.len() as f64

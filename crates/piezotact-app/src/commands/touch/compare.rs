@@ -3,9 +3,9 @@
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::compare::{
-    ActivePassive, Discrimination, SpatialPeriod, Summary, Texture, across_participants,
-    across_roughness, active_against_passive, friction_against_rms, indistinguishable,
-    rms_on_speed,
+    ActivePassive, Discrimination, Sliding, SpatialPeriod, Summary, Texture, across_participants,
+    across_roughness, active_against_passive, comparable, friction_against_rms, indistinguishable,
+    rms_on_speed, spatial_period,
 };
 use piezotact::quantity::{Band, Hertz};
 use piezotact::surface::SampleSet;
@@ -13,8 +13,8 @@ use serde_json::{Map, Value, json};
 
 use super::segment::check_outputs;
 use super::{
-    Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, doubts_once, ridge_m,
-    sample_sets, tables, take_all,
+    Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, differ_in, doubts_once,
+    left_out, ridge_m, sample_sets, tables, take_all,
 };
 use crate::cli::{By, Compare};
 use crate::failure::{Outcome, usage};
@@ -42,8 +42,12 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     let compared = comparisons(&takes, args.by, &sets, ridge_m)?;
     if compared.is_empty() {
         return Err(usage(anyhow!(
-            "expected recordings that differ in {} and share all else, found none; give more recordings, or say more of them with --meta",
-            format!("{:?}", args.by).to_lowercase()
+            "expected recordings that differ in {} and share all else, found none{}; give more recordings, or say more of them with --meta",
+            format!("{:?}", args.by).to_lowercase(),
+            match differ_in(&takes, args.by) {
+                nothing if nothing.is_empty() => String::new(),
+                what => format!(" (they differ in {what})"),
+            }
         )));
     }
     if let Some(path) = &computing.csv {
@@ -61,10 +65,14 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         };
         write_text(path, &report::touch::render(&page)?)?;
     }
-    let results = compared
+    let apart = left_out(&takes, &compared);
+    let mut results = compared
         .iter()
         .map(|comparison| result(comparison, args.by, &sets, discrimination))
         .collect::<Outcome<Vec<_>>>()?;
+    if let Some(first) = results.first_mut() {
+        first.doubts.extend(apart);
+    }
     if computing.json {
         return print_json(&json(args.by, &takes, &sets, results)?);
     }
@@ -105,6 +113,7 @@ fn result(
     discrimination: Discrimination,
 ) -> Outcome<Compared> {
     let summaries: Vec<&Summary> = comparison.cells.iter().map(|cell| &cell.summary).collect();
+    comparable(&summaries)?;
     let mut compared = Compared {
         fields: Map::new(),
         text: String::new(),
@@ -249,24 +258,27 @@ pub(crate) fn period(comparison: &Comparison<'_>) -> Outcome<Option<SpatialPerio
     }
     let parts: Vec<_> = slidings
         .iter()
-        .map(
-            |(speed_m_s, rate, vibrations, segmentation)| piezotact::compare::Sliding {
-                speed_m_s: *speed_m_s,
-                rate: *rate,
-                stretches: vibrations
-                    .channels
-                    .iter()
-                    .flat_map(|channel| {
-                        segmentation
-                            .strokes
-                            .iter()
-                            .map(|s| s.steady.of(channel.as_slice()))
-                    })
-                    .collect(),
-            },
-        )
+        .map(|(speed_m_s, rate, vibrations, segmentation)| Sliding {
+            speed_m_s: *speed_m_s,
+            rate: *rate,
+            stretches: vibrations
+                .channels
+                .iter()
+                .flat_map(|channel| {
+                    segmentation
+                        .strokes
+                        .iter()
+                        .map(|s| s.steady.of(channel.as_slice()))
+                })
+                .collect(),
+        })
         .collect();
-    Ok(piezotact::compare::spatial_period(&parts))
+    let filtered = comparison.cells.iter().flat_map(|cell| &cell.takes);
+    let lowest_hz = filtered
+        .filter_map(|take| take.analysis.as_ref()?.config.high_pass)
+        .map(|high_pass| 1.5 * high_pass.cutoff_hz.0)
+        .fold(0.0, f64::max);
+    Ok(spatial_period(&parts, Hertz(lowest_hz)))
 }
 
 fn samples(
@@ -314,7 +326,6 @@ pub(crate) fn textures(summaries: &[&Summary]) -> Vec<Texture> {
         .iter()
         .map(|summary| Texture {
             name: summary.name.clone(),
-            rms: summary.rms.mean,
             psd: summary.psd.mean.clone(),
             resolution_hz: summary.psd.resolution_hz,
         })

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use anyhow::anyhow;
+use piezotact::Doubt;
 use piezotact::compare::{Periods, Summary, summarise};
 use piezotact::recording::Touch;
 use piezotact::surface::SampleSet;
@@ -191,7 +192,7 @@ pub(crate) fn comparisons<'a>(
 ) -> Outcome<Vec<Comparison<'a>>> {
     // Asks whether all are known.
     cells(takes, by, sets, ridge_m)?;
-    // Where some speeds are not known, as in active touch, speeds set nothing apart.
+    // Where active touch has no known speed, speeds do not set active and passive touch apart.
     let mut analysed = takes.iter().filter(|take| take.analysis.is_some());
     let all_speeds = analysed.all(|take| speed_m_s(take).is_some());
     let mut settings: Vec<(Key, Vec<&Take>)> = Vec::new();
@@ -199,7 +200,7 @@ pub(crate) fn comparisons<'a>(
         let mut key = Key::of(take);
         key.part(by).clear();
         key.file.clear();
-        if !all_speeds {
+        if by == By::Touch && !all_speeds {
             key.speed.clear();
         }
         match settings.iter_mut().find(|(other, _)| *other == key) {
@@ -232,6 +233,48 @@ pub(crate) fn comparisons<'a>(
             })
         })
         .collect()
+}
+
+/// The doubt that some analysed recordings stand in no comparison.
+pub(crate) fn left_out(takes: &[Take], compared: &[Comparison<'_>]) -> Option<Doubt> {
+    let held = |take: &&Take| {
+        let mut all = compared
+            .iter()
+            .flat_map(|c| &c.cells)
+            .flat_map(|cell| &cell.takes);
+        all.any(|other| other.path == take.path)
+    };
+    let names: Vec<&str> = takes
+        .iter()
+        .filter(|take| take.analysis.is_some())
+        .filter(|take| !held(take))
+        .map(|take| take.name.as_str())
+        .collect();
+    (!names.is_empty()).then(|| Doubt::NotCompared {
+        recordings: names.join(", "),
+    })
+}
+
+/// What else the recordings differ in, for a message.
+pub(crate) fn differ_in(takes: &[Take], by: By) -> String {
+    let keys: Vec<Key> = takes
+        .iter()
+        .filter(|t| t.analysis.is_some())
+        .map(Key::of)
+        .collect();
+    let varying = Key::varying(&keys);
+    let parts = [
+        (By::Sample, &varying.sample, "sample"),
+        (By::Speed, &varying.speed, "speed"),
+        (By::Participant, &varying.participant, "participant"),
+        (By::Touch, &varying.touch, "touch"),
+    ];
+    let names: Vec<&str> = parts
+        .into_iter()
+        .filter(|(part, varies, _)| *part != by && !varies.is_empty())
+        .map(|(_, _, name)| name)
+        .collect();
+    names.join(" and ")
 }
 
 /// The same samples, touched actively and passively.

@@ -23,13 +23,13 @@ use piezotact_dataset::{
     Naming, cuts_path, known_naming, known_sample_sets, read_cuts, read_sample_set,
 };
 
-use super::read;
+use super::{place, read};
 use crate::cli::{Computing, Takes, TouchName};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
 use crate::report::name;
 
-pub(crate) use grouping::{Cell, Comparison, both_ways, cells, comparisons};
+pub(crate) use grouping::{Cell, Comparison, both_ways, cells, comparisons, differ_in, left_out};
 
 /// One recording with its strokes.
 pub(crate) struct Take {
@@ -100,16 +100,22 @@ pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<Shared> {
             .iter()
             .map(|doubt| (doubt.clone(), None))
     });
+    let mut last = None;
     for (doubt, name) in of_takes.chain(of_groups) {
         // Doubts that differ in their numbers only are one doubt about several recordings.
         let kind = std::mem::discriminant(&doubt);
         let many = takes.len() > 3 && name.is_some();
+        let named = matches!(doubt, Doubt::Guessed { .. } | Doubt::DeadChannel { .. });
         let known = all.iter_mut().find(|(other, shared)| {
             *other == doubt
-                || (many && shared.first.is_some() && std::mem::discriminant(other) == kind)
+                || (many
+                    && !named
+                    && shared.first.is_some()
+                    && std::mem::discriminant(other) == kind)
         });
         match known {
-            Some((_, shared)) => shared.others += usize::from(name.is_some()),
+            // Another doubt of the same kind about the same recording counts once.
+            Some((_, shared)) => shared.others += usize::from(name.is_some() && last != name),
             None => all.push((
                 doubt.clone(),
                 Shared {
@@ -119,6 +125,7 @@ pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<Shared> {
                 },
             )),
         }
+        last = name;
     }
     all.into_iter().map(|(_, shared)| shared).collect()
 }
@@ -153,7 +160,7 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
     let bar = many("reading", args.recordings.len());
     let mut takes: Vec<Take> = Vec::with_capacity(args.recordings.len());
     for path in &args.recordings {
-        if takes.iter().any(|take| take.path == *path) {
+        if takes.iter().any(|take| place(&take.path) == place(path)) {
             return Err(usage(anyhow!(
                 "{} is given twice: name every recording once",
                 path.display()
@@ -167,6 +174,12 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
 }
 
 fn take(path: &Path, args: &Takes) -> Outcome<Take> {
+    if args.tangential_force.len() > 2 {
+        return Err(usage(anyhow!(
+            "expected one or two channels for --tangential-force, found {}: forces along one axis have to be added first",
+            args.tangential_force.len()
+        )));
+    }
     let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
     let mut recording = read(path, &args.reading)?.recording;
     let naming = match &args.meta {
@@ -222,7 +235,7 @@ fn take(path: &Path, args: &Takes) -> Outcome<Take> {
     })
 }
 
-/// What the recording itself says of its condition counts, then its name, then the command line.
+/// What the command line says of the condition counts, then the recording itself, then its name.
 fn complete(condition: &mut Condition, named: Condition, args: &Takes) -> Outcome {
     let speed_m_s = match &args.speed {
         Some(speed) if speed.unit != Unit::MetrePerSecond => {
@@ -247,10 +260,10 @@ fn complete(condition: &mut Condition, named: Condition, args: &Takes) -> Outcom
     *condition = Condition {
         sample: own.sample.or(named.sample),
         participant: own.participant.or(named.participant),
-        load_n: own.load_n.or(named.load_n).or(args.load.map(Newtons)),
+        load_n: args.load.map(Newtons).or(own.load_n).or(named.load_n),
         angle_deg: own.angle_deg.or(named.angle_deg),
-        speed_m_s: own.speed_m_s.or(named.speed_m_s).or(speed_m_s),
-        touch: own.touch.or(named.touch).or(touch),
+        speed_m_s: speed_m_s.or(own.speed_m_s).or(named.speed_m_s),
+        touch: touch.or(own.touch).or(named.touch),
     };
     Ok(())
 }
@@ -297,18 +310,13 @@ fn stated_roles(guessed: Roles, args: &Takes, recording: &Recording) -> anyhow::
 pub(crate) fn analyse_all(takes: &mut [Take], computing: &Computing) -> Outcome {
     let bar = many("analysing", takes.len());
     // Lines must be the same for all recordings of one rate, so that they can be averaged.
-    let mut shortest: BTreeMap<u64, usize> = BTreeMap::new();
+    let mut longest: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for take in takes.iter() {
-        let length = take
-            .segmentation
-            .strokes
-            .iter()
-            .map(|s| s.steady.len())
-            .min();
-        if let Some(length) = length {
-            let least = shortest.entry(nominal_rate(take)).or_insert(length);
-            *least = length.min(*least);
-        }
+        let lengths = take.segmentation.strokes.iter().map(|s| s.steady.len());
+        longest
+            .entry(nominal_rate(take))
+            .or_default()
+            .extend(lengths.max());
     }
     for take in takes.iter_mut() {
         bar.inc(1);
@@ -317,12 +325,14 @@ pub(crate) fn analyse_all(takes: &mut [Take], computing: &Computing) -> Outcome 
         }
         let at =
             |error: anyhow::Error| Failure::Data(error.context(take.path.display().to_string()));
-        let least = shortest.get(&nominal_rate(take)).copied().unwrap_or(0);
+        let longest = longest
+            .get(&nominal_rate(take))
+            .map_or(&[][..], Vec::as_slice);
         let high_pass = match computing.high_pass {
             Some(stated) => stated.0,
             None => usual_high_pass(take),
         };
-        let mut config = FeatureConfig::usual(take.recording.rate(), least, high_pass)
+        let mut config = FeatureConfig::usual(take.recording.rate(), longest, high_pass)
             .map_err(|error| at(error.into()))?;
         if let Some(segment) = computing.segment {
             config.welch.segment = segment;
@@ -334,6 +344,9 @@ pub(crate) fn analyse_all(takes: &mut [Take], computing: &Computing) -> Outcome 
     }
     bar.finish_and_clear();
     if takes.iter().all(|take| take.analysis.is_none()) {
+        for doubt in doubts_once(takes, &[]) {
+            say(&format!("doubt: {doubt}"));
+        }
         let first = takes
             .iter()
             .flat_map(Take::doubts)

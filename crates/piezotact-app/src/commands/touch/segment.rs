@@ -67,9 +67,14 @@ pub(crate) fn run(args: &Segment) -> Outcome {
 fn summary(take: &Take) -> String {
     let segmentation = &take.segmentation;
     let mut text = format!(
-        "{}: {} strokes, {} rejected",
+        "{}: {} stroke{}, {} rejected",
         take.name,
         segmentation.strokes.len(),
+        if segmentation.strokes.len() == 1 {
+            ""
+        } else {
+            "s"
+        },
         segmentation.rejected.len()
     );
     let seconds = |sample: usize| take.recording.rate().duration_of(sample).0;

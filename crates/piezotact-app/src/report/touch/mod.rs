@@ -39,7 +39,7 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
     let body = html! {
         h1 { (title) }
         p.soft { (count(takes.len(), "recording")) }
-        (doubts(takes, &[]))
+        (doubts(takes, &[], &[]))
         (signals(takes, takes.len().min(12))?)
         (rejects(takes))
         (methods(takes))
@@ -50,19 +50,19 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
 /// The report of `analyse` and `compare`.
 pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
     let strokes: usize = page.groups.iter().map(|g| g.summary.strokes).sum();
+    let (speeds, of_speeds) = speeds(page)?;
     let body = html! {
         h1 { (page.title) }
         p.soft {
             (count(page.takes.len(), "recording")) ", " (count(strokes, "stroke")) " in "
             (count(page.groups.len(), "group")) "."
         }
-        (doubts(page.takes, page.groups))
+        (doubts(page.takes, page.groups, &of_speeds))
         (groups(page))
         (spectra(page)?)
         (samples(page)?)
-        (speeds(page)?)
+        (speeds)
         (active_passive(page)?)
-        (told_apart(page))
         (single(page)?)
         (signals(page.takes, SHOWN)?)
         (rejects(page.takes))
@@ -75,15 +75,18 @@ fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
-fn doubts(takes: &[Take], groups: &[Cell<'_>]) -> Markup {
+fn doubts(takes: &[Take], groups: &[Cell<'_>], more: &[String]) -> Markup {
     let all = doubts_once(takes, groups);
     html! {
         section {
             h2 { "Doubts" }
-            @if all.is_empty() {
+            @if all.is_empty() && more.is_empty() {
                 p.soft { "None: nothing had to be guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in &all { li { (doubt) } } }
+                ul.doubts {
+                    @for doubt in &all { li { (doubt) } }
+                    @for doubt in more { li { (doubt) } }
+                }
             }
         }
     }
@@ -268,12 +271,15 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
             @if let Some(rho) = trend.friction_rank_correlation { li { (format!("Spearman's rank correlation of Ra and friction coefficient: {rho:.2}")) } }
             @if let Some(rho) = friction_against_rms(&summaries) { li { (format!("Spearman's rank correlation of friction coefficient and rms: {rho:.2}")) } }
         }
+        @if let Some(discrimination) = page.discrimination { (told_apart(&summaries, discrimination)) }
     })
 }
 
-fn speeds(page: &Page<'_>) -> Outcome<Markup> {
+/// What changes with the speed, and what is in doubt about it.
+fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
+    let mut doubts = Vec::new();
     let Some(all) = several(page, By::Speed) else {
-        return Ok(html! {});
+        return Ok((html! {}, doubts));
     };
     let band = shown_band(page.takes);
     let mut parts = Vec::new();
@@ -282,6 +288,13 @@ fn speeds(page: &Page<'_>) -> Outcome<Markup> {
     for comparison in &all {
         let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
         let found = period(comparison)?;
+        for doubt in found.iter().flat_map(|period| &period.doubts) {
+            let setting = match comparison.setting.as_str() {
+                "" => "across speeds",
+                setting => setting,
+            };
+            doubts.push(format!("{setting}: {doubt}"));
+        }
         names.push(comparison.setting.clone());
         for summary in &summaries {
             let value = Some((summary.rms.mean, summary.rms.sd));
@@ -309,6 +322,7 @@ fn speeds(page: &Page<'_>) -> Outcome<Markup> {
                             @if let Some([low, high]) = fit.slope_interval { (format!(" (95 %: {low:.2} to {high:.2})")) } }
                     }
                     @if let Some(period) = &found {
+                        @for doubt in &period.doubts { li.doubt { (doubt) } }
                         li { (format!("spatial period on which the speeds agree: {:.3} mm", period.period_m * 1e3))
                             @if let Some([low, high]) = period.interval_m { (format!(" (95 %: {:.3} to {:.3} mm)", low * 1e3, high * 1e3)) }
                             (format!(", {:.1} dB above the background", period.prominence_db)) }
@@ -333,7 +347,9 @@ fn speeds(page: &Page<'_>) -> Outcome<Markup> {
     } else {
         html! {}
     };
-    Ok(html! { section { h2 { "Across speeds" } (over_all) @for part in &parts { (part) } } })
+    let section =
+        html! { section { h2 { "Across speeds" } (over_all) @for part in &parts { (part) } } };
+    Ok((section, doubts))
 }
 
 fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
@@ -367,46 +383,37 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
                 }
             }
             p.soft {
-                (format!("Over {}.", compared.band_hz))
+                (format!("PSDs over {}, levels over all frequencies.", compared.band_hz))
                 @if let Some(rho) = compared.rms_rank_correlation { (format!(" Spearman's rank correlation of the two rms: {rho:.2}.")) }
             }
         }
     })
 }
 
-fn told_apart(page: &Page<'_>) -> Markup {
-    let Some(discrimination) = page.discrimination else {
-        return html! {};
-    };
-    let summaries: Vec<&Summary> = page.groups.iter().map(|g| &g.summary).collect();
-    if summaries.len() < 2 {
-        return html! {};
-    }
-    let found = indistinguishable(&textures(&summaries), discrimination);
+/// Which samples of one setting cannot be told apart.
+fn told_apart(summaries: &[&Summary], discrimination: Discrimination) -> Markup {
+    let found = indistinguishable(&textures(summaries), discrimination);
     html! {
-        section {
-            h2 { "What can be told apart by vibration" }
-            p { (format!(
-                "Distances in just-noticeable differences: level ({} dB each) and shape (octave bands, {} dB each) together; groups within {} JND cannot be told apart.",
-                discrimination.level_jnd_db, discrimination.band_jnd_db, discrimination.threshold_jnd
-            )) }
-            @if found.confusable().is_empty() {
-                p { "All can be told apart." }
-            } @else {
-                ul { @for group in found.confusable() { li { (group.join(", ")) } } }
-            }
-            div.wide { table.matrix {
-                tr { th { "JND" } @for name in &found.names { th.n { (name) } } }
-                @for (name, row) in found.names.iter().zip(&found.distance_jnd) {
-                    tr {
-                        th { (name) }
-                        @for distance in row {
-                            td.n.near[*distance <= discrimination.threshold_jnd] { (format!("{distance:.1}")) }
-                        }
+        p { (format!(
+            "Distances in just-noticeable differences: level ({} dB each) and the octave band that differs most ({} dB each) together; samples within {} JND of each other cannot be told apart by their vibration.",
+            discrimination.level_jnd_db, discrimination.band_jnd_db, discrimination.threshold_jnd
+        )) }
+        @if found.confusable().is_empty() {
+            p { "All can be told apart." }
+        } @else {
+            ul { @for group in found.confusable() { li { (group.join(", ")) } } }
+        }
+        div.wide { table.matrix {
+            tr { th { "JND" } @for name in &found.names { th.n { (name) } } }
+            @for (name, row) in found.names.iter().zip(&found.distance_jnd) {
+                tr {
+                    th { (name) }
+                    @for distance in row {
+                        td.n.near[*distance <= discrimination.threshold_jnd] { (format!("{distance:.1}")) }
                     }
                 }
-            } }
-        }
+            }
+        } }
     }
 }
 
@@ -430,8 +437,8 @@ fn single(page: &Page<'_>) -> Outcome<Markup> {
             @if let [only] = vibrations.channels.as_slice() {
                 (figure(&figures::stroke(take, only, &unit)?, "The first stroke, freed of the gesture as stated below."))
             }
-            (figure(&fft, "Amplitude spectrum (FFT) of every stroke over the same length, and their mean."))
-            (figure(&psd, "Power spectral density of every stroke, and their mean."))
+            (figure(&fft, "Amplitude spectrum (FFT) of every stroke (of the first 40 where there are more) over the same length, and the mean of all."))
+            (figure(&psd, "Power spectral density of every stroke (of the first 40 where there are more), and the mean of all."))
         }
     })
 }
@@ -523,8 +530,8 @@ fn methods(takes: &[Take]) -> Markup {
                 @for text in cuts.iter().chain(&computed) { li { (text) } }
                 @for file in &files { li { "Cuts by a person: " (file) } }
                 @if features {
-                    li { "Friction coefficient: √(Fx² + Fy²)/Fz above the forces' zeros in the lifts, sample by sample over each stroke." }
-                    li { "Mechanoreceptor bands: "
+                    li { "Friction coefficient: √(Fx² + Fy²)/Fz above the forces' zeros in the lifts, sample by sample over each stroke; absent below 10 mN." }
+                    li { "Mechanoreceptor bands, after the filter: "
                         @for (i, receptor) in Receptor::ALL.iter().enumerate() {
                             @if i > 0 { ", " } (receptor.name())
                             @if let Ok(band) = receptor.band() { " " (band) }
