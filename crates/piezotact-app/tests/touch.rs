@@ -628,3 +628,58 @@ fn levels_and_durations_of_measured_fabrics_are_the_known_ones() {
         assert_eq!(json["recordings"][0]["unit"], "FS");
     }
 }
+
+/// What cannot be taken together is refused, what stands alone is said, and what was overridden holds.
+#[test]
+fn recordings_that_do_not_belong_together_are_told_apart() {
+    let folder = Folder::new();
+    let text = table(&plain(41, 6));
+    folder.write("S1_a.csv", &text);
+    folder.write("S2_a.csv", text.replace("nail (m/s2)", "nail (V)"));
+    folder.write("S3_b.csv", table(&plain(42, 6)));
+    folder.write("S4_a.csv", table(&plain(43, 6)));
+    folder.write("2024_05_13_10_30.csv", &text);
+    let meta = ["--meta", "{sample}_{participant}", "--by", "sample"];
+    folder
+        .run(&[&["compare", "S1_a.csv", "S2_a.csv"][..], &meta].concat())
+        .expect_failure(
+            1,
+            &["the unit of the vibration is m/s² in one and V in another"],
+        );
+    let compared = folder
+        .run(
+            &[
+                &["compare", "S1_a.csv", "S3_b.csv", "S4_a.csv", "--json"][..],
+                &meta,
+            ]
+            .concat(),
+        )
+        .json();
+    assert!(
+        compared["doubts"]
+            .to_string()
+            .contains("nothing to compare with: S3_b.csv"),
+        "{}",
+        compared["doubts"]
+    );
+    assert_eq!(compared["groups"].as_array().unwrap().len(), 2);
+    let mixed = ["analyse", "S1_a.csv", "--vibration", "nail,fz"];
+    folder
+        .run(&mixed)
+        .expect_failure(1, &["one unit", "`fz` in N"]);
+    // A date is no condition.
+    let dated = folder
+        .run(&["analyse", "2024_05_13_10_30.csv", "--json"])
+        .json();
+    assert_eq!(
+        dated["recordings"][0]["strokes"].as_array().unwrap().len(),
+        6
+    );
+    // Leaving out more than there is leaves out what there is.
+    folder.write("S1_a.csv.cuts", "\u{feff}leave-out  5   100  the rest\n");
+    let left = folder.run(&["segment", "S1_a.csv", "--json"]).json();
+    let strokes = left["recordings"][0]["strokes"].as_array().unwrap().len();
+    assert!(strokes > 0 && strokes < 6, "{strokes}");
+    let again = ["analyse", "S4_a.csv", "./S4_a.csv"];
+    folder.run(&again).expect_failure(2, &["is given twice"]);
+}

@@ -436,3 +436,117 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
         found.rejected
     );
 }
+
+/// A tare offset does not decide the polarity: where the finger vibrates it touches.
+#[test]
+fn an_offset_force_keeps_its_polarity_and_its_zero() {
+    for (sign, rest_n) in [(1.0, -0.3), (1.0, 0.3), (-1.0, 0.3), (-1.0, -0.3)] {
+        let mut made = plain(12, 6);
+        for force in &mut made.fz_n {
+            *force = rest_n + sign * *force;
+        }
+        let found = segmented(&made);
+        assert_eq!(found.strokes.len(), 6, "{sign}, {rest_n}: {found:?}");
+        let zeros = found.force_zeros.unwrap();
+        assert!((zeros.sign - sign).abs() < 1e-12, "{sign}, {rest_n}");
+        let zero_n = zeros.at(0, found.strokes[3].steady.start);
+        assert!(
+            (zero_n - sign * rest_n).abs() < 0.15,
+            "{sign}, {rest_n}: {zero_n}"
+        );
+    }
+}
+
+#[test]
+fn a_touch_that_is_too_light_is_listed_and_leaves_the_others_alone() {
+    let mut made = plain(13, 6);
+    let (from_s, to_s) = made.truths[2].contact_s;
+    for (i, force) in made.fz_n.iter_mut().enumerate() {
+        let t = i as f64 / RATE_HZ;
+        if t > from_s && t < to_s {
+            *force *= 0.3;
+        }
+    }
+    let found = segmented(&made);
+    assert_eq!(found.strokes.len(), 5, "{:?}", found.rejected);
+    assert!(
+        matches!(found.rejected[..], [ref light] if matches!(light.reason, Reason::TooLight { .. })),
+        "{:?}",
+        found.rejected
+    );
+}
+
+/// Whatever it vibrates at between 30 Hz and 2 kHz, a finger that slides is seen to slide.
+#[test]
+fn sliding_is_seen_at_every_frequency() {
+    for hz in [30.0, 100.0, 250.0, 500.0, 750.0, 1000.0, 2000.0] {
+        let mut made = plain(14, 4);
+        for (i, sample) in made.acceleration.iter_mut().enumerate() {
+            let t = i as f64 / RATE_HZ;
+            let sliding = made
+                .truths
+                .iter()
+                .any(|truth| t > truth.sliding_s.0 && t < truth.sliding_s.1);
+            let noise = 0.003 * ((i * 7919 % 1000) as f64 / 500.0 - 1.0);
+            let tone = (std::f64::consts::TAU * hz * t).sin();
+            *sample = noise + if sliding { tone } else { 0.0 };
+        }
+        assert_eq!(segmented(&made).strokes.len(), 4, "{hz} Hz");
+    }
+}
+
+/// Passive touch has zeros too: forces with an offset, negative, or held for a minute while the platform strokes.
+#[test]
+fn a_held_finger_has_its_zeros() {
+    let made = platform(0.2);
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let expected = Expected {
+        load_n: Some(Newtons(0.2)),
+        speed_m_s: None,
+        judging: Judging::Sliding,
+    };
+    let found = |force_n: &[f64]| {
+        let signals = Signals {
+            rate,
+            vibration: None,
+            normal_force_n: Some(force_n),
+            tangential_force_n: Vec::new(),
+            motion: Some((&made.speed_m_s, MotionKind::Speed)),
+        };
+        segment_by_speed(&signals, &SpeedRule::trapezoid(expected)).unwrap()
+    };
+    for (sign, offset_n) in [(1.0, 0.1), (1.0, 0.0), (-1.0, 0.0)] {
+        let force_n: Vec<f64> = made.force_n.iter().map(|f| sign * (f + offset_n)).collect();
+        let found = found(&force_n);
+        assert_eq!(
+            found.strokes.len(),
+            6,
+            "{sign}, {offset_n}: {:?}",
+            found.rejected
+        );
+        let zero_n = found
+            .force_zeros
+            .unwrap()
+            .at(0, found.strokes[2].steady.start);
+        assert!(
+            (zero_n - offset_n).abs() < 0.01,
+            "{sign}, {offset_n}: {zero_n}"
+        );
+    }
+    let held: Vec<f64> = made
+        .force_n
+        .iter()
+        .map(|f| if *f > 0.1 { *f } else { f + 0.2 })
+        .collect();
+    let held = found(&held);
+    assert_eq!(held.strokes.len(), 6);
+    assert!(held.doubts.contains(&Doubt::ZeroUnknown));
+    let heavy: Vec<f64> = made.force_n.iter().map(|f| 3.0 * f).collect();
+    let heavy = found(&heavy);
+    assert!(
+        heavy
+            .rejected
+            .iter()
+            .any(|r| matches!(r.reason, Reason::ForceOutsideTolerance { .. }))
+    );
+}
