@@ -550,3 +550,23 @@ fn a_held_finger_has_its_zeros() {
             .any(|r| matches!(r.reason, Reason::ForceOutsideTolerance { .. }))
     );
 }
+
+#[test]
+fn a_stroke_that_turns_back_is_none() {
+    let mut made = plain(15, 4);
+    let truth = made.truths[1];
+    let middle_s = 0.5 * (truth.contact_s.0 + truth.contact_s.1);
+    for (i, force) in made.fy_n.iter_mut().enumerate() {
+        let t = i as f64 / RATE_HZ;
+        if t > middle_s && t < truth.contact_s.1 {
+            *force = -*force;
+        }
+    }
+    let found = segmented(&made);
+    assert_eq!(found.strokes.len(), 3);
+    assert!(
+        matches!(found.rejected[..], [ref turned] if turned.reason == Reason::Reversed),
+        "{:?}",
+        found.rejected
+    );
+}

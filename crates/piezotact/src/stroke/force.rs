@@ -363,7 +363,12 @@ impl Cutter<'_> {
                     [only] => (from + only.0, from + only.1),
                     parts => return Err(Reason::Interrupted { parts: parts.len() }),
                 };
-                (inner_from.max(slide_from), inner_to.min(slide_to), friction)
+                let (start, end) = (inner_from.max(slide_from), inner_to.min(slide_to));
+                long_enough(start, end)?;
+                if self.turns_back(start, end) {
+                    return Err(Reason::Reversed);
+                }
+                (start, end, friction)
             }
         };
         long_enough(start, end)?;
@@ -410,6 +415,19 @@ impl Cutter<'_> {
             .iter()
             .map(|axis| (axis.samples, &axis.zero));
         friction(self.frames, axes, part(self.level_n, from, to), from)
+    }
+
+    /// Whether the friction points both ways within the frames `from`…`to`, each for a tenth of the time.
+    fn turns_back(&self, from: usize, to: usize) -> bool {
+        self.tangential.iter().any(|axis| {
+            let mut values = self.frames.means_of(axis.samples, from, to);
+            axis.zero.take_from(&mut values, from);
+            let half = 0.5 * quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.5);
+            // An axis across the stroke wavers around nothing.
+            let slides = half > 0.1 * quantile(part(self.level_n, from, to), 0.5);
+            let share = |sign: f64| values.iter().filter(|v| sign * **v > half).count();
+            slides && 10 * share(1.0).min(share(-1.0)) > values.len()
+        })
     }
 
     /// What rises well above nothing for longer than a tap, and not as far as a contact.

@@ -221,6 +221,8 @@ pub enum Reason {
         /// How many parts slide.
         parts: usize,
     },
+    /// The finger turns back on its way without a lift.
+    Reversed,
     /// The finger touches and does not slide.
     NoSliding,
     /// The surface moves and nothing touches it.
@@ -246,6 +248,7 @@ impl Reason {
             Self::Clipped { .. } => "clipped",
             Self::DiscontinuousContact { .. } => "discontinuous contact",
             Self::Interrupted { .. } => "interrupted sliding",
+            Self::Reversed => "turned back",
             Self::NoSliding => "no sliding",
             Self::NoContact => "no contact",
             Self::CutByRecording => "cut by the recording's end",
@@ -282,9 +285,11 @@ impl std::fmt::Display for Reason {
             Self::DiscontinuousContact { gaps } => write!(f, " ({gaps} times off the surface)"),
             Self::Interrupted { parts } => write!(f, " ({parts} sliding parts in one contact)"),
             Self::ByPerson { note } if !note.is_empty() => write!(f, ": {note}"),
-            Self::NoSliding | Self::NoContact | Self::CutByRecording | Self::ByPerson { .. } => {
-                Ok(())
-            }
+            Self::Reversed
+            | Self::NoSliding
+            | Self::NoContact
+            | Self::CutByRecording
+            | Self::ByPerson { .. } => Ok(()),
         }
     }
 }
