@@ -57,16 +57,13 @@ pub fn clipping<Q: Quantity>(
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
 pub fn flat_top_fraction(samples: &[f64]) -> f64 {
-    let (low, high, at_extremes) = pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let (low, high) = extremes(samples);
-            let at = |v: &f64| u64::from(*v <= low) + u64::from(*v >= high);
-            (low, high, samples.iter().map(at).sum::<u64>())
-        },
-    );
-    // Three runs of three are nine samples: fewer are no clipping, and most signals end here.
-    if low >= high || at_extremes < 9 {
+    // Three runs of three hold six pairs of equal neighbours: fewer are no clipping, and most signals end here.
+    if equal_neighbours(samples) < 6 {
+        return 0.0;
+    }
+    let low = samples.iter().copied().fold(f64::MAX, f64::min);
+    let high = samples.iter().copied().fold(f64::MIN, f64::max);
+    if low >= high {
         return 0.0;
     }
     let (mut runs, mut at_limit, mut elsewhere) = (0, 0, 0);
@@ -86,21 +83,13 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
     }
 }
 
-/// The lowest and the highest of `samples`, in independent lanes.
-#[inline(always)]
-fn extremes(samples: &[f64]) -> (f64, f64) {
-    const LANES: usize = 8;
-    let (mut lows, mut highs) = ([f64::MAX; LANES], [f64::MIN; LANES]);
-    let (chunks, rest) = samples.as_chunks::<LANES>();
-    for chunk in chunks {
-        for ((low, high), value) in lows.iter_mut().zip(&mut highs).zip(chunk) {
-            *low = if value < low { *value } else { *low };
-            *high = if value > high { *value } else { *high };
-        }
-    }
-    let all = || rest.iter().chain(&lows).chain(&highs).copied();
-    (
-        all().fold(f64::MAX, f64::min),
-        all().fold(f64::MIN, f64::max),
+/// How many samples equal the one before.
+fn equal_neighbours(samples: &[f64]) -> u64 {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let pairs = samples.iter().zip(samples.iter().skip(1));
+            pairs.map(|(a, b)| u64::from(a == b)).sum()
+        },
     )
 }

@@ -1,0 +1,229 @@
+//! The features of one stroke after the other, planned once.
+
+use super::statistics::{Moments, Statistics, squares_and_peak};
+use super::{FeatureConfig, FeatureError, Receptor, StrokeFeatures, Weighting, peaks};
+use crate::quantity::{Band, SampleRate, Uncalibrated, Unit};
+use crate::series::is_sample;
+use crate::spectrum::WelchPlan;
+use crate::stroke::{Interval, Segmentation, Signals, Stroke, stroke_speed_m_s};
+
+/// A planned computation of features: window, transform and memory, made once for all strokes.
+#[derive(Clone, Debug)]
+pub struct FeaturePlan {
+    welch: WelchPlan,
+    config: FeatureConfig,
+    rate: SampleRate,
+    /// What every line's density is multiplied by for the Pacinian and the detection-threshold power; absent for a
+    /// vibration that is no acceleration.
+    weights: Option<[Vec<f64>; 2]>,
+    ratio: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl FeaturePlan {
+    /// A plan for vibrations in `unit` at `rate`.
+    ///
+    /// # Errors
+    /// [`FeatureError::Estimate`] when the PSD's configuration cannot be.
+    pub fn new(config: &FeatureConfig, rate: SampleRate, unit: Unit) -> Result<Self, FeatureError> {
+        let resolution_hz = rate.hz() / config.welch.segment as f64;
+        let bins = config.welch.segment / 2 + 1;
+        // A band that ends below 500 Hz holds only part of what the Pacinian channel feels.
+        let felt = unit == Unit::MetrePerSecondSquared && rate.nyquist().0 > 500.0;
+        let weights = felt.then(|| {
+            [Weighting::Pacinian, Weighting::DetectionThreshold]
+                .map(|weighting| weighting.line_weights(bins, resolution_hz, config.band))
+        });
+        Ok(Self {
+            welch: WelchPlan::new(&config.welch, rate).map_err(FeatureError::Estimate)?,
+            config: config.clone(),
+            rate,
+            weights,
+            ratio: Vec::new(),
+            force: Vec::new(),
+        })
+    }
+
+    /// The features of `stroke` and its PSD in u²/Hz, from the (filtered) `vibrations` and the forces and motion
+    /// in `signals`.
+    ///
+    /// # Errors
+    /// [`FeatureError::Estimate`] when the stroke is shorter than a segment, [`FeatureError::TooLarge`] when the
+    /// numbers overflow.
+    pub fn of(
+        &mut self,
+        vibrations: &[&[f64]],
+        signals: &Signals<'_>,
+        segmentation: &Segmentation,
+        stroke: &Stroke,
+    ) -> Result<(StrokeFeatures, Vec<f64>), FeatureError> {
+        let steady = stroke.steady;
+        let (mut square, mut peak) = (0.0, 0.0f64);
+        let mut psd: Vec<f64> = Vec::new();
+        for vibration in vibrations {
+            let samples = steady.of(vibration);
+            let mean = crate::series::mean(samples);
+            let (sum, largest) = squares_and_peak(samples, mean);
+            square += sum / samples.len().max(1) as f64;
+            peak = peak.max(largest);
+            let spectrum = self
+                .welch
+                .estimate::<Uncalibrated>(&[samples])
+                .map_err(FeatureError::Estimate)?;
+            if psd.is_empty() {
+                psd = spectrum.values;
+            } else {
+                for (sum, value) in psd.iter_mut().zip(spectrum.values) {
+                    *sum += value;
+                }
+            }
+        }
+        let channels = vibrations.len().max(1) as f64;
+        if vibrations.len() > 1 {
+            for value in &mut psd {
+                *value /= channels;
+            }
+        }
+        let rms = (square / channels).sqrt();
+        if !is_sample(rms) {
+            return Err(FeatureError::TooLarge);
+        }
+        let resolution_hz = self.rate.hz() / self.config.welch.segment as f64;
+        let shape = Shape::of(&psd, resolution_hz, self.config.band);
+        let weighted = |which: usize| {
+            let weights = &self.weights.as_ref()?[which];
+            Some(psd.iter().zip(weights).map(|(p, w)| p * w).sum())
+        };
+        let (pacinian_power, detection_power) = (weighted(0), weighted(1));
+        let mut receptor_power = [0.0; 4];
+        for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
+            let band = receptor.band().map_err(FeatureError::Quantity)?;
+            *power = band_power(&psd, resolution_hz, band);
+        }
+        let (friction_coefficient, normal_force_n) = self.forces(signals, segmentation, steady);
+        let features = StrokeFeatures {
+            start_s: steady.start as f64 / self.rate.hz(),
+            duration_s: steady.len() as f64 / self.rate.hz(),
+            rms,
+            peak,
+            crest_factor: if rms > 0.0 { peak / rms } else { 0.0 },
+            receptor_power,
+            centroid_hz: shape.centroid_hz,
+            spread_hz: shape.spread_hz,
+            strongest_hz: shape.strongest_hz,
+            peaks: peaks(&psd, resolution_hz, self.config.band),
+            friction_coefficient,
+            normal_force_n,
+            speed_m_s: signals.motion.and_then(|(motion, kind)| {
+                Moments::of(&stroke_speed_m_s(signals.rate, motion, kind, steady))
+            }),
+            pacinian_power,
+            detection_power,
+        };
+        Ok((features, psd))
+    }
+
+    fn forces(
+        &mut self,
+        signals: &Signals<'_>,
+        segmentation: &Segmentation,
+        steady: Interval,
+    ) -> (Option<Statistics>, Option<Moments>) {
+        let Some(normal_n) = signals.normal_force_n else {
+            return (None, None);
+        };
+        let zero = |axis: usize| {
+            segmentation
+                .force_zeros
+                .as_ref()
+                .map_or(0.0, |zeros| zeros.at(axis, (steady.start + steady.end) / 2))
+        };
+        let sign = segmentation.force_zeros.as_ref().map_or(1.0, |z| z.sign);
+        let normal_zero = zero(0);
+        self.force.clear();
+        self.force
+            .extend(steady.of(normal_n).iter().map(|v| v * sign - normal_zero));
+        self.ratio.clear();
+        let axes: Vec<(&[f64], f64)> = signals
+            .tangential_force_n
+            .iter()
+            .enumerate()
+            .map(|(i, axis)| (steady.of(axis), zero(i + 1)))
+            .collect();
+        self.ratio
+            .resize(if axes.is_empty() { 0 } else { self.force.len() }, 0.0);
+        let (ratio, force) = (&mut self.ratio, &self.force);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (axis, zero) in &axes {
+                    for (square, value) in ratio.iter_mut().zip(*axis) {
+                        *square += (value - zero) * (value - zero);
+                    }
+                }
+                for (square, normal) in ratio.iter_mut().zip(force) {
+                    *square = square.sqrt() / normal.max(1e-6);
+                }
+            },
+        );
+        {
+            let force = Moments::of(&self.force);
+            // What hardly touches has no friction coefficient, nor what is off the surface now and then.
+            let off = self.force.iter().filter(|n| **n < LEAST_NORMAL_N).count();
+            let touches = 50 * off <= self.force.len();
+            (Statistics::of(&mut self.ratio).filter(|_| touches), force)
+        }
+    }
+}
+
+/// A stroke with less normal force than this has no friction coefficient, N.
+const LEAST_NORMAL_N: f64 = 0.01;
+
+/// The power of a one-sided PSD with lines `resolution_hz` apart from 0 Hz within `band`, unit².
+///
+/// Formula: Σ S(f)·Δf over low ≤ f < high.
+///
+/// Source: Parseval's theorem for a density.
+#[must_use]
+pub fn band_power(psd: &[f64], resolution_hz: f64, band: Band) -> f64 {
+    let lines = lines_in(psd, resolution_hz, band);
+    psd[lines].iter().sum::<f64>() * resolution_hz
+}
+
+/// The lines of a spectrum with low ≤ f < high.
+fn lines_in(psd: &[f64], resolution_hz: f64, band: Band) -> std::ops::Range<usize> {
+    let line = |hz: f64| ((hz / resolution_hz - 1e-9).ceil().max(0.0) as usize).min(psd.len());
+    let (from, to) = (line(band.low().0), line(band.high().0));
+    from.min(to)..to
+}
+
+/// Where the power of a spectrum lies.
+struct Shape {
+    centroid_hz: f64,
+    spread_hz: f64,
+    strongest_hz: f64,
+}
+
+impl Shape {
+    fn of(psd: &[f64], resolution_hz: f64, band: Band) -> Self {
+        let lines = lines_in(psd, resolution_hz, band);
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+        let mut strongest = (0, f64::MIN);
+        for k in lines {
+            let f = k as f64 * resolution_hz;
+            sum += psd[k];
+            first += psd[k] * f;
+            second += psd[k] * f * f;
+            if psd[k] > strongest.1 {
+                strongest = (k, psd[k]);
+            }
+        }
+        let sum = if sum > 0.0 { sum } else { 1.0 };
+        let centroid_hz = first / sum;
+        Self {
+            centroid_hz,
+            spread_hz: (second / sum - centroid_hz * centroid_hz).max(0.0).sqrt(),
+            strongest_hz: strongest.0 as f64 * resolution_hz,
+        }
+    }
+}
