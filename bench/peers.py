@@ -286,7 +286,9 @@ def w5_scipy(folder):
         powers = [psd[(f >= low) & (f < high)].sum() * f[1] for low, high in bands]
         band = (f > 20) & (f < 1000)
         centroid = (f[band] * psd[band]).sum() / psd[band].sum()
-        return [np.median(ratio), rms, peak, peak / rms, f[band][psd[band].argmax()], centroid, *powers]
+        # The height of the strongest line, as its place jumps between near equals.
+        strongest = psd[band].argmax()
+        return [np.median(ratio), rms, peak, peak / rms, psd[band][strongest], centroid, *powers]
 
     return 4 * normal.nbytes, lambda: np.array([features(*contact) for contact in contacts()]).T
 

@@ -254,7 +254,8 @@ fn w5(folder: &Path, judging: Judging) -> Result<Prepared> {
             for stroke in &segmentation.strokes {
                 let (f, psd) = plan.of(&[channel(0)], &signals, &segmentation, stroke)?;
                 let friction = f.friction_coefficient.context("friction")?.median;
-                let shape = [f.strongest_hz, f.centroid_hz];
+                let strongest = (f.strongest_hz / resolution_hz).round() as usize;
+                let shape = [psd[strongest], f.centroid_hz];
                 let level = [friction, f.rms, f.peak, f.crest_factor];
                 let powers = bands.map(|band| band_power(&psd, resolution_hz, band));
                 let all = level.into_iter().chain(shape).chain(powers);
