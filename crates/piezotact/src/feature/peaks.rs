@@ -11,7 +11,7 @@ const MOST: usize = 8;
 /// The background is the median over this ratio of frequencies below and above.
 const BACKGROUND_RATIO: f64 = 1.5;
 /// The ratio of neighbouring anchors of the background.
-const ANCHORS: f64 = 1.15;
+const ANCHORS: f64 = 1.25;
 /// A harmonic lies this close to a multiple of its fundamental, as a share of the fundamental, or within one line
 /// where that is less than a sixth of it; beyond the tenth multiple nothing can be told.
 const HARMONIC: f64 = 0.06;
@@ -85,7 +85,7 @@ pub(crate) fn vertex(before: f64, top: f64, after: f64) -> f64 {
 }
 
 /// The level around every line: the median over the lines within a ratio of 1.5 below and above, at least three on
-/// each side, taken at anchors 15 % apart, in dB, with straight lines between.
+/// each side, taken at anchors 25 % apart, in dB, with straight lines between.
 struct Background(Vec<(usize, f64)>);
 
 impl Background {

@@ -44,26 +44,13 @@ impl Moments {
         if n == 0 {
             return None;
         }
-        let mean = sum(values) / n as f64;
+        let mean = crate::series::mean(values);
         let (squares, _) = squares_and_peak(values, mean);
         Some(Self {
             mean,
             sd: (squares / (n.max(2) - 1) as f64).sqrt(),
         })
     }
-}
-
-/// A sum in independent lanes.
-fn sum(values: &[f64]) -> f64 {
-    const LANES: usize = 8;
-    let mut sums = [0.0; LANES];
-    let (chunks, rest) = values.as_chunks::<LANES>();
-    for chunk in chunks {
-        for (sum, value) in sums.iter_mut().zip(chunk) {
-            *sum += value;
-        }
-    }
-    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }
 
 /// The sum of squared departures from `mean`, and the largest of them, in independent lanes.

@@ -11,6 +11,7 @@ use num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::Detrend;
+use crate::series::sum;
 
 /// A planned transform of windowed segments, with its scratch memory.
 #[derive(Clone)]
@@ -181,20 +182,6 @@ impl Trend {
     fn at(&self, i: usize) -> f64 {
         self.offset + self.slope * (i as f64 - self.middle)
     }
-}
-
-/// A sum in 16 independent lanes, so that it is as fast as the memory gives the numbers.
-#[inline(always)]
-fn sum(values: &[f64]) -> f64 {
-    let mut lanes = [0.0; 16];
-    let chunks = values.chunks_exact(16);
-    let rest: f64 = chunks.remainder().iter().sum();
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
 }
 
 /// Folds a sum made by [`SegmentTransform::add_power`] into the n/2 + 1 bins of the real signals' |X|².

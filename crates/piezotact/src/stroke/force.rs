@@ -228,12 +228,12 @@ pub(super) fn oriented(
     vibration: Option<&[f64]>,
     doubts: &mut Vec<Doubt>,
 ) -> Result<(Vec<f64>, f64), SegmentError> {
-    let low = force.iter().copied().fold(f64::MAX, f64::min);
-    let high = force.iter().copied().fold(f64::MIN, f64::max);
-    if high - low <= 1e-9 * high.abs().max(low.abs()).max(1e-9) {
+    let first = force.first().copied().unwrap_or(0.0);
+    let still = 1e-9 * first.abs().max(1e-9);
+    if force.iter().all(|value| (value - first).abs() <= still) {
         return Err(SegmentError::Dead {
             what: "the normal force",
-            found: format!("{low} N"),
+            found: format!("{first} N"),
         });
     }
     let sign = polarity(frames, &force, vibration);
