@@ -61,13 +61,12 @@ def rough_map(rows, columns, with_holes):
 
 
 def mean_line(z, step, cutoff):
-    x = np.arange(len(z)) * step
-    line = np.empty(len(z))
-    for i in range(len(z)):
-        d = x - x[i]
-        w = np.exp(-np.pi * (d / (ALPHA * cutoff)) ** 2) * (abs(d) <= cutoff * (1 + 1e-9))
-        line[i] = np.sum(w * z) / np.sum(w)
-    return line
+    """The Gaussian mean line of a profile that is continued by its mirror image at both ends."""
+    reach = min(int(cutoff / step + 1e-9), len(z))
+    longer = np.pad(z, reach, mode="symmetric")
+    d = np.arange(-reach, reach + 1) * step
+    w = np.exp(-np.pi * (d / (ALPHA * cutoff)) ** 2)
+    return np.array([np.sum(w * longer[i : i + 2 * reach + 1]) for i in range(len(z))]) / np.sum(w)
 
 
 def mean_surface(z, step_x, step_y, nesting):

@@ -547,8 +547,8 @@ fn an_instruments_own_roughness_profile_is_met() {
     assert_eq!(r.sections, 4);
     assert!(matches!(r.doubts[..], [Doubt::ShortEvaluation { .. }]));
     let (got, expected) = (r.roughness.heights_m(), instrument.heights_m());
-    // The instrument measured 1.7 mm before and after the line and cuts its weights at half a cut-off; the
-    // file holds neither run, so the outer half cut-offs can only be alike.
+    // The instrument measured before and after the line and cuts its weights at half a cut-off; the file holds
+    // neither run, so the ends can only be alike.
     let half = (1.25e-3 / primary.step_m()) as usize;
     let inner = half..got.len() - half;
     let inside = correlation(&got[inner.clone()], &expected[inner]);
@@ -557,7 +557,7 @@ fn an_instruments_own_roughness_profile_is_met() {
         "correlation with the instrument: {inside:.6} inside, {whole:.6} over the whole line"
     );
     assert!(inside > 0.9997, "{inside}");
-    assert!(whole > 0.999, "{whole}");
+    assert!(whole > 0.9997, "{whole}");
 
     let as_it_is = stated(ProfileStandard::Iso21920, ProfileFilter::None, 2.5e-3);
     let own = profile_roughness(&instrument, &as_it_is).unwrap();

@@ -11,10 +11,11 @@ const ALPHA: f64 = 0.469_718_639_349_825_66;
 /// The mean line of `profile` at `cutoff_m`: as many heights, in m. The roughness profile is the profile
 /// minus its mean line.
 ///
-/// Formula: Σwz/Σw with w(x) = exp(−π(x/(αλc))²), α = √(ln 2/π), out to ±λc and over the points there
-/// are, so the ends need no points beyond them; a wave of length λ passes with exp(−π(αλc/λ)²).
+/// Formula: Σwz/Σw with w(x) = exp(−π(x/(αλc))²), α = √(ln 2/π), out to ±λc; beyond its ends the profile
+/// is continued by its mirror image; a wave of length λ passes with exp(−π(αλc/λ)²).
 ///
-/// Source: ISO 16610-21:2011, with the truncation constant Lc = 1.
+/// Source: ISO 16610-21:2011, with the truncation constant Lc = 1; ISO 16610-28:2016 for the ends (symmetrical
+/// reflection).
 ///
 /// # Errors
 /// [`SurfaceError::Cutoff`] when the cut-off is not above zero and finite, [`SurfaceError::Huge`] when the
@@ -34,12 +35,16 @@ pub fn profile_mean_line(
     valid_cutoff(cutoff_m, profile.step_m(), profile.length_m())?;
     super::computable(profile.heights_m(), profile.step_m())?;
     let n = profile.heights_m().len();
-    let mut line = Smoothing::new(n, profile.step_m(), cutoff_m);
-    let weights = line.smooth(&vec![1.0; n]);
+    let reach = reach(profile.step_m(), cutoff_m, n);
     let (centred, offset_m) = centred(profile.heights_m());
-    let sums = line.smooth(&centred);
-    let mean_line = sums.iter().zip(&weights).map(|(z, w)| offset_m + z / w);
-    Ok(profile.with_heights(mean_line.collect()))
+    let before = centred[..reach].iter().rev();
+    let after = centred[n - reach..].iter().rev();
+    let longer: Vec<f64> = before.chain(&centred).chain(after).copied().collect();
+    let mut line = Smoothing::new(longer.len(), profile.step_m(), cutoff_m);
+    let weights = line.smooth(&vec![1.0; longer.len()]);
+    let sums = line.smooth(&longer);
+    let inner = sums.iter().zip(&weights).skip(reach).take(n);
+    Ok(profile.with_heights(inner.map(|(z, w)| offset_m + z / w).collect()))
 }
 
 /// The mean surface of `map` at `nesting_m`: a map on the same grid, in m, NaN where `map` is. The
@@ -113,6 +118,11 @@ fn centred(heights_m: &[f64]) -> (Vec<f64>, f64) {
     (heights_m.iter().map(about).collect(), mean_m)
 }
 
+/// The steps that a cut-off reaches, at most `most`.
+fn reach(step_m: f64, cutoff_m: f64, most: usize) -> usize {
+    ((cutoff_m / step_m + 1e-9) as usize).min(most)
+}
+
 /// The sum of the Gaussian's weights times the values around every point of a line, planned once.
 struct Smoothing {
     points: usize,
@@ -123,7 +133,7 @@ struct Smoothing {
 impl Smoothing {
     fn new(points: usize, step_m: f64, cutoff_m: f64) -> Self {
         // Weights further out than the line is long meet no point.
-        let reach = ((cutoff_m / step_m + 1e-9) as usize).min(points - 1);
+        let reach = reach(step_m, cutoff_m, points - 1);
         let mut transform = RealTransform::new(fast_length(points + reach));
         let mut kernel = vec![0.0; transform.length()];
         kernel[0] = 1.0;
@@ -180,10 +190,14 @@ mod tests {
             let z: Vec<f64> = (0..n)
                 .map(|i| ((i * i) as f64).sin() + 40.0 + i as f64)
                 .collect();
-            let expected = direct(&z, 1.0, cutoff_m);
+            let mirrored = (cutoff_m as usize).min(n);
+            let before = z[..mirrored].iter().rev();
+            let after = z[n - mirrored..].iter().rev();
+            let longer: Vec<f64> = before.chain(&z).chain(after).copied().collect();
+            let expected = &direct(&longer, 1.0, cutoff_m)[mirrored..mirrored + n];
             let profile = HeightProfile::new(z, 1.0).unwrap();
             let got = profile_mean_line(&profile, cutoff_m).unwrap();
-            for (g, e) in got.heights_m().iter().zip(&expected) {
+            for (g, e) in got.heights_m().iter().zip(expected) {
                 // the rounding of the transform
                 assert!((g - e).abs() < 1e-11, "{n} {cutoff_m}: {g} {e}");
             }
@@ -224,14 +238,14 @@ mod tests {
     }
 
     #[test]
-    fn a_map_of_equal_rows_is_its_profile() {
+    fn a_map_of_equal_rows_is_its_profile_away_from_the_ends() {
         let z: Vec<f64> = (0..40).map(|i| ((i * i) as f64).sin()).collect();
         let profile = HeightProfile::new(z.clone(), 1.0).unwrap();
         let line = profile_mean_line(&profile, 9.0).unwrap();
         let map = HeightMap::new(z.repeat(25), 40, 1.0, 1.5).unwrap();
         let surface = map_mean_surface(&map, 9.0).unwrap();
         for row in surface.heights_m().chunks(40) {
-            for (a, b) in row.iter().zip(line.heights_m()) {
+            for (a, b) in row.iter().zip(line.heights_m()).skip(9).take(22) {
                 assert!((a - b).abs() < 1e-13);
             }
         }

@@ -65,7 +65,7 @@ pub struct ProfileConfig {
 pub enum Ends {
     /// At least half a cut-off on each side is not evaluated.
     Dropped,
-    /// They are evaluated, with weights that are renormalised to the points there are.
+    /// They are evaluated, the profile continued by its mirror image.
     Kept,
     /// No filter was used.
     Unfiltered,
