@@ -172,14 +172,7 @@ impl NamePattern {
             match field.as_str() {
                 "sample" => condition.sample = Some(text.clone()),
                 "participant" => condition.participant = Some(text.clone()),
-                "touch" => {
-                    condition.touch = touch(&text);
-                    if condition.touch.is_none() {
-                        naming.doubts.push(Doubt::Guessed {
-                            what: format!("`{text}` in the name `{name}` is no kind of touch (active, passive, resting) and is kept as a label only"),
-                        });
-                    }
-                }
+                "touch" => condition.touch = touch(&text),
                 "load" | "speed" | "angle" if unit.is_empty() => {
                     naming.doubts.push(Doubt::Guessed {
                         what: format!(
@@ -268,6 +261,8 @@ fn fits(parts: &[Part], text: &str, found: &mut Vec<(String, String, String)>) -
                 .char_indices()
                 .map(|(i, c)| i + c.len_utf8())
                 .filter(|end| unit.is_empty() || is_number(&text[..*end]))
+                // A kind of touch is one of three words.
+                .filter(|end| name != "touch" || touch(&text[..*end]).is_some())
                 .collect();
             for end in ends {
                 let before = found.len();
@@ -303,6 +298,11 @@ mod tests {
         assert!((naming.condition.speed_m_s.unwrap() - 0.01).abs() < 1e-12);
         assert_eq!(naming.labels["repeat"], "0");
         assert!(pattern.read(Path::new("x.csv")).is_err());
+        let touched: NamePattern = "{sample}_{touch}".parse().unwrap();
+        assert!(touched.read(Path::new("P1_S4_active_30mmps")).is_err());
+        let naming = touched.read(Path::new("P1_S4_Active.csv")).unwrap();
+        assert_eq!(naming.condition.sample.as_deref(), Some("P1_S4"));
+        assert_eq!(naming.condition.touch, Some(Touch::Active));
         let loose: NamePattern = "{sample}_F{load}".parse().unwrap();
         let naming = loose.read(Path::new("S1_F135")).unwrap();
         assert_eq!((naming.condition.load_n, naming.doubts.len()), (None, 1));

@@ -41,7 +41,7 @@ impl Discrimination {
     /// The distance of two textures in JND, 0 for two silent ones.
     ///
     /// Formula: √((ΔL/level JND)² + (largest ΔB/band JND)²), where L is the level within the octave bands together and
-    /// B that of one band relative to them; bands around 16 to 500 Hz in which either texture holds 1 % of its power
+    /// B that of one band relative to them; bands around 1 to 500 Hz in which either texture holds 1 % of its power
     /// or more.
     ///
     /// Source: the cue combination of independent differences (Pythagorean sum), N. A. Macmillan and C. D. Creelman,
@@ -49,7 +49,7 @@ impl Discrimination {
     #[must_use]
     pub fn distance_jnd(&self, a: &Texture, b: &Texture) -> f64 {
         let (a, b) = (band_powers(a), band_powers(b));
-        let total = |bands: &[f64; 6]| bands.iter().sum::<f64>().max(SILENCE);
+        let total = |bands: &[f64; 10]| bands.iter().sum::<f64>().max(SILENCE);
         let (all_a, all_b) = (total(&a), total(&b));
         let level = 10.0 * (all_a / all_b).log10() / self.level_jnd_db;
         let shape = a
@@ -66,14 +66,14 @@ impl Discrimination {
 /// Power below this is silence, u².
 const SILENCE: f64 = 1e-30;
 
-/// The power of a texture in the octave bands around 16, 31.5, 63, 125, 250 and 500 Hz, u².
-fn band_powers(texture: &Texture) -> [f64; 6] {
-    let mut powers = [0.0; 6];
+/// The power of a texture in the octave bands around 1, 2, 4, 8, 16, 31.5, 63, 125, 250 and 500 Hz, u².
+fn band_powers(texture: &Texture) -> [f64; 10] {
+    let mut powers = [0.0; 10];
     for (k, value) in texture.psd.iter().enumerate() {
-        let octave = (k as f64 * texture.resolution_hz / (1000.0 / 64.0))
+        let octave = (k as f64 * texture.resolution_hz / (1000.0 / 1024.0))
             .log2()
             .round();
-        if (0.0..6.0).contains(&octave) {
+        if (0.0..10.0).contains(&octave) {
             powers[octave as usize] += value * texture.resolution_hz;
         }
     }

@@ -6,12 +6,15 @@ use super::CompareError;
 use crate::doubt::Doubt;
 use crate::feature::{
     Analysis, Peak, RECOMMENDED_STROKES, Statistics, StrokeFeatures, StrokeSpectra, peaks,
+    peaks_above,
 };
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
 
 /// The ridges of a fingertip are this far apart, m: the widest range of the literature.
 const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;
+/// A peak where one is expected stands out by at least this, dB.
+const EXPECTED_DB: f64 = 3.0;
 /// A peak this far from where it is expected belongs there, as a share.
 const NEAR: f64 = 0.12;
 
@@ -209,7 +212,14 @@ pub fn summarise(
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
         strongest_hz: strongest(&psd, band),
-        fingerprint: speed_m_s.map(|speed| fingerprint(&found, &comb, speed.mean, periods.ridge_m)),
+        fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
+            // Where it is expected a smaller peak is believed.
+            Some(_) => {
+                let low = peaks_above(&psd.mean, psd.resolution_hz, band, EXPECTED_DB);
+                fingerprint(&low, &comb, speed.mean, periods.ridge_m)
+            }
+            None => fingerprint(&found, &comb, speed.mean, None),
+        }),
         comb,
         speed_m_s,
         peaks: found,
@@ -241,6 +251,12 @@ fn pooled(
     let mut doubts = Vec::new();
     if apart || scattered {
         doubts.push(differ("speed"));
+    }
+    if members
+        .windows(2)
+        .any(|pair| pair[0].1.sample != pair[1].1.sample)
+    {
+        doubts.push(differ("samples"));
     }
     if touch {
         doubts.push(differ("touch (active and passive)"));

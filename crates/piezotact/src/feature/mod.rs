@@ -7,8 +7,8 @@ mod weighting;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use peaks::vertex;
 pub use peaks::{Peak, peaks};
+pub(crate) use peaks::{peaks_above, vertex};
 pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};

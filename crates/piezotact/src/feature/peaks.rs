@@ -37,6 +37,11 @@ pub struct Peak {
 /// J. O. Smith, *Spectral Audio Signal Processing* (2011), "Quadratic interpolation of spectral peaks".
 #[must_use]
 pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
+    peaks_above(psd, resolution_hz, band, PROMINENT_DB)
+}
+
+/// The peaks as [`peaks`] finds them, that stand out by `least_db` or more.
+pub(crate) fn peaks_above(psd: &[f64], resolution_hz: f64, band: Band, least_db: f64) -> Vec<Peak> {
     // Decibels only where they are needed: the median of powers is that of their levels.
     let level = |k: usize| 10.0 * psd[k].max(f64::MIN_POSITIVE).log10();
     let line = |hz: f64| ((hz / resolution_hz) as usize).min(psd.len());
@@ -45,7 +50,7 @@ pub fn peaks(psd: &[f64], resolution_hz: f64, band: Band) -> Vec<Peak> {
         .filter(|&k| psd[k] >= psd[k - 1] && psd[k] > psd[k + 1])
         .filter(|&k| band.contains(k as f64 * resolution_hz))
         .map(|k| (k, level(k), level(k) - background_db.at(k)))
-        .filter(|(_, _, prominence_db)| *prominence_db >= PROMINENT_DB)
+        .filter(|(_, _, prominence_db)| *prominence_db >= least_db)
         .map(|(k, top_db, prominence_db)| Peak {
             frequency_hz: (k as f64 + vertex(level(k - 1), top_db, level(k + 1))) * resolution_hz,
             density: psd[k],

@@ -113,6 +113,8 @@ impl ForceRule {
     }
 }
 
+/// A stroke quieter than this share of the usual one is none.
+const QUIET: f64 = 0.1;
 /// A touch above this share of where a contact begins is listed.
 const LIGHT: f64 = 0.5;
 /// The shortest recording that can be cut, s.
@@ -204,6 +206,7 @@ pub fn segment_by_force(
             }),
         }
     }
+    cutter.reject_quiet(&mut strokes, &mut rejected);
     rejected.extend(cutter.light_touches(&contacts));
     force_tolerance(&cutter, &mut strokes, &mut rejected);
     doubts.extend(cutter.doubts(&strokes, &friction, &rejected));
@@ -428,6 +431,32 @@ impl Cutter<'_> {
             let share = |sign: f64| values.iter().filter(|v| sign * **v > half).count();
             slides && 10 * share(1.0).min(share(-1.0)) > values.len()
         })
+    }
+
+    /// Rejects what vibrates far less than the other strokes: a finger that rests, in a noisy place.
+    fn reject_quiet(&self, strokes: &mut Vec<Stroke>, rejected: &mut Vec<Rejected>) {
+        let (Judging::Sliding, Some(vibration)) = (self.rule.judging, self.signals.vibration)
+        else {
+            return;
+        };
+        let level = |stroke: &Stroke| {
+            let (from, to) = (stroke.steady.start, stroke.steady.end);
+            let (from, to) = (from / self.frames.size, to / self.frames.size);
+            mean(&vibration_level(self.frames, vibration, from, to))
+        };
+        let levels: Vec<f64> = strokes.iter().map(level).collect();
+        let least = QUIET * quantile(&levels, 0.5);
+        let mut levels = levels.into_iter();
+        strokes.retain(|stroke| {
+            let kept = levels.next().is_none_or(|level| level >= least);
+            if !kept {
+                rejected.push(Rejected {
+                    interval: stroke.contact,
+                    reason: Reason::NoSliding,
+                });
+            }
+            kept
+        });
     }
 
     /// What rises well above nothing for longer than a tap, and not as far as a contact.

@@ -16,6 +16,8 @@ const SHORTEST_RUN_S: f64 = 0.1;
 const SLIP_DROP: f64 = 0.2;
 /// … within this time, s.
 const SLIP_TIME_S: f64 = 0.016;
+/// A friction coefficient below this is none that could slip.
+const LEAST_FRICTION: f64 = 0.1;
 /// As many slips make stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
@@ -108,6 +110,10 @@ fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
 /// noise, smoothed over 6 ms, does not.
 pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(usize, f64)> {
     let level = quantile(ratio, 0.5);
+    // Next to no friction is a finger at rest, or noise.
+    if level < LEAST_FRICTION {
+        return None;
+    }
     let smooth = smoothed(ratio, frames.in_time(0.006));
     let reach = frames.in_time(SLIP_TIME_S);
     let mut slips = 0;

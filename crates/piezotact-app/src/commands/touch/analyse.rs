@@ -25,7 +25,10 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
     }
     if let Some(path) = &computing.report {
         let page = report::touch::Page {
-            title: "What the strokes say",
+            title: format!(
+                "What the strokes say, by {}",
+                format!("{by:?}").to_lowercase()
+            ),
             takes: &takes,
             groups: &groups,
             sets: &sets,

@@ -7,7 +7,8 @@ use piezotact::compare::{
     across_roughness, active_against_passive, comparable, friction_against_rms, indistinguishable,
     rms_on_speed, spatial_period,
 };
-use piezotact::quantity::{Band, Hertz};
+use piezotact::feature::RECOMMENDED_STROKES;
+use piezotact::quantity::{Band, Hertz, Unit};
 use piezotact::surface::SampleSet;
 use serde_json::{Map, Value, json};
 
@@ -18,7 +19,7 @@ use super::{
 };
 use crate::cli::{By, Compare};
 use crate::failure::{Outcome, usage};
-use crate::output::{digits, doubts_json, print, print_json, say, say_doubts, write_text};
+use crate::output::{digits, doubts_json, print, print_json, say, write_text};
 use crate::report;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
@@ -56,7 +57,10 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     if let Some(path) = &computing.report {
         let groups = cells(&takes, args.by, &sets, ridge_m)?;
         let page = report::touch::Page {
-            title: "What changes",
+            title: format!(
+                "What changes with the {}",
+                format!("{:?}", args.by).to_lowercase()
+            ),
             takes: &takes,
             groups: &groups,
             sets: &sets,
@@ -79,8 +83,10 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     for doubt in doubts_once(&takes, &[]) {
         say(&format!("doubt: {doubt}"));
     }
+    for doubt in doubts_in_words(&results) {
+        say(&format!("doubt: {doubt}"));
+    }
     for result in &results {
-        say_doubts(&result.doubts);
         print(&result.text)?;
     }
     if args.by == By::Touch {
@@ -100,7 +106,29 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     Ok(())
 }
 
+/// The doubts of all comparisons, each with its setting; that strokes are few is said once for all.
+fn doubts_in_words(results: &[Compared]) -> Vec<String> {
+    let mut few = 0;
+    let mut words = Vec::new();
+    for result in results {
+        for doubt in &result.doubts {
+            match doubt {
+                Doubt::FewStrokes { .. } if results.len() > 1 => few += 1,
+                doubt if result.setting.is_empty() => words.push(doubt.to_string()),
+                doubt => words.push(format!("{}: {doubt}", result.setting)),
+            }
+        }
+    }
+    if few > 0 {
+        words.push(format!(
+            "{few} groups have fewer than {RECOMMENDED_STROKES} strokes: averages scatter"
+        ));
+    }
+    words
+}
+
 struct Compared {
+    setting: String,
     fields: Map<String, Value>,
     text: String,
     doubts: Vec<Doubt>,
@@ -115,6 +143,7 @@ fn result(
     let summaries: Vec<&Summary> = comparison.cells.iter().map(|cell| &cell.summary).collect();
     comparable(&summaries)?;
     let mut compared = Compared {
+        setting: comparison.setting.clone(),
         fields: Map::new(),
         text: String::new(),
         doubts: summaries.iter().flat_map(|s| s.doubts.clone()).collect(),
@@ -183,14 +212,26 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
     }
     let period = period(comparison)?;
     let mm = |m: f64| m * 1e3;
+    // What does not stand out is a candidate and no period.
+    let stands_out = |p: &&SpatialPeriod| {
+        !p.doubts
+            .iter()
+            .any(|d| matches!(d, Doubt::NoCommonPeriod { .. }))
+    };
+    let candidate = period
+        .as_ref()
+        .filter(|p| !stands_out(p))
+        .map(|p| mm(p.period_m));
+    compared.put("spatial_period_candidate_mm", &candidate)?;
     compared.put(
         "spatial_period_mm",
-        &period.as_ref().map(|p| mm(p.period_m)),
+        &period.as_ref().filter(stands_out).map(|p| mm(p.period_m)),
     )?;
     compared.put(
         "spatial_period_interval_mm",
         &period
             .as_ref()
+            .filter(stands_out)
             .and_then(|p| p.interval_m.map(|i| i.map(mm))),
     )?;
     let peaks: Vec<Value> = match &period {
@@ -223,8 +264,12 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
                 )
             })
             .collect();
+        let what = match candidate {
+            None => "spatial period",
+            Some(_) => "no spatial period stands out at all speeds; the strongest candidate is",
+        };
         compared.say(&format!(
-            "spatial period {:.3} mm{interval}: {}",
+            "{what} {:.3} mm{interval}: {}",
             mm(period.period_m),
             peaks.join(", ")
         ));
@@ -308,7 +353,20 @@ fn samples(
         compared.say(&format!("friction and rms: rank correlation {rho:.2}"));
     }
     compared.put("friction_rms_rank_correlation", &friction)?;
+    // What people feel is known of accelerations (and of what stands for them), not of taxels.
+    let felt = |s: &&Summary| {
+        matches!(
+            s.unit,
+            Unit::MetrePerSecondSquared | Unit::FullScale | Unit::Volt
+        )
+    };
+    if !summaries.iter().all(felt) {
+        return Ok(());
+    }
     let groups = indistinguishable(&textures(summaries), discrimination);
+    if groups.confusable().is_empty() {
+        compared.say("all can be told apart by their vibration");
+    }
     for group in groups.confusable() {
         compared.say(&format!(
             "cannot be told apart by their vibration (within {} JND): {}",

@@ -10,7 +10,7 @@ use super::{Take, tables, take_all};
 use crate::cli::{Segment, Takes};
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{doubts_json, print, print_json, say, write_text};
 use crate::report;
 
 /// The files that are read and written, so that nothing that is read is written.
@@ -52,7 +52,9 @@ pub(crate) fn run(args: &Segment) -> Outcome {
         return print_json(&json!({ "recordings": recordings }));
     }
     for take in &takes {
-        say_doubts(&take.doubts());
+        for doubt in take.doubts() {
+            say(&format!("doubt: {}: {doubt}", take.name));
+        }
         print(&summary(take))?;
     }
     for path in [&args.write_cuts, &args.csv, &args.report]

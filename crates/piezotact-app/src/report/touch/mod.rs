@@ -4,9 +4,10 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
+use piezotact::Doubt;
 use piezotact::compare::{
-    Discrimination, Summary, across_roughness, friction_against_rms, indistinguishable,
-    rms_on_speed,
+    Discrimination, LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms,
+    indistinguishable, rms_on_speed,
 };
 use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::stroke::{Judging, Rule};
@@ -24,7 +25,7 @@ const SHOWN: usize = 4;
 
 /// What a report on strokes shows.
 pub(crate) struct Page<'a> {
-    pub(crate) title: &'a str,
+    pub(crate) title: String,
     pub(crate) takes: &'a [Take],
     pub(crate) groups: &'a [Cell<'a>],
     pub(crate) sets: &'a [SampleSet],
@@ -68,7 +69,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (rejects(page.takes))
         (methods(page.takes))
     };
-    Ok(document(page.title, &body))
+    Ok(document(&page.title, &body))
 }
 
 fn count(number: usize, what: &str) -> String {
@@ -101,13 +102,20 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
     if strokes < 2 {
         return mean;
     }
-    let decimals = mean
+    // The spread shows one digit that counts, where two more decimals are enough for it.
+    let usual = mean
         .split_once('.')
         .map_or(0, |(_, decimals)| decimals.len());
+    let needed = (-(s.sd * scale).abs().max(1e-9).log10()).ceil().max(0.0) as usize;
+    let decimals = needed.clamp(usual, usual + 2);
     if mean.contains('e') {
         format!("{mean} ± {}", digits(s.sd * scale))
     } else {
-        format!("{mean} ± {:.decimals$}", s.sd * scale)
+        format!(
+            "{:.decimals$} ± {:.decimals$}",
+            s.mean * scale,
+            s.sd * scale
+        )
     }
 }
 
@@ -275,6 +283,33 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
     })
 }
 
+/// A setting's slope of rms on speed and its spatial period, each with its interval.
+fn speed_row(
+    comparison: &Comparison<'_>,
+    fit: Option<&LogFit>,
+    period: Option<&SpatialPeriod>,
+) -> [String; 5] {
+    let none = || "–".to_owned();
+    let range = |interval: Option<[f64; 2]>, scale: f64, decimals: usize| {
+        interval.map_or_else(none, |[low, high]| {
+            format!("{:.decimals$} to {:.decimals$}", low * scale, high * scale)
+        })
+    };
+    let in_doubt = |p: &SpatialPeriod| {
+        p.doubts
+            .iter()
+            .any(|d| matches!(d, Doubt::NoCommonPeriod { .. }))
+    };
+    let period = period.filter(|p| !in_doubt(p));
+    [
+        comparison.setting.clone(),
+        fit.map_or_else(none, |fit| format!("{:.2}", fit.slope)),
+        range(fit.and_then(|fit| fit.slope_interval), 1.0, 2),
+        period.map_or_else(none, |p| format!("{:.3}", p.period_m * 1e3)),
+        range(period.and_then(|p| p.interval_m), 1e3, 3),
+    ]
+}
+
 /// What changes with the speed, and what is in doubt about it.
 fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     let mut doubts = Vec::new();
@@ -284,6 +319,7 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     let band = shown_band(page.takes);
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
+    let mut rows: Vec<[String; 5]> = Vec::new();
     let mut sets: Sets = Vec::new();
     for comparison in &all {
         let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
@@ -295,6 +331,11 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
             };
             doubts.push(format!("{setting}: {doubt}"));
         }
+        rows.push(speed_row(
+            comparison,
+            rms_on_speed(&summaries).as_ref(),
+            found.as_ref(),
+        ));
         names.push(comparison.setting.clone());
         for summary in &summaries {
             let value = Some((summary.rms.mean, summary.rms.sd));
@@ -395,12 +436,13 @@ fn told_apart(summaries: &[&Summary], discrimination: Discrimination) -> Markup 
     let found = indistinguishable(&textures(summaries), discrimination);
     html! {
         p { (format!(
-            "Distances in just-noticeable differences: level ({} dB each) and the octave band that differs most ({} dB each) together; samples within {} JND of each other cannot be told apart by their vibration.",
+            "Distances in just-noticeable differences: level ({} dB each) and the octave band that differs most ({} dB each), combined as the root of the sum of squares; samples within {} JND of each other cannot be told apart by their vibration.",
             discrimination.level_jnd_db, discrimination.band_jnd_db, discrimination.threshold_jnd
         )) }
         @if found.confusable().is_empty() {
             p { "All can be told apart." }
         } @else {
+            p.soft { "The largest sets in which no pair can be told apart; a sample may stand in several:" }
             ul { @for group in found.confusable() { li { (group.join(", ")) } } }
         }
         div.wide { table.matrix {
