@@ -102,12 +102,12 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
     if strokes < 2 {
         return mean;
     }
-    // The spread shows one digit that counts, where two more decimals are enough for it.
+    // The spread shows one digit that counts, where one more decimal is enough for it.
     let usual = mean
         .split_once('.')
         .map_or(0, |(_, decimals)| decimals.len());
     let needed = (-(s.sd * scale).abs().max(1e-9).log10()).ceil().max(0.0) as usize;
-    let decimals = needed.clamp(usual, usual + 2);
+    let decimals = needed.clamp(usual, usual + 1);
     if mean.contains('e') {
         format!("{mean} ± {}", digits(s.sd * scale))
     } else {
@@ -320,16 +320,20 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
     let mut rows: Vec<[String; 5]> = Vec::new();
+    let mut aperiodic: Vec<String> = Vec::new();
     let mut sets: Sets = Vec::new();
     for comparison in &all {
         let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
         let found = period(comparison)?;
+        let setting = match comparison.setting.as_str() {
+            "" => "across speeds",
+            setting => setting,
+        };
         for doubt in found.iter().flat_map(|period| &period.doubts) {
-            let setting = match comparison.setting.as_str() {
-                "" => "across speeds",
-                setting => setting,
-            };
-            doubts.push(format!("{setting}: {doubt}"));
+            match doubt {
+                Doubt::NoCommonPeriod { .. } if all.len() > 1 => aperiodic.push(setting.to_owned()),
+                doubt => doubts.push(format!("{setting}: {doubt}")),
+            }
         }
         rows.push(speed_row(
             comparison,
