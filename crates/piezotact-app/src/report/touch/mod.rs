@@ -283,6 +283,12 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
     })
 }
 
+/// Whether a period does not stand out.
+fn in_doubt(period: &SpatialPeriod) -> bool {
+    let mut doubts = period.doubts.iter();
+    doubts.any(|doubt| matches!(doubt, Doubt::NoCommonPeriod { .. }))
+}
+
 /// A setting's slope of rms on speed and its spatial period, each with its interval.
 fn speed_row(
     comparison: &Comparison<'_>,
@@ -294,11 +300,6 @@ fn speed_row(
         interval.map_or_else(none, |[low, high]| {
             format!("{:.decimals$} to {:.decimals$}", low * scale, high * scale)
         })
-    };
-    let in_doubt = |p: &SpatialPeriod| {
-        p.doubts
-            .iter()
-            .any(|d| matches!(d, Doubt::NoCommonPeriod { .. }))
     };
     let period = period.filter(|p| !in_doubt(p));
     [
@@ -368,7 +369,8 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
                     }
                     @if let Some(period) = &found {
                         @for doubt in &period.doubts { li.doubt { (doubt) } }
-                        li { (format!("spatial period on which the speeds agree: {:.3} mm", period.period_m * 1e3))
+                        @let what = if in_doubt(period) { "strongest candidate of a spatial period" } else { "spatial period on which the speeds agree" };
+                        li { (format!("{what}: {:.3} mm", period.period_m * 1e3))
                             @if let Some([low, high]) = period.interval_m { (format!(" (95 %: {:.3} to {:.3} mm)", low * 1e3, high * 1e3)) }
                             (format!(", {:.1} dB above the background", period.prominence_db)) }
                     }
@@ -392,8 +394,27 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     } else {
         html! {}
     };
-    let section =
-        html! { section { h2 { "Across speeds" } (over_all) @for part in &parts { (part) } } };
+    if !aperiodic.is_empty() {
+        doubts.push(format!(
+            "{}: no spatial period stands out at every speed: the surface may have none, or the speeds stated are not those that were reached",
+            aperiodic.join(", ")
+        ));
+    }
+    let shown = parts.len();
+    let section = html! {
+        section {
+            h2 { "Across speeds" }
+            (over_all)
+            @if all.len() > 1 {
+                table {
+                    tr { th { "" } th.n { "log rms on log speed" } th.n { "95 %" } th.n { "spatial period, mm" } th.n { "95 %" } }
+                    @for row in &rows { tr { td { (row[0]) } @for cell in &row[1..] { td.n { (cell) } } } }
+                }
+            }
+            @if all.len() > shown { p.soft { (format!("Spectra of the first {shown} of {}:", all.len())) } }
+            @for part in &parts { (part) }
+        }
+    };
     Ok((section, doubts))
 }
 
