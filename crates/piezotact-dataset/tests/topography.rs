@@ -7,9 +7,11 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
+#[path = "../../piezotact/tests/shared_data/mod.rs"]
+mod shared_data;
 mod support;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use piezotact::Doubt;
 use piezotact::surface::{HeightMap, Topography};
@@ -34,20 +36,9 @@ const FILES: [(&str, TopographyKind); 11] = [
     ("surfcom/specimen_1_roughness.tx2", TopographyKind::Surfcom),
 ];
 
+/// A measured topography.
 fn shared(path: &str) -> Option<PathBuf> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/data/topography")
-        .join(path);
-    if file.exists() {
-        return Some(file);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing, and CI needs it",
-        file.display()
-    );
-    eprintln!("skipped: {} is not there", file.display());
-    None
+    shared_data::shared(&format!("data/topography/{path}"))
 }
 
 /// What a person who knows the file states: nothing where the file says it.

@@ -45,8 +45,8 @@ impl Motion {
 impl Roles {
     /// The roles that the units and names of the channels speak for, and what had to be guessed.
     ///
-    /// An acceleration vibrates; without one, every channel that is neither force, motion, drive nor proximity
-    /// does. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or
+    /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither
+    /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or
     /// a name with "tang" are tangential, and a force alone is the normal one.
     #[must_use]
     pub fn guess(recording: &Recording) -> (Self, Vec<Doubt>) {

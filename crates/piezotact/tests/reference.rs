@@ -9,7 +9,7 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-use std::path::PathBuf;
+mod shared_data;
 
 use num_complex::Complex;
 use piezotact::Doubt;
@@ -19,25 +19,10 @@ use piezotact::resample::Resampler;
 use piezotact::series::Series;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
+use shared_data::shared;
 
 /// PSD, H1, H2 and coherence: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;
-
-fn shared(path: &str) -> Option<PathBuf> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared")
-        .join(path);
-    if file.exists() {
-        return Some(file);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing, and CI needs it",
-        file.display()
-    );
-    eprintln!("skipped: {} is not there", file.display());
-    None
-}
 
 struct Npz(zip::ZipArchive<std::fs::File>);
 

@@ -8,8 +8,9 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
+mod shared_data;
+
 use std::f64::consts::{PI, TAU};
-use std::path::PathBuf;
 
 use piezotact::Doubt;
 use piezotact::surface::{
@@ -19,6 +20,7 @@ use piezotact::surface::{
 };
 use proptest::prelude::*;
 use serde::Deserialize;
+use shared_data::shared;
 
 const STANDARDS: [ProfileStandard; 2] = [ProfileStandard::Iso4287, ProfileStandard::Iso21920];
 
@@ -494,22 +496,6 @@ fn missing_points_are_left_out_and_doubted() {
     within("Sal", holes.sal_m.unwrap(), whole.sal_m.unwrap(), 0.03);
     assert!(holes.surface.heights_m()[13].is_nan());
     assert!(matches!(holes.doubts[..], [Doubt::MissingPoints { .. }]));
-}
-
-fn shared(path: &str) -> Option<PathBuf> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared")
-        .join(path);
-    if file.exists() {
-        return Some(file);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing, and CI needs it",
-        file.display()
-    );
-    eprintln!("skipped: {} is not there", file.display());
-    None
 }
 
 /// A Surfcom export: the length in mm, the number of heights, the heights in µm.

@@ -6,25 +6,14 @@
     reason = "a test says what it skipped, and fails where it cannot go on"
 )]
 
-use std::path::{Path, PathBuf};
+#[path = "../../../piezotact/tests/shared_data/mod.rs"]
+mod shared_data;
+
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-/// A file or folder beside the checkout; `None`, said plainly, when it is not there. In CI it must be.
-pub(crate) fn shared(path: &str) -> Option<PathBuf> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared")
-        .join(path);
-    if file.exists() {
-        return Some(file);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing, and CI needs it",
-        file.display()
-    );
-    eprintln!("skipped: {} is not there", file.display());
-    None
-}
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use shared_data::shared;
 
 /// A folder of its own in which the command is run.
 pub(crate) struct Folder(tempfile::TempDir);

@@ -40,6 +40,15 @@ pub struct FeatureConfig {
 }
 
 impl FeatureConfig {
+    /// Where the slope of the high-pass is over: half an octave above its cut-off; 0 Hz without one.
+    #[must_use]
+    pub fn passes_from(&self) -> Hertz {
+        Hertz(
+            self.high_pass
+                .map_or(0.0, |high_pass| 1.5 * high_pass.cutoff_hz.0),
+        )
+    }
+
     /// What is usual for vibration at `rate` in recordings whose longest strokes have `longest` samples: lines about
     /// 5 Hz apart as 1024 samples at 5 kHz give (256 samples and more at low rates), or as fine as the longest stroke
     /// of every recording allows; the band from 10 Hz (a hundredth of the rate where that is less) to 1000 Hz.
@@ -175,6 +184,19 @@ pub struct Analysis {
     pub config: FeatureConfig,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
+}
+
+impl Analysis {
+    /// The mean speed of the strokes, m/s; `None` where none was measured.
+    #[must_use]
+    pub fn speed_m_s(&self) -> Option<f64> {
+        let speeds: Vec<f64> = self
+            .strokes
+            .iter()
+            .filter_map(|stroke| Some(stroke.speed_m_s?.mean))
+            .collect();
+        (!speeds.is_empty()).then(|| crate::series::mean(&speeds))
+    }
 }
 
 /// The gesture's share of the power above which keeping it is a doubt.

@@ -320,8 +320,7 @@ pub(crate) fn period(comparison: &Comparison<'_>) -> Outcome<Option<SpatialPerio
         .collect();
     let filtered = comparison.cells.iter().flat_map(|cell| &cell.takes);
     let lowest_hz = filtered
-        .filter_map(|take| take.analysis.as_ref()?.config.high_pass)
-        .map(|high_pass| 1.5 * high_pass.cutoff_hz.0)
+        .filter_map(|take| Some(take.analysis.as_ref()?.config.passes_from().0))
         .fold(0.0, f64::max);
     Ok(spatial_period(&parts, Hertz(lowest_hz)))
 }

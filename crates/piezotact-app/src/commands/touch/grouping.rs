@@ -27,7 +27,11 @@ impl Key {
         let condition = take.condition();
         Self {
             sample: condition.sample.clone().unwrap_or_default(),
-            speed: speed_m_s(take).map_or(String::new(), speed_text),
+            // A measured plateau is steady to a mm/s.
+            speed: match condition.speed_m_s {
+                Some(stated) => speed_text(stated),
+                None => speed_m_s(take).map_or(String::new(), |v| format!("{:.0} mm/s", v * 1e3)),
+            },
             participant: condition.participant.clone().unwrap_or_default(),
             touch: match condition.touch {
                 Some(Touch::Active) => "active".into(),
@@ -81,16 +85,9 @@ impl Key {
 
 /// The speed that the recording states, or else the one that was measured.
 fn speed_m_s(take: &Take) -> Option<f64> {
-    take.condition().speed_m_s.or_else(|| {
-        let analysis = take.analysis.as_ref()?;
-        let speeds: Vec<f64> = analysis
-            .strokes
-            .iter()
-            .filter_map(|stroke| Some(stroke.speed_m_s?.mean))
-            .collect();
-        // To the next mm/s: a plateau is that steady.
-        (!speeds.is_empty()).then(|| (piezotact::series::mean(&speeds) * 1e3).round() * 1e-3)
-    })
+    take.condition()
+        .speed_m_s
+        .or_else(|| take.analysis.as_ref()?.speed_m_s())
 }
 
 fn speed_text(speed_m_s: f64) -> String {
