@@ -4,12 +4,14 @@ use piezotact::Doubt;
 use piezotact::Series;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Force, Hertz, SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording, Touch};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use crate::excitation::{ExcitationConfig, random_excitation};
-use crate::traits::{Bench, BenchError, Chunk, PlayDescription, PlayReport, RunPlan};
+use crate::traits::{
+    Acquire, Bench, BenchError, Chunk, PlayDescription, PlayReport, RunPlan, SensorCalibration,
+};
 
 /// The channels that every bench of this kind has.
 pub const DRIVE_CHANNEL: &str = "drive";
@@ -39,25 +41,25 @@ pub struct RunStart {
     pub provenance: Provenance,
 }
 
-/// What is known of the run `run` on `bench` before its first sample.
+/// What is known of the run `run` on `acquirer` before its first sample.
 #[must_use]
-pub fn announce(bench: &Bench, run: &RunPlan) -> RunStart {
-    let description = bench.acquirer.describe();
+pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
+    let description = acquirer.describe();
+    let mut steps = vec![run.label.clone()];
+    steps.extend(description.steps);
     RunStart {
         rate: description.rate,
         channels: description.channels,
         condition: Condition {
-            participant: description.participant,
-            load_n: Some(run.load),
+            load_n: run.load,
             angle_deg: Some(run.angle),
-            touch: Some(Touch::Resting),
-            ..Condition::default()
+            ..description.condition
         },
         provenance: Provenance {
             source: description.name,
             bench: Some(description.kind),
             seed: description.seed,
-            steps: vec![run.label.clone()],
+            steps,
         },
     }
 }
@@ -127,34 +129,13 @@ pub fn play_and_record(
     keep: Keep<'_>,
 ) -> Result<Recording, BenchError> {
     require_device(bench, drive, rendered_for)?;
-    let noise = bench.acquirer.calibrate()?;
+    let at_rest = bench.acquirer.calibrate()?;
     let outcome = acquire_while_playing(bench, drive, run, keep);
     bench.player.stop();
     bench.acquirer.stop();
-    let mut start = announce(bench, run);
-    let at_rest: Vec<String> = start
-        .channels
-        .iter()
-        .zip(noise.offset.iter().zip(&noise.noise_rms))
-        .filter(|(_, (_, noise))| **noise > 0.0)
-        .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
-        .collect();
-    start
-        .provenance
-        .steps
-        .push(format!("sensors at rest: {}", at_rest.join(", ")));
+    let start = announce(bench.acquirer.as_ref(), run);
     let (samples, report) = outcome?;
-    let channels = start
-        .channels
-        .into_iter()
-        .zip(samples)
-        .map(|((name, unit), samples)| Channel {
-            name,
-            unit,
-            samples,
-        })
-        .collect();
-    let mut recording = Recording::new(channels, start.rate, start.condition, start.provenance)?;
+    let mut recording = recording_of(start, samples, &at_rest)?;
     recording.doubts.extend(force_doubt(&recording, run));
     let expected = drive.samples().len();
     if report.played < expected || report.underruns > 0 {
@@ -168,6 +149,77 @@ pub fn play_and_record(
     Ok(recording)
 }
 
+/// Acquires a run in which a person touches something, handing every chunk to `keep` as it comes and returning all of it.
+///
+/// # Errors
+/// [`BenchError::Keep`] when a chunk cannot be kept; whatever the bench returns. It is stopped in any case.
+pub fn record(
+    acquirer: &mut dyn Acquire,
+    run: &RunPlan,
+    keep: Keep<'_>,
+) -> Result<Recording, BenchError> {
+    let at_rest = acquirer.calibrate()?;
+    let outcome = acquire(acquirer, run, keep);
+    acquirer.stop();
+    recording_of(announce(acquirer, run), outcome?, &at_rest)
+}
+
+fn acquire(
+    acquirer: &mut dyn Acquire,
+    run: &RunPlan,
+    keep: Keep<'_>,
+) -> Result<Vec<Vec<f64>>, BenchError> {
+    acquirer.ready(run)?;
+    acquirer.start()?;
+    drain(acquirer, keep)
+}
+
+/// All chunks, a list of samples a channel.
+fn drain(acquirer: &mut dyn Acquire, keep: Keep<'_>) -> Result<Vec<Vec<f64>>, BenchError> {
+    let mut samples = vec![Vec::new(); acquirer.describe().channels.len()];
+    while let Some(chunk) = acquirer.wait()? {
+        keep(&chunk).map_err(BenchError::Keep)?;
+        for (channel, new) in samples.iter_mut().zip(chunk.channels) {
+            channel.extend(new);
+        }
+    }
+    Ok(samples)
+}
+
+fn recording_of(
+    mut start: RunStart,
+    samples: Vec<Vec<f64>>,
+    at_rest: &SensorCalibration,
+) -> Result<Recording, BenchError> {
+    let at_rest: Vec<String> = start
+        .channels
+        .iter()
+        .zip(at_rest.offset.iter().zip(&at_rest.noise_rms))
+        .filter(|(_, (_, noise))| **noise > 0.0)
+        .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
+        .collect();
+    start
+        .provenance
+        .steps
+        .push(format!("sensors at rest: {}", at_rest.join(", ")));
+    let channels = start
+        .channels
+        .into_iter()
+        .zip(samples)
+        .map(|((name, unit), samples)| Channel {
+            name,
+            unit,
+            samples,
+        })
+        .collect();
+    Ok(Recording::new(
+        channels,
+        start.rate,
+        start.condition,
+        start.provenance,
+    )?)
+}
+
 fn acquire_while_playing(
     bench: &mut Bench,
     drive: &Series<Drive>,
@@ -178,23 +230,16 @@ fn acquire_while_playing(
     bench.player.ready(drive, run)?;
     bench.acquirer.start()?;
     bench.player.start()?;
-    let mut samples = vec![Vec::new(); bench.acquirer.describe().channels.len()];
-    while let Some(chunk) = bench.acquirer.wait()? {
-        keep(&chunk).map_err(BenchError::Keep)?;
-        for (channel, new) in samples.iter_mut().zip(chunk.channels) {
-            channel.extend(new);
-        }
-    }
+    let samples = drain(bench.acquirer.as_mut(), keep)?;
     Ok((samples, bench.player.wait()?))
 }
 
 fn force_doubt(recording: &Recording, run: &RunPlan) -> Option<Doubt> {
+    let target_n = run.load?.0;
     let force = recording.series::<Force>(Some(FORCE_CHANNEL)).ok()?;
-    let mean_n = force.samples().iter().sum::<f64>() / force.samples().len() as f64;
-    ((mean_n / run.load.0 - 1.0).abs() > FORCE_TOLERANCE).then_some(Doubt::LoadOffTarget {
-        mean_n,
-        target_n: run.load.0,
-    })
+    let mean_n = piezotact::series::mean(force.samples());
+    ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
+        .then_some(Doubt::LoadOffTarget { mean_n, target_n })
 }
 
 /// How a device is characterised.

@@ -5,14 +5,14 @@ use std::str::FromStr;
 use piezotact::device::AmplifierGain;
 
 use crate::traits::{Bench, BenchError};
-use crate::twin::TwinBench;
+use crate::twin::{Participant, TwinBench, TwinParameters};
 
 /// A bench by name, with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BenchSpec {
     /// The digital twin.
     Twin {
-        /// Whose finger, from 1.
+        /// Whose finger, from 1; 0 is the reference participant.
         participant: u64,
         /// The seed that draws every participant, placement and noise.
         seed: u64,
@@ -22,15 +22,18 @@ pub enum BenchSpec {
 }
 
 impl BenchSpec {
-    /// Opens the bench.
+    /// Opens the bench; a twin has the numbers `parameters`.
     #[must_use]
-    pub fn open(&self) -> Bench {
+    pub fn open(&self, parameters: &TwinParameters) -> Bench {
         match self {
             Self::Twin {
                 participant,
                 seed,
                 gain,
-            } => TwinBench::new(*participant, *seed, *gain).into_bench(),
+            } => {
+                let participant = Participant::of(*participant, *seed, parameters);
+                TwinBench::new(parameters, participant, *gain).into_bench()
+            }
         }
     }
 }
@@ -67,9 +70,6 @@ impl FromStr for BenchSpec {
                 _ => return Err(wrong("participant, seed or gain", setting)),
             }
         }
-        if participant == 0 {
-            return Err(wrong("a participant from 1", "participant=0"));
-        }
         Ok(Self::Twin {
             participant,
             seed,
@@ -100,7 +100,6 @@ mod tests {
             "twin:participant=x",
             "twin:gain=B9",
             "twin:colour=red",
-            "twin:participant=0",
         ] {
             assert!(bad.parse::<BenchSpec>().is_err(), "{bad}");
         }

@@ -3,7 +3,7 @@
 use piezotact::Series;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
-use piezotact::recording::BenchKind;
+use piezotact::recording::{BenchKind, Condition};
 
 /// What is asked of one run: who touches how, and what the run is for. A bench on which a person takes the
 /// finger on and off between runs meets another placement of it in every run.
@@ -11,8 +11,8 @@ use piezotact::recording::BenchKind;
 pub struct RunPlan {
     /// What the run is for; it stands in the recording's provenance.
     pub label: String,
-    /// The normal force that the participant is asked to hold.
-    pub load: Newtons,
+    /// The normal force that the participant is asked to hold; none where the person is free to choose.
+    pub load: Option<Newtons>,
     /// The angle between finger and surface.
     pub angle: Degrees,
 }
@@ -41,10 +41,12 @@ pub struct AcquireDescription {
     pub rate: SampleRate,
     /// The channels' names and SI units, in the order of [`Chunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// The participant's pseudonym.
-    pub participant: Option<String>,
+    /// Who touches what and how; load and angle come with the run.
+    pub condition: Condition,
     /// The seed, for a twin.
     pub seed: Option<u64>,
+    /// What it will do and how it is set, for the provenance of what it records.
+    pub steps: Vec<String>,
 }
 
 /// What the sensors read at rest, one value a channel, in their SI units.

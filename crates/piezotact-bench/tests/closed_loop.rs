@@ -15,7 +15,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise, play_and_record};
-use piezotact_bench::twin::{TextureParameters, TwinBench, record_texture};
+use piezotact_bench::twin::{Participant, TwinBench, TwinParameters, record_texture};
 use piezotact_bench::{Bench, ExcitationConfig, RunPlan};
 
 fn band(low_hz: f64, high_hz: f64) -> Band {
@@ -25,7 +25,7 @@ fn band(low_hz: f64, high_hz: f64) -> Band {
 fn run(label: &str) -> RunPlan {
     RunPlan {
         label: label.into(),
-        load: Newtons(0.2),
+        load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
     }
 }
@@ -52,16 +52,17 @@ fn characterised(
 }
 
 fn texture(participant: u64, seed: u64) -> Series<Acceleration> {
-    let rate = SampleRate::new(5000.0).unwrap();
-    record_texture(
-        &TextureParameters::s8(),
-        Seconds(6.0),
-        rate,
-        participant,
-        seed,
-    )
-    .unwrap()
-    .0
+    let twin = TwinParameters::built_in();
+    let participant = Participant::of(participant, seed, &twin);
+    let s8 = twin.sample("S8").unwrap();
+    record_texture(&twin, &participant, s8, 0.03, Seconds(6.0))
+        .unwrap()
+        .0
+}
+
+fn bench_of(participant: u64, seed: u64, gain: AmplifierGain) -> TwinBench {
+    let twin = TwinParameters::built_in();
+    TwinBench::new(&twin, Participant::of(participant, seed, &twin), gain)
 }
 
 fn felt(
@@ -106,7 +107,7 @@ fn conjugated(
 fn individual_transfer_functions_render_and_their_conjugates_fail() {
     let mut errors = Vec::new();
     for seed in 0..20 {
-        let mut bench = TwinBench::new(1 + seed % 5, seed, AmplifierGain::B3).into_bench();
+        let mut bench = bench_of(1 + seed % 5, seed, AmplifierGain::B3).into_bench();
         let function = characterised(&mut bench, 30.0, seed);
         // 6 dB down, so that it fits the device of every one of them.
         let target = texture(1, seed).amplified(Decibels(-6.0));
@@ -147,7 +148,7 @@ fn individual_transfer_functions_render_and_their_conjugates_fail() {
 
 #[test]
 fn coherence_is_near_one_except_at_very_low_frequencies() {
-    let mut bench = TwinBench::new(1, 3, AmplifierGain::B3).into_bench();
+    let mut bench = bench_of(1, 3, AmplifierGain::B3).into_bench();
     let function = characterised(&mut bench, 60.0, 3);
     let at = |frequency_hz: f64| {
         function.coherence()[(frequency_hz / function.resolution_hz()).round() as usize]
@@ -168,7 +169,7 @@ fn coherence_is_near_one_except_at_very_low_frequencies() {
 fn the_same_seed_gives_the_same_bytes() {
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
     let record = |label: &str| {
-        let mut bench = TwinBench::new(2, 9, AmplifierGain::B3).into_bench();
+        let mut bench = bench_of(2, 9, AmplifierGain::B3).into_bench();
         play_and_record(&mut bench, &drive, None, &run(label), &mut |_| Ok(())).unwrap()
     };
     assert_eq!(record("play"), record("play"));
@@ -177,7 +178,7 @@ fn the_same_seed_gives_the_same_bytes() {
 
 #[test]
 fn a_drive_that_does_not_fit_is_refused_with_the_level_that_does() {
-    let mut bench = TwinBench::new(1, 4, AmplifierGain::B3).into_bench();
+    let mut bench = bench_of(1, 4, AmplifierGain::B3).into_bench();
     let function = characterised(&mut bench, 10.0, 4);
     let config = RenderConfig::over(band(20.0, 1000.0), SampleRate::new(48_000.0).unwrap());
     let loud = texture(1, 4).amplified(Decibels(30.0));
@@ -191,9 +192,9 @@ fn a_drive_that_does_not_fit_is_refused_with_the_level_that_does() {
 
 #[test]
 fn a_drive_for_another_gain_is_refused() {
-    let mut bench = TwinBench::new(1, 4, AmplifierGain::B2).into_bench();
+    let mut bench = bench_of(1, 4, AmplifierGain::B2).into_bench();
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
-    let setup = TwinBench::new(1, 4, AmplifierGain::B3)
+    let setup = bench_of(1, 4, AmplifierGain::B3)
         .into_bench()
         .player
         .calibrate()

@@ -6,6 +6,7 @@ use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::Estimator;
 use piezotact_bench::procedure::{self, Characterisation, CharacteriseConfig};
+use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, ExcitationConfig};
 use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
@@ -35,7 +36,11 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let written: Vec<PathBuf> = std::iter::once(args.out.clone()).chain(recording).collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
-    let done = characterise(&mut args.bench.open(), &config, args.record.as_deref())?;
+    let done = characterise(
+        &mut args.bench.open(&TwinParameters::built_in()),
+        &config,
+        args.record.as_deref(),
+    )?;
     let function = &done.function;
     write_transfer(
         &args.out,

@@ -13,7 +13,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
-use piezotact_bench::twin::{TextureParameters, record_texture};
+use piezotact_bench::twin::{Participant, TwinParameters, record_texture};
 use piezotact_bench::{Bench, BenchSpec, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         seed: args.seed,
         gain: AmplifierGain::B3,
     }
-    .open();
+    .open(&TwinParameters::built_in());
     say(&format!(
         "The whole loop on the {}, seed {}.",
         bench.player.describe().name,
@@ -145,14 +145,10 @@ fn rendered_band() -> Outcome<Band> {
 
 /// The texture of the demo, as a WAV file with its sidecar.
 fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)> {
-    let rate = SampleRate::new(f64::from(TEXTURE_RATE_HZ))?;
-    let (series, condition, provenance) = record_texture(
-        &TextureParameters::s8(),
-        Seconds(10.0),
-        rate,
-        PARTICIPANT,
-        seed,
-    )?;
+    let twin = TwinParameters::built_in();
+    let participant = Participant::of(PARTICIPANT, seed, &twin);
+    let (series, condition, provenance) =
+        record_texture(&twin, &participant, twin.sample("S8")?, 0.03, Seconds(10.0))?;
     let sidecar = Sidecar {
         full_scale: Some(Measure {
             value: 1.0,

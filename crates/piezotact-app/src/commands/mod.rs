@@ -150,7 +150,7 @@ fn bench_failure(error: BenchError) -> Failure {
 fn run_plan(label: &str, finger: &Finger) -> RunPlan {
     RunPlan {
         label: label.into(),
-        load: Newtons(finger.load),
+        load: Some(Newtons(finger.load)),
         angle: Degrees(finger.angle),
     }
 }

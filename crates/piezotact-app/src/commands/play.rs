@@ -10,6 +10,7 @@ use piezotact::recording::Recording;
 use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
+use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, Chunk, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
@@ -30,7 +31,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .recording
         .series::<Drive>(None)
         .map_err(|error| named(error.into()))?;
-    let mut bench = args.bench.open();
+    let mut bench = args.bench.open(&TwinParameters::built_in());
     let setup = match (&contents.setup, args.gain) {
         (Some(made_for), Some(gain)) if made_for.gain != gain => {
             return Err(named(anyhow!(
@@ -114,7 +115,7 @@ pub(crate) fn play(
         channels,
         condition,
         provenance,
-    } = announce(bench, run);
+    } = announce(bench.acquirer.as_ref(), run);
     let start = StartDocument {
         format: StartDocument::FORMAT,
         rate_hz: rate,

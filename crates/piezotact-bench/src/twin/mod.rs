@@ -1,15 +1,33 @@
-//! The digital twin of the PIEZOTACT bench: a sound output, the amplifier, the actuator with a finger on it,
-//! and the sensors, behind the same traits as hardware.
+//! The digital twin: samples, people, and four benches, behind the same traits as hardware.
 //!
-//! Every number says where it comes from: *thesis*, a cited *source*, or *chosen* for the twin.
+//! A [`Participant`] is one seeded person, the same on every bench; [`TwinParameters`] are all numbers, read from a
+//! documented file that a laboratory can change, in which each has its range and its origin. [`ActTouch`] and
+//! [`TriboAir`] acquire what a finger does on a sample; [`TwinBench`] plays on the PIEZOTACT device.
 
+mod acttouch;
+mod drag;
 mod finger;
 mod output;
+mod parameters;
+mod participant;
+mod passage;
+mod protocol;
 mod sensors;
+mod session;
+mod sliding;
+mod surface;
 mod texture;
+mod triboair;
+mod wander;
 mod world;
 
+pub use acttouch::{ActTouch, ActiveProtocol};
 pub use finger::{Finger, Placement};
 pub use output::OutputStage;
-pub use texture::{TextureParameters, record_texture};
+pub use parameters::{PARAMETERS, ParameterError, Sample, TwinParameters};
+pub use participant::{Hand, Participant, Skin};
+pub use passage::record_texture;
+pub use protocol::{Movement, Pace};
+pub use surface::{Patch, Relief, SurfaceError};
+pub use triboair::TriboAir;
 pub use world::TwinBench;

@@ -6,36 +6,32 @@ use num_complex::Complex;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::SampleRate;
 
+use super::parameters::OutputParameters;
 use crate::random::Random;
 
 /// A sound output and an amplifier.
 #[derive(Clone, Debug)]
 pub struct OutputStage {
     setup: DriveSetup,
+    corner_hz: f64,
+    noise_db: f64,
+    quadratic: f64,
 }
 
 impl OutputStage {
-    /// The peak potential of a laptop's output at full scale, V: 1.0 V rms (*common knowledge of the field*:
-    /// 1.0–1.2 V rms). It overdrives the amplifier's 0.9 V, as it does on a table.
-    const VOLTS_PER_FULL_SCALE: f64 = std::f64::consts::SQRT_2;
-    /// The actuator's capacitance, F (*thesis* 2.4: 80 nF at 1 kHz).
-    const LOAD_F: f64 = 80e-9;
-    /// The corner of the AC-coupled output, Hz (*chosen* within 2–20 Hz).
-    const CORNER_HZ: f64 = 8.0;
-    /// The output's noise below full scale, dB (*common knowledge*: 85–100 dB).
-    const NOISE_DB: f64 = -90.0;
-    /// The actuator's quadratic term relative to the amplifier's full scale (*chosen*: second harmonic −40 dB).
-    const QUADRATIC: f64 = 0.02;
-
-    /// The output with the amplifier set to `gain`.
+    /// The output with the amplifier set to `gain`. At full scale a laptop's output overdrives the amplifier's
+    /// 0.9 V, as it does on a table.
     #[must_use]
-    pub fn new(gain: AmplifierGain) -> Self {
+    pub fn new(parameters: &OutputParameters, gain: AmplifierGain) -> Self {
         Self {
             setup: DriveSetup {
                 gain,
-                volts_per_full_scale: Self::VOLTS_PER_FULL_SCALE,
-                load_f: Self::LOAD_F,
+                volts_per_full_scale: parameters.volts_per_full_scale,
+                load_f: parameters.load_f,
             },
+            corner_hz: parameters.corner_hz,
+            noise_db: parameters.noise_db,
+            quadratic: parameters.quadratic,
         }
     }
 
@@ -47,8 +43,8 @@ impl OutputStage {
 
     /// The high-pass of the output's coupling at `frequency_hz`.
     #[must_use]
-    pub fn high_pass(frequency_hz: f64) -> Complex<f64> {
-        let place = Complex::new(0.0, frequency_hz / Self::CORNER_HZ);
+    pub fn high_pass(&self, frequency_hz: f64) -> Complex<f64> {
+        let place = Complex::new(0.0, frequency_hz / self.corner_hz);
         place / (1.0 + place)
     }
 
@@ -56,12 +52,12 @@ impl OutputStage {
     /// converter limit, coupling, gain, clipping, slew limit, quadratic term.
     pub(crate) fn voltage(&self, drive: &[f64], rate: SampleRate, random: &mut Random) -> Vec<f64> {
         let volts = self.setup.volts_per_full_scale;
-        let noise_v = volts * 10f64.powf(Self::NOISE_DB / 20.0);
+        let noise_v = volts * 10f64.powf(self.noise_db / 20.0);
         let gain = self.setup.gain.voltage_ratio();
         let limit_v = self.setup.gain.full_scale_output().0;
         let step_v = self.setup.slew_limit_v_per_s() / rate.hz();
         // First-order high-pass by the bilinear transform, its corner where the analogue one has it.
-        let k = (TAU * Self::CORNER_HZ / rate.hz() / 2.0).tan();
+        let k = (TAU * self.corner_hz / rate.hz() / 2.0).tan();
         let (b, a) = (1.0 / (1.0 + k), (1.0 - k) / (1.0 + k));
         let (mut before_in, mut coupled, mut out) = (0.0, 0.0, 0.0);
         drive
@@ -72,7 +68,7 @@ impl OutputStage {
                 before_in = dac;
                 let wanted = (coupled * gain).clamp(-limit_v, limit_v);
                 out += (wanted - out).clamp(-step_v, step_v);
-                out + Self::QUADRATIC * out * out / limit_v
+                out + self.quadratic * out * out / limit_v
             })
             .collect()
     }
@@ -81,17 +77,18 @@ impl OutputStage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::twin::parameters::TwinParameters;
+
+    fn stage() -> OutputStage {
+        OutputStage::new(&TwinParameters::built_in().output, AmplifierGain::B3)
+    }
 
     fn tone(amplitude: f64, frequency_hz: f64) -> Vec<f64> {
         let drive: Vec<f64> = (0..48_000)
             .map(|i| amplitude * (TAU * frequency_hz * f64::from(i) / 48_000.0).sin())
             .collect();
         let mut random = Random::stream(1, 1, "test");
-        OutputStage::new(AmplifierGain::B3).voltage(
-            &drive,
-            SampleRate::new(48_000.0).unwrap(),
-            &mut random,
-        )
+        stage().voltage(&drive, SampleRate::new(48_000.0).unwrap(), &mut random)
     }
 
     /// The amplitude of one harmonic of a tone that fills whole periods.
@@ -107,7 +104,7 @@ mod tests {
     #[test]
     fn a_small_tone_is_amplified_and_a_large_one_clips() {
         let small = tone(0.1, 200.0);
-        let expected = 0.1 * 2f64.sqrt() * 83.18 * OutputStage::high_pass(200.0).norm();
+        let expected = 0.1 * 2f64.sqrt() * 83.18 * stage().high_pass(200.0).norm();
         assert!((harmonic(&small[24_000..], 200.0) / expected - 1.0).abs() < 1e-3);
         let large = tone(1.0, 50.0);
         assert!((piezotact::series::peak(&large) - 75.0 * 1.02).abs() < 1e-6);

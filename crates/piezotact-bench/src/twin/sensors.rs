@@ -1,84 +1,255 @@
-//! The accelerometer on the fingernail, the force cell under the actuator, and the hand that presses.
+//! The accelerometer on the fingernail, the force cells, and the hand that presses.
 
+use super::parameters::{
+    AccelerometerParameters, ForceCellParameters, HandParameters, PiezoCellParameters,
+};
+use super::wander::Wander;
 use crate::random::Random;
 
-/// A PCB 352A24 on the nail: white noise of 2 mm/s² rms over the acquisition band (*data sheet*: broadband
-/// resolution 2e-4 g) and flicker below about 10 Hz.
+/// An accelerometer on the nail: white noise over the acquisition band and flicker below a corner, a sensitivity
+/// that is not quite the stated one, and a range.
 #[derive(Clone, Debug)]
 pub(crate) struct Accelerometer {
+    parameters: AccelerometerParameters,
     random: Random,
     flicker: f64,
+    forget: f64,
+    kept: f64,
+    sensitivity: f64,
 }
 
 impl Accelerometer {
-    const WHITE_M_S2: f64 = 2e-3;
-    /// Slow noise, rms (*chosen*: 80 µg/√Hz at 1 Hz).
-    const FLICKER_M_S2: f64 = 1e-3;
-    const FLICKER_CORNER_HZ: f64 = 2.0;
-
-    pub(crate) fn new(random: Random) -> Self {
+    pub(crate) fn new(parameters: &AccelerometerParameters, rate_hz: f64, random: Random) -> Self {
+        let forget = (-std::f64::consts::TAU * parameters.flicker_hz / rate_hz).exp();
         Self {
+            kept: parameters.flicker_m_s2 * (1.0 - forget * forget).sqrt(),
+            parameters: parameters.clone(),
             random,
             flicker: 0.0,
+            forget,
+            sensitivity: 1.0,
         }
     }
 
+    /// The same sensor as it was calibrated once, drawn from `random`.
+    pub(crate) fn calibrated(mut self, mut random: Random) -> Self {
+        self.sensitivity = 1.0 + self.parameters.sensitivity_spread * random.person();
+        self
+    }
+
     /// What it reads, m/s², for the true acceleration.
-    pub(crate) fn read(&mut self, acceleration_m_s2: f64, rate_hz: f64) -> f64 {
-        let forget = (-std::f64::consts::TAU * Self::FLICKER_CORNER_HZ / rate_hz).exp();
-        self.flicker = forget * self.flicker
-            + Self::FLICKER_M_S2 * (1.0 - forget * forget).sqrt() * self.random.normal();
-        acceleration_m_s2 + self.flicker + Self::WHITE_M_S2 * self.random.normal()
+    pub(crate) fn read(&mut self, acceleration_m_s2: f64) -> f64 {
+        self.flicker = self.forget * self.flicker + self.kept * self.random.normal();
+        let reading = self.sensitivity * acceleration_m_s2
+            + self.flicker
+            + self.parameters.white_m_s2 * self.random.normal();
+        reading.clamp(-self.parameters.range_m_s2, self.parameters.range_m_s2)
     }
 }
 
-/// A K3D60 force cell: 3 mN rms (*common knowledge*: 2–5 mN).
+/// One axis of a strain-gauge cell under the actuator.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceCell {
     random: Random,
+    noise_n: f64,
 }
 
 impl ForceCell {
-    const NOISE_N: f64 = 3e-3;
-
-    pub(crate) fn new(random: Random) -> Self {
-        Self { random }
+    pub(crate) fn new(parameters: &ForceCellParameters, random: Random) -> Self {
+        Self {
+            random,
+            noise_n: parameters.noise_n,
+        }
     }
 
     /// What it reads, N, for the true force.
     pub(crate) fn read(&mut self, force_n: f64) -> f64 {
-        force_n + Self::NOISE_N * self.random.normal()
+        force_n + self.noise_n * self.random.normal()
     }
 }
 
-/// A person holding a force: an Ornstein–Uhlenbeck process of 0.03 N and 0.3 s around the load asked for
-/// (*chosen* within the 0.03–0.06 N of free touch; on the device the person watches the force on a screen).
+/// Three axes of force with crosstalk, noise, and what a cell does over minutes.
 #[derive(Clone, Debug)]
-pub(crate) struct HeldForce {
+pub(crate) struct TriaxialCell {
     random: Random,
-    load_n: f64,
-    departure_n: f64,
+    mixing: [[f64; 3]; 3],
+    noise_n: f64,
+    range_n: f64,
+    slow: Slow,
 }
 
-impl HeldForce {
-    const SPREAD_N: f64 = 0.03;
-    const MEMORY_S: f64 = 0.3;
+/// What a cell does over minutes.
+#[derive(Clone, Debug)]
+enum Slow {
+    /// A strain gauge: an offset that drifts.
+    Drift {
+        offset_n: [f64; 3],
+        step_n: [f64; 3],
+    },
+    /// A charge amplifier: what is held fades.
+    Discharge { lost_n: [f64; 3], share: f64 },
+}
 
-    pub(crate) fn new(load_n: f64, mut random: Random) -> Self {
-        let departure_n = Self::SPREAD_N * random.normal();
+impl TriaxialCell {
+    /// A strain-gauge cell.
+    pub(crate) fn strain_gauge(
+        parameters: &ForceCellParameters,
+        rate_hz: f64,
+        mut random: Random,
+    ) -> Self {
+        let mixing = mixing(parameters.crosstalk, &mut random);
+        let offset_n = [(); 3].map(|()| parameters.offset_n * random.person());
+        let step_n = [(); 3].map(|()| parameters.drift_n_s * random.person() / rate_hz);
         Self {
             random,
-            load_n,
-            departure_n,
+            mixing,
+            noise_n: parameters.noise_n,
+            range_n: parameters.range_n,
+            slow: Slow::Drift { offset_n, step_n },
         }
     }
 
-    /// The force now, N, and then `step_s` passes.
-    pub(crate) fn next(&mut self, step_s: f64) -> f64 {
-        let now = (self.load_n + self.departure_n).max(0.0);
-        let forget = (-step_s / Self::MEMORY_S).exp();
-        self.departure_n = forget * self.departure_n
-            + Self::SPREAD_N * (1.0 - forget * forget).sqrt() * self.random.normal();
-        now
+    /// Piezoelectric cells with a charge amplifier.
+    pub(crate) fn piezoelectric(
+        parameters: &PiezoCellParameters,
+        rate_hz: f64,
+        mut random: Random,
+    ) -> Self {
+        let mixing = mixing(parameters.crosstalk, &mut random);
+        Self {
+            random,
+            mixing,
+            noise_n: parameters.noise_n,
+            range_n: parameters.range_n,
+            slow: Slow::Discharge {
+                lost_n: [0.0; 3],
+                share: 1.0 / (rate_hz * parameters.discharge_s),
+            },
+        }
+    }
+
+    /// What the three axes read, N, for the true forces.
+    pub(crate) fn read(&mut self, force_n: [f64; 3]) -> [f64; 3] {
+        let mut reading = self
+            .mixing
+            .map(|row| row[0] * force_n[0] + row[1] * force_n[1] + row[2] * force_n[2]);
+        match &mut self.slow {
+            Slow::Drift { offset_n, step_n } => {
+                for axis in 0..3 {
+                    offset_n[axis] += step_n[axis];
+                    reading[axis] += offset_n[axis];
+                }
+            }
+            Slow::Discharge { lost_n, share } => {
+                for axis in 0..3 {
+                    reading[axis] -= lost_n[axis];
+                    lost_n[axis] += *share * reading[axis];
+                }
+            }
+        }
+        reading.map(|axis| {
+            (axis + self.noise_n * self.random.normal()).clamp(-self.range_n, self.range_n)
+        })
+    }
+}
+
+fn mixing(crosstalk: f64, random: &mut Random) -> [[f64; 3]; 3] {
+    let mut mixing = [[0.0; 3]; 3];
+    for (i, row) in mixing.iter_mut().enumerate() {
+        for (j, part) in row.iter_mut().enumerate() {
+            *part = if i == j {
+                1.0
+            } else {
+                crosstalk * (2.0 * random.uniform() - 1.0)
+            };
+        }
+    }
+    mixing
+}
+
+/// A person holding a force.
+#[derive(Clone, Debug)]
+pub(crate) struct HeldForce {
+    wander: Wander,
+    load_n: f64,
+    least_n: f64,
+}
+
+impl HeldForce {
+    pub(crate) fn new(
+        parameters: &HandParameters,
+        load_n: f64,
+        rate_hz: f64,
+        random: Random,
+    ) -> Self {
+        Self {
+            wander: Wander::new(
+                parameters.force_spread_n,
+                parameters.force_memory_s,
+                rate_hz,
+                random,
+            ),
+            load_n,
+            least_n: parameters.least_force_n.min(load_n),
+        }
+    }
+
+    /// The force now, N; then a step of time passes.
+    pub(crate) fn next(&mut self) -> f64 {
+        (self.load_n + self.wander.next()).max(self.least_n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::twin::parameters::TwinParameters;
+    use piezotact::series::{mean, rms};
+
+    #[test]
+    fn an_accelerometer_is_noisy_and_ends_at_its_range() {
+        let parameters = TwinParameters::built_in().accelerometer;
+        let random = |name| Random::stream(1, 1, name);
+        let mut sensor = Accelerometer::new(&parameters, 5_000.0, random("a"));
+        let quiet: Vec<f64> = (0..50_000).map(|_| sensor.read(0.0)).collect();
+        // √(2² + 1²) mm/s² of white and slow noise; the slow half has some 250 independent values.
+        assert!((rms(&quiet) - 2.24e-3).abs() < 0.15e-3, "{}", rms(&quiet));
+        assert!(sensor.read(1e6) <= 490.0);
+        let mut off = sensor.calibrated(random("b"));
+        let level: Vec<f64> = (0..1_000).map(|_| off.read(10.0)).collect();
+        assert!((mean(&level) / 10.0 - 1.0).abs() < 0.061);
+    }
+
+    /// A force on one axis shows on the others by at most the stated crosstalk, and on a charge amplifier it fades.
+    #[test]
+    fn cells_mix_drift_and_fade() {
+        let parameters = TwinParameters::built_in();
+        let mut gauge =
+            TriaxialCell::strain_gauge(&parameters.force_cell, 5_000.0, Random::stream(1, 1, "g"));
+        let mut at = |force: [f64; 3]| -> [f64; 3] {
+            let all: Vec<[f64; 3]> = (0..5_000).map(|_| gauge.read(force)).collect();
+            [0, 1, 2].map(|axis| mean(&all.iter().map(|r| r[axis]).collect::<Vec<f64>>()))
+        };
+        let (rest, pressed) = (at([0.0; 3]), at([0.0, 0.0, 1.0]));
+        // 3 mN of noise over 5,000 samples, and a second of drift.
+        for axis in [0, 1] {
+            assert!(
+                (pressed[axis] - rest[axis]).abs() < 0.01 + 3e-4,
+                "{pressed:?}"
+            );
+        }
+        assert!((pressed[2] - rest[2] - 1.0).abs() < 3e-4);
+        assert!(rest.iter().any(|offset| offset.abs() > 1e-3));
+        let mut piezo = TriaxialCell::piezoelectric(
+            &parameters.piezo_cells,
+            5_000.0,
+            Random::stream(1, 1, "p"),
+        );
+        let held: Vec<f64> = (0..250_000)
+            .map(|_| piezo.read([0.0, 0.0, 1.0])[2])
+            .collect();
+        // After 50 s of a time constant of 100 s.
+        let left = mean(&held[245_000..]);
+        assert!((left - (-0.495f64).exp()).abs() < 2e-3, "{left}");
     }
 }

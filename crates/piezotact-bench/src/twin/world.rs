@@ -10,13 +10,16 @@ use num_complex::Complex;
 use piezotact::Series;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Drive, Hertz, Quantity, SampleRate, Unit};
-use piezotact::recording::BenchKind;
+use piezotact::recording::{BenchKind, Condition, Touch};
 use piezotact::resample::Resampler;
 use piezotact::spectrum::{Symmetry, Window};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::finger::{Finger, Placement};
 use super::output::OutputStage;
+use super::parameters::TwinParameters;
+use super::participant::Participant;
+use super::protocol::{ANGLES_DEG, load_possible, within};
 use super::sensors::{Accelerometer, ForceCell, HeldForce};
 use crate::random::Random;
 use crate::traits::{
@@ -43,21 +46,19 @@ const CALIBRATION: usize = 5_000;
 /// The twin of the PIEZOTACT bench, with one participant at it.
 #[derive(Clone, Debug)]
 pub struct TwinBench {
-    participant: u64,
-    seed: u64,
+    parameters: TwinParameters,
+    participant: Participant,
     output: OutputStage,
-    finger: Finger,
 }
 
 impl TwinBench {
-    /// The bench with the finger of `participant` under `seed`, and the amplifier set to `gain`.
+    /// The bench with the finger of `participant` on the device, and the amplifier set to `gain`.
     #[must_use]
-    pub fn new(participant: u64, seed: u64, gain: AmplifierGain) -> Self {
+    pub fn new(parameters: &TwinParameters, participant: Participant, gain: AmplifierGain) -> Self {
         Self {
+            output: OutputStage::new(&parameters.output, gain),
+            parameters: parameters.clone(),
             participant,
-            seed,
-            output: OutputStage::new(gain),
-            finger: Finger::of(participant, seed),
         }
     }
 
@@ -77,13 +78,13 @@ impl TwinBench {
     }
 
     fn random(&self, name: &str) -> Random {
-        Random::stream(self.seed, self.participant, name)
+        Random::stream(self.participant.seed, self.participant.number, name)
     }
 
     fn name(&self) -> String {
         format!(
-            "digital twin of the PIEZOTACT bench, participant P{:02}",
-            self.participant
+            "digital twin of the PIEZOTACT bench, participant {}",
+            self.participant.pseudonym()
         )
     }
 }
@@ -141,18 +142,26 @@ impl World {
             all
         };
         let (drive, voltage) = (acquired(&played), acquired(&voltage));
-        let mut held = HeldForce::new(run.load.0, bench.random(&format!("force {}", run.label)));
-        let force_n: Vec<f64> = drive
-            .iter()
-            .map(|_| held.next(1.0 / ACQUISITION_RATE_HZ))
-            .collect();
-        let placement = Placement::of(bench.participant, bench.seed, &run.label);
+        let mut held = HeldForce::new(
+            &bench.parameters.hand,
+            run.load.map_or(0.0, |load| load.0),
+            ACQUISITION_RATE_HZ,
+            bench.random(&format!("force {}", run.label)),
+        );
+        let force_n: Vec<f64> = drive.iter().map(|_| held.next()).collect();
+        let person = &bench.participant;
+        let placement = Placement::of(person.number, person.seed, &run.label);
         self.run = Some(Run {
-            response: VaryingResponse::new(voltage, bench.finger.clone(), placement, run.angle.0),
+            response: VaryingResponse::new(voltage, person.finger.clone(), placement, run.angle.0),
             accelerometer: Accelerometer::new(
+                &bench.parameters.accelerometer,
+                ACQUISITION_RATE_HZ,
                 bench.random(&format!("accelerometer {}", run.label)),
             ),
-            cell: ForceCell::new(bench.random(&format!("force cell {}", run.label))),
+            cell: ForceCell::new(
+                &bench.parameters.force_cell,
+                bench.random(&format!("force cell {}", run.label)),
+            ),
             drive,
             force_n,
             at: 0,
@@ -174,7 +183,7 @@ impl Run {
             self.drive[self.at..end].to_vec(),
             acceleration
                 .into_iter()
-                .map(|a| accelerometer.read(a, ACQUISITION_RATE_HZ))
+                .map(|a| accelerometer.read(a))
                 .collect(),
             self.force_n[self.at..end]
                 .iter()
@@ -260,18 +269,29 @@ impl Acquire for Acquirer {
                 ("acceleration".into(), Unit::MetrePerSecondSquared),
                 ("normal_force".into(), Unit::Newton),
             ],
-            participant: Some(format!("P{:02}", world.bench.participant)),
-            seed: Some(world.bench.seed),
+            condition: Condition {
+                participant: Some(world.bench.participant.pseudonym()),
+                touch: Some(Touch::Resting),
+                ..Condition::default()
+            },
+            seed: Some(world.bench.participant.seed),
+            steps: vec![world.bench.parameters.provenance()],
         }
     }
 
     fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
         let world = self.0.borrow();
-        let mut accelerometer = Accelerometer::new(world.bench.random("accelerometer at rest"));
-        let mut cell = ForceCell::new(world.bench.random("force cell at rest"));
-        let acceleration: Vec<f64> = (0..CALIBRATION)
-            .map(|_| accelerometer.read(0.0, ACQUISITION_RATE_HZ))
-            .collect();
+        let bench = &world.bench;
+        let mut accelerometer = Accelerometer::new(
+            &bench.parameters.accelerometer,
+            ACQUISITION_RATE_HZ,
+            bench.random("accelerometer at rest"),
+        );
+        let mut cell = ForceCell::new(
+            &bench.parameters.force_cell,
+            bench.random("force cell at rest"),
+        );
+        let acceleration: Vec<f64> = (0..CALIBRATION).map(|_| accelerometer.read(0.0)).collect();
         let force: Vec<f64> = (0..CALIBRATION).map(|_| cell.read(0.0)).collect();
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
         let about = |x: &[f64]| {
@@ -285,18 +305,8 @@ impl Acquire for Acquirer {
     }
 
     fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
-        let within = |what: &str, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                return Ok(());
-            }
-            Err(BenchError::Impossible {
-                expected: format!("{what} from {low} to {high}"),
-                found: value.to_string(),
-                todo: "ask for one that a finger can hold".into(),
-            })
-        };
-        within("a load in N", run.load.0, 0.05, 2.0)?;
-        within("an angle in degrees", run.angle.0, 10.0, 60.0)?;
+        load_possible(run)?;
+        within("an angle in degrees", run.angle.0, ANGLES_DEG)?;
         self.0.borrow_mut().asked = Some(run.clone());
         Ok(())
     }

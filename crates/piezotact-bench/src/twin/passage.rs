@@ -1,0 +1,61 @@
+//! A texture for as long as wanted: a passage without beginning and end, at one speed and under one force.
+
+use piezotact::quantity::{Acceleration, Newtons, Seconds};
+use piezotact::recording::{BenchKind, Condition, Provenance, Touch};
+use piezotact::series::{Series, SeriesError};
+
+use super::parameters::{Sample, TwinParameters};
+use super::participant::Participant;
+use super::protocol::Movement;
+use super::session::{RATE_HZ, rate};
+use super::texture::Texture;
+use crate::random::Random;
+
+/// The acceleration of the nail of `participant` for `duration` while `sample` passes under the finger at
+/// `speed_m_s` with 0.2 N, as the steady part of a stroke would sound if it were as long; with its condition and
+/// provenance. A random profile: two participants or seeds never give the same.
+///
+/// # Errors
+/// [`SeriesError::Empty`] when the duration holds no sample.
+pub fn record_texture(
+    parameters: &TwinParameters,
+    participant: &Participant,
+    sample: &Sample,
+    speed_m_s: f64,
+    duration: Seconds,
+) -> Result<(Series<Acceleration>, Condition, Provenance), SeriesError> {
+    let load_n = parameters.texture.reference_load_n;
+    let mut texture = Texture::of(parameters, participant, sample, Movement::Proximal, RATE_HZ);
+    let random = Random::stream(
+        participant.seed,
+        participant.number,
+        &format!("texture {}", sample.name),
+    );
+    let mut passage = texture.passage(speed_m_s * duration.0, speed_m_s, random);
+    let samples = (0..rate().samples_in(duration))
+        .map(|i| passage.next(speed_m_s, load_n, speed_m_s * i as f64 / RATE_HZ))
+        .collect();
+    let condition = Condition {
+        sample: Some(sample.name.clone()),
+        participant: Some(participant.pseudonym()),
+        load_n: Some(Newtons(load_n)),
+        speed_m_s: Some(speed_m_s),
+        touch: Some(Touch::Passive),
+        ..Condition::default()
+    };
+    let provenance = Provenance {
+        source: "digital twin, passive touch".into(),
+        bench: Some(BenchKind::Twin),
+        seed: Some(participant.seed),
+        steps: vec![
+            format!(
+                "texture {} at {} mm/s, fingerprint at {:.1} Hz",
+                sample.name,
+                speed_m_s * 1e3,
+                speed_m_s / participant.skin.ridge_wavelength_m
+            ),
+            parameters.provenance(),
+        ],
+    };
+    Ok((Series::new(samples, rate())?, condition, provenance))
+}
