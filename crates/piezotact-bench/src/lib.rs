@@ -5,6 +5,7 @@
 mod excitation;
 pub mod procedure;
 mod random;
+pub mod replay;
 mod spec;
 mod traits;
 pub mod twin;

@@ -14,7 +14,7 @@ use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possibl
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
 use super::session::{CALIBRATION, RATE_HZ, Session, Stretches, Touching};
 use super::sliding::{Scene, Slid, Sliding};
-use super::wander::Wander;
+use super::wander::{SmoothWander, Wander};
 use crate::random::Random;
 use crate::traits::{Acquire, BenchError, RunPlan};
 
@@ -262,7 +262,12 @@ impl Touching for ActTouch {
                 RATE_HZ,
                 self.random(run, "speed"),
             ),
-            gesture: Gesture::new(gesture_m_s2, hand.gesture_hz, self.random(run, "gesture")),
+            gesture: SmoothWander::new(
+                gesture_m_s2,
+                1.0 / (TAU * hand.gesture_hz),
+                RATE_HZ,
+                self.random(run, "gesture"),
+            ),
             nail: self.accelerometer(self.random(run, "accelerometer")),
             cell: TriaxialCell::strain_gauge(
                 &self.parameters.force_cell,
@@ -277,42 +282,13 @@ impl Touching for ActTouch {
     }
 }
 
-/// The acceleration of a gesture: low-passed noise twice over.
-struct Gesture {
-    wander: Wander,
-    state: f64,
-    forget: f64,
-}
-
-impl Gesture {
-    fn new(rms_m_s2: f64, corner_hz: f64, random: Random) -> Self {
-        let memory_s = 1.0 / (TAU * corner_hz);
-        Self {
-            // Two equal low-passes leave half the variance of one.
-            wander: Wander::new(
-                rms_m_s2 * std::f64::consts::SQRT_2,
-                memory_s,
-                RATE_HZ,
-                random,
-            ),
-            state: 0.0,
-            forget: (-1.0 / (RATE_HZ * memory_s)).exp(),
-        }
-    }
-
-    fn next(&mut self) -> f64 {
-        self.state = self.forget * self.state + (1.0 - self.forget) * self.wander.next();
-        self.state
-    }
-}
-
 struct ActiveRun {
     bench: ActTouch,
     run: RunPlan,
     sliding: Sliding,
     held: HeldForce,
     haste: Wander,
-    gesture: Gesture,
+    gesture: SmoothWander,
     nail: Accelerometer,
     cell: TriaxialCell,
     random: Random,

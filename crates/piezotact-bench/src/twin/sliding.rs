@@ -74,9 +74,15 @@ impl Sliding {
     /// where the force is 0 the finger is in the air.
     pub(crate) fn slide(&mut self, speed_m_s: &[f64], force_n: &[f64], random: Random) -> Slid {
         let moved = |v: &[f64]| v.iter().sum::<f64>() / RATE_HZ;
-        let sliding = speed_m_s.iter().zip(force_n).filter(|(_, n)| **n > 0.0);
-        let (sum, count) = sliding.fold((0.0, 0usize), |(sum, count), (v, _)| (sum + v, count + 1));
-        let usual = sum / count.max(1) as f64;
+        // The mean speed along the way: what rests does not count.
+        let (sum, square) = speed_m_s
+            .iter()
+            .zip(force_n)
+            .filter(|(_, n)| **n > 0.0)
+            .fold((0.0, 0.0), |(sum, square), (v, _)| {
+                (sum + v, square + v * v)
+            });
+        let usual = square / f64::max(sum, f64::MIN_POSITIVE);
         // Slips are faster than the hand, but go no further.
         let mut passage =
             self.texture

@@ -56,9 +56,43 @@ impl Wander {
     }
 }
 
+/// A process without corners: low-passed twice over with the same memory.
+#[derive(Clone, Debug)]
+pub(crate) struct SmoothWander {
+    wander: Wander,
+    state: f64,
+    forget: f64,
+}
+
+impl SmoothWander {
+    /// A process of standard deviation `spread` with two memories of `memory_s`, read `rate_hz` times a second.
+    pub(crate) fn new(spread: f64, memory_s: f64, rate_hz: f64, random: Random) -> Self {
+        Self {
+            // Two equal low-passes leave half the variance of one.
+            wander: Wander::new(spread * std::f64::consts::SQRT_2, memory_s, rate_hz, random),
+            state: 0.0,
+            forget: (-1.0 / (rate_hz * memory_s)).exp(),
+        }
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.state = self.forget * self.state + (1.0 - self.forget) * self.wander.next();
+        self.state
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As long, with two memories of 0.1 s.
+    #[test]
+    fn a_smooth_one_has_its_spread_too() {
+        let mut wander = SmoothWander::new(1.5, 0.1, 1_000.0, Random::stream(3, 0, "smooth"));
+        let x: Vec<f64> = (0..1_000_000).map(|_| wander.next()).collect();
+        let found = piezotact::series::rms(&x);
+        assert!((found / 1.5 - 1.0).abs() < 0.08, "{found}");
+    }
 
     /// 1,000 s with a memory of 0.3 s hold some 1,700 independent values: four standard errors of the standard
     /// deviation are 7 %; straight lines between control points take away 1 %.

@@ -1,0 +1,364 @@
+//! What the thesis says of its measurements, as 34 claims that can be checked.
+
+/// One claim of the thesis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// Its number, 1–34.
+    pub number: u8,
+    /// The chapter of the thesis.
+    pub chapter: u8,
+    /// The section and figures.
+    pub at: &'static str,
+    /// What is claimed.
+    pub says: &'static str,
+    /// What holds it, in numbers.
+    pub holds_if: &'static str,
+}
+
+const fn claim(
+    number: u8,
+    chapter: u8,
+    at: &'static str,
+    says: &'static str,
+    holds_if: &'static str,
+) -> Claim {
+    Claim {
+        number,
+        chapter,
+        at,
+        says,
+        holds_if,
+    }
+}
+
+/// All claims, by number.
+pub const CLAIMS: [Claim; 34] = [
+    claim(
+        1,
+        5,
+        "5.1.1, fig. 67d",
+        "The finger's transfer functions of five people at three loads form a bundle with a maximum deviation of 8 dB.",
+        "6–9 dB over 20–1000 Hz",
+    ),
+    claim(
+        2,
+        5,
+        "fig. 68, 77",
+        "The maximum deviation falls with load.",
+        "0.2 N > 0.4 N > 0.6 N at 20° and 40°; in ≥ 90 % of panels",
+    ),
+    claim(
+        3,
+        5,
+        "fig. 70, 74",
+        "The gain rises with load for every participant over the whole band.",
+        "mean gain at 0.6 N above 0.2 N for everybody, ≥ 95 % of lines",
+    ),
+    claim(
+        4,
+        5,
+        "fig. 75",
+        "20° or 40° makes a slight difference without a trend.",
+        "< 1.5 dB rms, sign test over 20 participants p > 0.05",
+    ),
+    claim(
+        5,
+        5,
+        "fig. 71",
+        "The antiresonance at 265 Hz is the shaker's: it is in the control and in every finger.",
+        "minimum at 265 ± 5 Hz in all, gone after compensation",
+    ),
+    claim(
+        6,
+        5,
+        "fig. 78a",
+        "Six measurements of one finger repeat, also after taking it off.",
+        "≤ 1 dB rms at 20°, 0.2 N",
+    ),
+    claim(
+        7,
+        5,
+        "fig. 78b",
+        "The coherence is close to 1 except at very low frequencies.",
+        "> 0.95 over 25–950 Hz, < 0.9 at 5 Hz",
+    ),
+    claim(
+        8,
+        5,
+        "5.1.2",
+        "20° and 0.2 N is the condition with the widest spread.",
+        "largest deviation of the six conditions",
+    ),
+    claim(
+        9,
+        5,
+        "fig. 69, 76",
+        "The average lies inside the bundle.",
+        "between the lowest and the highest on every line",
+    ),
+    claim(
+        10,
+        3,
+        "3.2.1, fig. 31, 32",
+        "Isotropic samples have broad spectra of similar shape within 10–600 Hz.",
+        "≥ 90 % of the power in 10–600 Hz; shapes differ by ≤ 3 dB rms pair by pair",
+    ),
+    claim(
+        11,
+        3,
+        "3.2.2, fig. 33",
+        "The level falls from S1 to S9 and fluctuates from S10 to S13.",
+        "monotone S1–S9 (S2 ≈ S3, S8 ≈ S9 within 8 %), at least one inversion in S10–S13",
+    ),
+    claim(
+        12,
+        3,
+        "3.2.2, fig. 33",
+        "S2 to S4 have close levels though their Ra differ by a factor of three.",
+        "S2/S4 ≤ 1.25, S2/S3 ≤ 1.05",
+    ),
+    claim(
+        13,
+        3,
+        "fig. 61",
+        "S7 and S8 have the same Ra and clearly different levels.",
+        "S7/S8 ≥ 1.15",
+    ),
+    claim(
+        14,
+        3,
+        "4.3.2",
+        "The samples that are hard to tell lie below about 0.7 m/s².",
+        "S10–S13 < 0.7 m/s², S1–S8 > 0.7 m/s²",
+    ),
+    claim(
+        15,
+        3,
+        "3.2.2, fig. 34",
+        "Friction falls with Ra and follows the level; without texture it is highest and the level lowest.",
+        "Spearman(Ra, friction) > 0.7 over S1–S13; NO at both extremes",
+    ),
+    claim(
+        16,
+        3,
+        "3.2.2, fig. 37",
+        "The level rises with speed for every sample, and the order of samples stays.",
+        "all 14 rise; log-log slope 0.8–1.2; Spearman between speeds > 0.95",
+    ),
+    claim(
+        17,
+        3,
+        "3.2.2, 3.2.3, fig. 35, 36",
+        "Coarse samples show the fingerprint at f = v/λ: 55 Hz at 30 mm/s.",
+        "55 ± 3 Hz for S1–S4, and in proportion at 10 and 20 mm/s (18.3 ± 1, 36.7 ± 2)",
+    ),
+    claim(
+        18,
+        3,
+        "3.2.3, fig. 38–40",
+        "Active and passive touch give the same spectra and the same order.",
+        "≤ 3 dB rms over 20–500 Hz for S2–S13; Spearman of the levels > 0.95",
+    ),
+    claim(
+        19,
+        3,
+        "3.1, fig. 30",
+        "The spectrum repeats from stroke to stroke.",
+        "the peak of each stroke within ± 10 %; rms varies by ≤ 20 % from stroke to stroke",
+    ),
+    claim(
+        20,
+        4,
+        "4.1, fig. 42",
+        "A vibration sent straight into the device comes out with another spectrum.",
+        "> 10 dB rms at the device's own scale",
+    ),
+    claim(
+        21,
+        4,
+        "4.2, fig. 47, 48",
+        "The rendered vibration overlaps the original.",
+        "≤ 1 dB rms over 30–500 Hz and waveform correlation ≥ 0.95 with one's own transfer function",
+    ),
+    claim(
+        22,
+        5,
+        "5.2, fig. 79",
+        "With the averaged transfer function it is slightly worse.",
+        "worse than one's own, ≤ 3 dB rms",
+    ),
+    claim(
+        23,
+        4,
+        "4.4, fig. 62",
+        "Exchanging the levels of two samples keeps their spectral shapes.",
+        "levels equal to 0.1 %, shapes identical",
+    ),
+    claim(
+        24,
+        4,
+        "4.3.2, fig. 55",
+        "People confuse S2 with S3 and S9–S13 with each other, tell S4–S8, and always know the plate without texture.",
+        "diagonal of S4–S7 ≥ 80 %, S2–S3 ≥ 10 %, 80 % of the errors of S9–S13 among them, NO 100 %",
+    ),
+    claim(
+        25,
+        4,
+        "fig. 59",
+        "Real and simulated textures are confused alike.",
+        "correlation of the matrices ≥ 0.6",
+    ),
+    claim(
+        26,
+        5,
+        "5.3, fig. 80",
+        "The averaged transfer function does as well in a campaign.",
+        "mean diagonal within 8 points",
+    ),
+    claim(
+        27,
+        4,
+        "4.4.2, fig. 63",
+        "With exchanged levels people choose the sample of that level.",
+        "≥ 80 % as expected; errors on S8 and S11",
+    ),
+    claim(
+        28,
+        4,
+        "4.3.1, fig. 51–54",
+        "Periodic samples are told apart, M5, M7, M11 and M12 least.",
+        "diagonal of those below the median; M4 and M8 never confused",
+    ),
+    claim(
+        29,
+        6,
+        "6.4, fig. 90, 91",
+        "M8 shows harmonics of v/0.716 mm between 50 and 400 Hz whoever touches it freely.",
+        "comb spacing times 0.716 mm = speed (±3 % where it is known); 10–50 mm/s in free touch for everybody",
+    ),
+    claim(
+        30,
+        6,
+        "6.4, fig. 89",
+        "M3 is fainter and higher; whether M8 or the biomimetic sample is louder depends on the person.",
+        "centroid of M3 highest and level lowest for everybody; both orders occur among ten people",
+    ),
+    claim(
+        31,
+        6,
+        "6.4, fig. 93",
+        "People press harder on the biomimetic sample, which has less friction; on the device they press alike in both tasks.",
+        "force BIO > M3, M8; friction M3 ≈ M8 (±10 %) and ≥ 1.5 × BIO; paired test of the tasks p > 0.05",
+    ),
+    claim(
+        32,
+        6,
+        "6.4, fig. 94, 95",
+        "Without imagery M3 is always known and M8 confused with the biomimetic sample; with imagery all are known better.",
+        "means of the diagonals",
+    ),
+    claim(
+        33,
+        6,
+        "6.5, fig. 97",
+        "The alpha rhythm falls most in control, less in imagery, least in natural touch.",
+        "group means in that order on all three surfaces",
+    ),
+    claim(
+        34,
+        2,
+        "2.6.3, fig. 25, 26",
+        "An association is declared ÷ presented, for each presented sample.",
+        "the worked example: SC declared SD = 1/3",
+    ),
+];
+
+/// What was found of a claim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The claim's number.
+    pub claim: u8,
+    /// What was measured, with its unit.
+    pub measured: String,
+    /// Whether it holds.
+    pub verdict: Verdict,
+}
+
+/// Whether a claim holds on the twin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It does.
+    Holds,
+    /// It does not, or in part.
+    DoesNot {
+        /// Why, where that is known.
+        reason: String,
+    },
+    /// It cannot be measured yet.
+    NotYet {
+        /// What brings it.
+        with: &'static str,
+    },
+}
+
+impl Finding {
+    pub(super) fn of(claim: u8, holds: Holds, measured: String) -> Self {
+        Self {
+            claim,
+            measured,
+            verdict: match holds {
+                Holds::Yes => Verdict::Holds,
+                Holds::No(reason) => Verdict::DoesNot { reason },
+            },
+        }
+    }
+
+    pub(super) fn not_yet(claim: u8, with: &'static str) -> Self {
+        Self {
+            claim,
+            measured: "–".into(),
+            verdict: Verdict::NotYet { with },
+        }
+    }
+
+    /// Whether it holds.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.verdict == Verdict::Holds
+    }
+}
+
+/// What a measurement says of a claim.
+pub(super) enum Holds {
+    Yes,
+    No(String),
+}
+
+impl Holds {
+    /// All conditions with their names; those that fail are the reason.
+    pub(super) fn all<'a>(conditions: impl IntoIterator<Item = (bool, &'a str)>) -> Self {
+        let failed: Vec<&str> = conditions
+            .into_iter()
+            .filter(|(holds, _)| !holds)
+            .map(|(_, what)| what)
+            .collect();
+        if failed.is_empty() {
+            Self::Yes
+        } else {
+            Self::No(failed.join("; "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_claims_are_34_in_order() {
+        for (claim, number) in CLAIMS.iter().zip(1..) {
+            assert_eq!(claim.number, number);
+            assert!((2..=6).contains(&claim.chapter) && !claim.says.is_empty());
+        }
+    }
+}

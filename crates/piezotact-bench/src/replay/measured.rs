@@ -1,0 +1,99 @@
+//! From a bench to what its strokes say, as anybody would do it: record, guess the roles, cut, analyse.
+
+use piezotact::compare::{Periods, Summary, summarise};
+use piezotact::feature::{Analysis, FeatureConfig, analyse};
+use piezotact::filter::HighPass;
+use piezotact::quantity::{Degrees, Newtons};
+use piezotact::recording::{Condition, Recording};
+use piezotact::roles::Roles;
+use piezotact::spectrum::WelchConfig;
+use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
+
+use super::ReplayError;
+use crate::procedure::record;
+use crate::traits::{Acquire, RunPlan};
+
+/// The angle of the thesis' protocol, degrees.
+const ANGLE_DEG: f64 = 17.5;
+
+/// What a bench gave.
+#[derive(Clone, Debug)]
+pub(super) struct Taken {
+    pub(super) condition: Condition,
+    pub(super) segmentation: Segmentation,
+    pub(super) analysis: Analysis,
+    /// Contacts that stuck and slipped.
+    pub(super) slipped: usize,
+}
+
+/// A run at `load_n`, or at the person's own load.
+pub(super) fn run(label: &str, load_n: Option<f64>) -> RunPlan {
+    RunPlan {
+        label: label.into(),
+        load: load_n.map(Newtons),
+        angle: Degrees(ANGLE_DEG),
+    }
+}
+
+/// Records, cuts and analyses, with PSDs of segments of `segment_samples`.
+pub(super) fn take(
+    mut acquirer: Box<dyn Acquire>,
+    run: &RunPlan,
+    segment_samples: usize,
+) -> Result<(Taken, Recording), ReplayError> {
+    let recording = record(acquirer.as_mut(), run, &mut |_| Ok(()))?;
+    let what = recording.condition.to_string();
+    let cut = |judging: Judging| {
+        let (roles, _) = Roles::guess(&recording);
+        let expected = Expected {
+            load_n: recording.condition.load_n,
+            speed_m_s: recording.condition.speed_m_s,
+            judging,
+        };
+        segment(&recording, &roles, expected).map_err(|error| ReplayError::Segment {
+            what: what.clone(),
+            error,
+        })
+    };
+    let mut segmentation = cut(Judging::Sliding)?;
+    let slipped = segmentation
+        .rejected
+        .iter()
+        .filter(|rejected| matches!(rejected.reason, Reason::StickSlip { .. }))
+        .count();
+    // Where it only sticks and slips, the contacts are analysed all the same.
+    if segmentation.strokes.len() < 2 {
+        segmentation = cut(Judging::ContactOnly)?;
+    }
+    let feature = |error| ReplayError::Feature {
+        what: what.clone(),
+        error,
+    };
+    let longest: Vec<usize> = segmentation
+        .strokes
+        .iter()
+        .map(|stroke| stroke.steady.len())
+        .collect();
+    let usual = FeatureConfig::usual(recording.rate(), &longest, Some(HighPass::gesture()))
+        .map_err(feature)?;
+    let config = FeatureConfig {
+        welch: WelchConfig::hann(segment_samples),
+        ..usual
+    };
+    let analysis = analyse(&recording, &segmentation, &config).map_err(feature)?;
+    let taken = Taken {
+        condition: recording.condition.clone(),
+        segmentation,
+        analysis,
+        slipped,
+    };
+    Ok((taken, recording))
+}
+
+impl Taken {
+    /// What its strokes say together.
+    pub(super) fn summary(&self, name: &str, periods: Periods) -> Result<Summary, ReplayError> {
+        let members = [(&self.analysis, &self.condition)];
+        Ok(summarise(name, &members, periods)?)
+    }
+}

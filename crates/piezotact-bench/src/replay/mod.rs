@@ -1,0 +1,86 @@
+//! The thesis' measurements again, on the twin and through the ordinary analysis: record, segment, analyse,
+//! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
+
+mod chapter3;
+mod claims;
+mod figure;
+mod measured;
+
+pub use chapter3::chapter3;
+pub use claims::{CLAIMS, Claim, Finding, Verdict};
+pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
+
+use piezotact::compare::CompareError;
+use piezotact::feature::FeatureError;
+use piezotact::quantity::QuantityError;
+use piezotact::series::SeriesError;
+use piezotact::spectrum::EstimateError;
+use piezotact::stroke::SegmentError;
+
+use crate::traits::BenchError;
+use crate::twin::{ParameterError, TwinParameters};
+
+/// What a replay is made with.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The twin's numbers.
+    pub parameters: TwinParameters,
+    /// Draws people, surfaces, movements and noise.
+    pub seed: u64,
+}
+
+/// One chapter of the thesis, measured again.
+#[derive(Clone, Debug)]
+pub struct Chapter {
+    /// Its number in the thesis.
+    pub number: u8,
+    /// What it is about.
+    pub title: &'static str,
+    /// What was measured, in sentences.
+    pub measured: Vec<String>,
+    /// What was found of its claims, in their order.
+    pub findings: Vec<Finding>,
+    /// The counterparts of its figures.
+    pub figures: Vec<Figure>,
+    /// What is not there yet: figures and the issue that brings them.
+    pub missing: Vec<String>,
+}
+
+/// Why a chapter could not be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// A bench refuses.
+    #[error("{0}")]
+    Bench(#[from] BenchError),
+    /// The twin has no such sample.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    /// A recording cannot be cut.
+    #[error("{what}: {error}")]
+    Segment {
+        /// The recording.
+        what: String,
+        /// Why.
+        error: SegmentError,
+    },
+    /// A recording has no strokes to analyse.
+    #[error("{what}: {error}")]
+    Feature {
+        /// The recording.
+        what: String,
+        /// Why.
+        error: FeatureError,
+    },
+    /// Groups cannot be compared.
+    #[error("{0}")]
+    Compare(#[from] CompareError),
+    /// A spectrum cannot be estimated.
+    #[error("{0}")]
+    Estimate(#[from] EstimateError),
+    /// A number that cannot be.
+    #[error("{0}")]
+    Quantity(#[from] QuantityError),
+    /// Samples that make no series.
+    #[error("{0}")]
+    Series(#[from] SeriesError),
+}
