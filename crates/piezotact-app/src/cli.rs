@@ -33,9 +33,9 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact info measured.parquet\n  piezotact info texture.wav --scale \"200 m/s2\" --json"
     )]
     Info(Info),
-    /// Estimates the power spectral density of one channel.
+    /// Estimates the power spectral density of one channel, as a whole or over time.
     #[command(
-        after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
+        after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
     )]
     Spectrum(Spectrum),
     /// Measures the transfer function of a device with a finger on it.
@@ -286,22 +286,22 @@ pub(crate) struct Spectrum {
     /// A recording.
     pub(crate) file: PathBuf,
     /// Where --json or --csv go instead of standard output.
-    #[arg(requires = "form", conflicts_with = "svg")]
+    #[arg(requires = "form", conflicts_with_all = ["svg", "spectrogram"])]
     pub(crate) out: Option<PathBuf>,
     /// The channel; not needed when there is one, or one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// Samples in a segment.
-    #[arg(long, default_value_t = 1024)]
-    pub(crate) segment: usize,
-    /// The share of a segment that the next one repeats.
-    #[arg(long, default_value_t = 0.5)]
-    pub(crate) overlap: f64,
+    /// Samples in a segment; unless stated 1024, and about 0.1 s for --spectrogram.
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) segment: Option<usize>,
+    /// The share of a segment that the next one repeats; unless stated 0.5, and 0.875 for --spectrogram.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) overlap: Option<f64>,
     /// hann, hamming, blackman, blackman-harris, flat-top or rectangular.
     #[arg(long, default_value = "hann")]
     pub(crate) window: Window,
     /// Takes the median of the segments instead of their mean: robust against single disturbances.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "spectrogram")]
     pub(crate) median: bool,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -314,6 +314,17 @@ pub(crate) struct Spectrum {
     /// Writes a figure.
     #[arg(long, group = "form", value_name = "OUT")]
     pub(crate) svg: Option<PathBuf>,
+    /// Writes a figure of the PSD over time.
+    #[arg(long, group = "form", value_name = "OUT.svg")]
+    pub(crate) spectrogram: Option<PathBuf>,
+    /// How far up --spectrogram goes, in Hz; unless stated half the rate, or 1000 where that is less.
+    #[arg(
+        long,
+        value_name = "HZ",
+        requires = "spectrogram",
+        allow_negative_numbers = true
+    )]
+    pub(crate) max_frequency: Option<f64>,
 }
 
 /// How the finger is asked to lie.

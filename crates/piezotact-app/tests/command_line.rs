@@ -170,6 +170,36 @@ fn the_chain_of_commands_keeps_its_promises() {
     folder.run(&["info", "texture.wav"]).expect_success();
 }
 
+/// However long the recording and however fine its lines, the figure over time says what it shows and stays small.
+#[test]
+fn a_figure_over_time_stays_small() {
+    let folder = Folder::new();
+    folder.write("texture.wav", wav(noise(1_000_000), 5_000));
+    for settings in [
+        &[][..],
+        &["--segment", "16384", "--max-frequency", "2500"],
+        &["--segment", "64", "--overlap", "0"],
+    ] {
+        let command = ["spectrum", "texture.wav", "--spectrogram", "time.svg"];
+        folder
+            .run(&[&command[..], &["--scale", "2 m/s2"], settings].concat())
+            .expect_success();
+        let figure = std::fs::read_to_string(folder.path("time.svg")).unwrap();
+        assert!(figure.len() < 500_000, "{settings:?}: {}", figure.len());
+        for part in [
+            "width=\"900\"",
+            ">texture.wav, ",
+            ">hann window, ",
+            " averaged per ",
+            ">time, s<",
+            ">frequency, Hz<",
+            ">PSD, dB re 1 (m/s²)²/Hz<",
+        ] {
+            assert!(figure.contains(part), "{settings:?}: no {part}");
+        }
+    }
+}
+
 /// The transfer function from a kept recording is the one that was written while recording.
 #[test]
 fn a_kept_recording_gives_the_same_transfer_function() {

@@ -142,6 +142,34 @@ fn what_does_not_go_together_is_refused_and_nothing_is_written() {
     folder
         .run(&["spectrum", "texture.wav", "--overlap", "1"])
         .expect_failure(2, &["overlap"]);
+    let over_time = ["spectrum", "texture.wav", "--spectrogram", "time.svg"];
+    for (option, value, parts) in [
+        ("--overlap", "1", &["overlap from 0", "found 1"][..]),
+        ("--overlap", "nan", &["overlap from 0", "NaN"]),
+        ("--segment", "1", &["2 samples or more"]),
+        (
+            "--max-frequency",
+            "0",
+            &["to half the rate, 2500 Hz, found 0 Hz"],
+        ),
+        ("--max-frequency", "-5", &["found -5 Hz", "choose one"]),
+        ("--max-frequency", "2501", &["2500 Hz, found 2501 Hz"]),
+        ("--max-frequency", "nan", &["found NaN Hz"]),
+        ("--median", "--json", &["cannot be used with"]),
+    ] {
+        folder
+            .run(&[&over_time[..], &[option, value]].concat())
+            .expect_failure(2, parts);
+    }
+    folder
+        .run(&[&over_time[..], &["--segment", "20001"]].concat())
+        .expect_failure(1, &["20001", "20000", "shorter segment"]);
+    folder
+        .run(&["spectrum", "texture.wav", "--spectrogram", "texture.wav"])
+        .expect_failure(2, &["would be replaced"]);
+    folder
+        .run(&["spectrum", "texture.wav", "--max-frequency", "500"])
+        .expect_failure(2, &["--spectrogram"]);
     folder
         .run(&["spectrum", "texture.wav", "--window", "hat"])
         .expect_failure(2, &["hann"]);

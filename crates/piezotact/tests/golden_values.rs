@@ -8,7 +8,8 @@
 use piezotact::quantity::{Acceleration, SampleRate};
 use piezotact::series::Series;
 use piezotact::spectrum::{
-    Averaging, Detrend, Scaling, Symmetry, WelchConfig, Window, amplitude_spectrum, welch,
+    Averaging, Cells, Detrend, Scaling, SpectrogramConfig, Symmetry, WelchConfig, Window,
+    amplitude_spectrum, spectrogram, welch,
 };
 use serde::Deserialize;
 
@@ -17,6 +18,7 @@ struct Golden {
     rate_hz: f64,
     x: Vec<f64>,
     cases: Vec<Case>,
+    spectrograms: Vec<SpectrogramCase>,
     symmetric: std::collections::BTreeMap<String, Vec<f64>>,
     amplitude_spectrum_of_399: Vec<f64>,
 }
@@ -29,6 +31,17 @@ struct Case {
     detrend: Detrend,
     averaging: Averaging,
     scaling: Scaling,
+    values: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct SpectrogramCase {
+    window: String,
+    segment: usize,
+    overlap: f64,
+    detrend: Detrend,
+    frequencies_hz: Vec<f64>,
+    times_s: Vec<f64>,
     values: Vec<f64>,
 }
 
@@ -68,6 +81,32 @@ fn every_setting_equals_scipy() {
         eprintln!("{config:?}: {error:.1e}");
         // Two FFTs that sum in another order, on numbers of one size.
         assert!(error < 1e-10, "{config:?}: {error:e}");
+    }
+}
+
+#[test]
+fn spectrograms_equal_scipy() {
+    let golden = golden();
+    let x =
+        Series::<Acceleration>::new(golden.x, SampleRate::new(golden.rate_hz).unwrap()).unwrap();
+    for case in golden.spectrograms {
+        let config = SpectrogramConfig {
+            window: case.window.parse().unwrap(),
+            symmetry: Symmetry::Periodic,
+            segment: case.segment,
+            overlap: case.overlap,
+            detrend: case.detrend,
+            cells: Cells::All,
+        };
+        let result = spectrogram(&x, &config).unwrap();
+        let error = worst(&result.values, &case.values);
+        eprintln!("{config:?}: {error:.1e}");
+        // Two FFTs that sum in another order: 1e-16 of the largest amplitude, on cells of 3e-4 of it (1e-7 in
+        // power) and more, of which none is averaged.
+        assert!(error < 1e-11, "{config:?}: {error:e}");
+        // The same quotients, but for their last digit.
+        assert!(worst(&result.times_s, &case.times_s) < 1e-15);
+        assert!(worst(&result.frequencies_hz[1..], &case.frequencies_hz[1..]) < 1e-15);
     }
 }
 

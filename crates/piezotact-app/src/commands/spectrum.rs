@@ -1,16 +1,22 @@
-//! `piezotact spectrum`: the PSD of one channel.
+//! `piezotact spectrum`: the PSD of one channel, as a whole or over time.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::spectrum::{Averaging, EstimateError, WelchConfig, welch};
+use piezotact::quantity::{Hertz, Uncalibrated};
+use piezotact::recording::Channel;
+use piezotact::series::Series;
+use piezotact::spectrum::{
+    Averaging, Cells, EstimateError, SpectrogramConfig, WelchConfig, spectrogram, welch,
+};
 use serde_json::json;
 
 use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_or_write, say_doubts, write_text};
+use crate::report::spectrogram::{COLUMNS, Panel, ROWS, file};
 use crate::report::{figures, name};
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
@@ -18,6 +24,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         .out
         .iter()
         .chain(&args.svg)
+        .chain(&args.spectrogram)
         .map(PathBuf::as_path)
         .collect();
     outputs(&[&args.file], &written)?;
@@ -26,20 +33,23 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
     let (channel, series) = recording.raw(args.channel.as_deref()).map_err(|error| {
         Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
     })?;
+    if let Some(path) = &args.spectrogram {
+        say_doubts(&recording.doubts);
+        return over_time(args, channel, &series, path);
+    }
+    let usual = WelchConfig::thesis_2024();
     let config = WelchConfig {
         window: args.window,
-        overlap: args.overlap,
+        segment: args.segment.unwrap_or(usual.segment),
+        overlap: args.overlap.unwrap_or(usual.overlap),
         averaging: if args.median {
             Averaging::Median
         } else {
             Averaging::Mean
         },
-        ..WelchConfig::hann(args.segment)
+        ..usual
     };
-    let psd = welch(&series, &config).map_err(|error| match error {
-        EstimateError::Config { .. } => usage(error),
-        _ => Failure::Data(anyhow!("{}: {error}", args.file.display())),
-    })?;
+    let psd = welch(&series, &config).map_err(|error| refused(args, error))?;
     let unit = channel.unit.of_psd();
     let doubts: Vec<_> = recording
         .doubts
@@ -77,7 +87,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
             name(&args.file),
             channel.name,
             args.window.name(),
-            args.segment,
+            psd.config.segment,
             psd.resolution_hz,
             psd.averages
         );
@@ -88,11 +98,51 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
     let (frequency_hz, strongest) = psd.strongest();
     print(&format!(
         "{}, channel {}: {} segments of {} samples ({:.3} Hz), strongest line {strongest:.4e} {unit} at {frequency_hz:.2} Hz\n\
-         the whole spectrum: --json, --csv or --svg OUT",
+         the whole spectrum: --json, --csv or --svg OUT; over time: --spectrogram OUT.svg",
         args.file.display(),
         channel.name,
         psd.averages,
-        args.segment,
+        psd.config.segment,
         psd.resolution_hz,
     ))
+}
+
+fn refused(args: &Spectrum, error: EstimateError) -> Failure {
+    match error {
+        EstimateError::Config { .. } | EstimateError::Frequency { .. } => usage(error),
+        _ => Failure::Data(anyhow!("{}: {error}", args.file.display())),
+    }
+}
+
+/// The highest frequency of a figure over time unless another is stated: what fingers feel.
+const HIGHEST: Hertz = Hertz(1000.0);
+
+fn over_time(
+    args: &Spectrum,
+    channel: &Channel,
+    series: &Series<Uncalibrated>,
+    path: &Path,
+) -> Outcome {
+    let usual = SpectrogramConfig::usual(series.rate());
+    let half = series.rate().nyquist();
+    let config = SpectrogramConfig {
+        window: args.window,
+        segment: args.segment.unwrap_or(usual.segment),
+        overlap: args.overlap.unwrap_or(usual.overlap),
+        cells: Cells::AtMost {
+            columns: COLUMNS,
+            rows: ROWS,
+            highest: args
+                .max_frequency
+                .map_or(Hertz(half.0.min(HIGHEST.0)), Hertz),
+        },
+        ..usual
+    };
+    let result = spectrogram(series, &config).map_err(|error| refused(args, error))?;
+    let panel = Panel {
+        title: format!("{}, {}", name(&args.file), channel.name),
+        spectrogram: &result,
+    };
+    write_text(path, &file(&panel, &channel.unit.of_psd())?)?;
+    print(&format!("wrote {}", path.display()))
 }

@@ -4,7 +4,9 @@ pub(crate) mod axis;
 pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod heatmap;
+mod image;
 pub(crate) mod roughness;
+pub(crate) mod spectrogram;
 pub(crate) mod touch;
 
 use std::path::Path;

@@ -1,8 +1,9 @@
-//! Spectra: windows, Welch's averaged periodograms, and the Fourier amplitude spectrum.
+//! Spectra: windows, Welch's averaged periodograms, spectrograms, and the Fourier amplitude spectrum.
 //!
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod kernel;
+mod spectrogram;
 mod window;
 
 use std::marker::PhantomData;
@@ -11,10 +12,11 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use kernel::{SegmentTransform, fold_cross, fold_power};
+pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, spectrogram};
 pub use window::{Symmetry, UnknownWindow, Window};
 
 use crate::doubt::Doubt;
-use crate::quantity::{Quantity, SampleRate};
+use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 
 /// What is taken away from every segment before the window.
@@ -423,6 +425,18 @@ pub enum EstimateError {
         expected: usize,
         /// The longest record's length.
         found: usize,
+    },
+    /// A highest frequency that the segments cannot show.
+    #[error(
+        "expected a highest frequency from the first line, {lowest}, to half the rate, {highest}, found {found}; choose one in between, or a longer segment for a lower line"
+    )]
+    Frequency {
+        /// The first line above 0 Hz.
+        lowest: Hertz,
+        /// Half the rate.
+        highest: Hertz,
+        /// What was asked for.
+        found: Hertz,
     },
     /// Two signals that do not belong together.
     #[error(

@@ -1,0 +1,241 @@
+//! What figures of images share: SVG text, values as a PNG in it, their scale of colours, ticks.
+
+use std::fmt::Write as _;
+
+use anyhow::anyhow;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use plotters::style::{RGBColor, WHITE};
+
+use super::axis::number;
+use super::chart::{TEXT, WIDTH, palette};
+use crate::failure::Outcome;
+
+/// The colours of the scale; one more stands for what was not measured.
+const COLOURS: usize = 200;
+const MISSING: RGBColor = RGBColor(214, 218, 222);
+/// How wide the scale of colours is.
+pub(super) const BAR: f64 = 22.0;
+
+/// Values as colours, row by row from the top; NaN where nothing was measured.
+pub(super) struct Image<'a> {
+    pub(super) values: &'a [f64],
+    pub(super) columns: usize,
+    /// The values at the ends of the scale of colours.
+    pub(super) scale: (f64, f64),
+}
+
+impl Image<'_> {
+    fn png(&self) -> Outcome<Vec<u8>> {
+        let (low, high) = self.scale;
+        let pixels: Vec<u8> = self
+            .values
+            .iter()
+            .map(|value| {
+                if value.is_nan() {
+                    return COLOURS as u8;
+                }
+                let place = (value - low) / (high - low) * COLOURS as f64;
+                place.clamp(0.0, (COLOURS - 1) as f64) as u8
+            })
+            .collect();
+        let rows = self.values.len() / self.columns;
+        let colours = palette(COLOURS);
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.columns as u32, rows as u32);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        let rgb = |colour: &RGBColor| [colour.0, colour.1, colour.2];
+        let table: Vec<u8> = colours.iter().chain([&MISSING]).flat_map(rgb).collect();
+        encoder.set_palette(table);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&pixels)?;
+        writer
+            .finish()
+            .map_err(|error| anyhow!("an image could not be made: {error}"))?;
+        Ok(bytes)
+    }
+}
+
+fn hex(colour: RGBColor) -> String {
+    format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
+}
+
+/// About `count` round numbers from `low` to `high`.
+pub(super) fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
+    let rough = (high - low) / count.max(2.0);
+    let decade = 10f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|step| step * decade)
+        .find(|step| *step >= rough * 0.999)
+        .unwrap_or(10.0 * decade);
+    let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
+    let steps = (last - first).clamp(0.0, 100.0) as usize;
+    (0..=steps).map(|k| (first + k as f64) * step).collect()
+}
+
+/// A text as SVG holds it.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// SVG text that grows, as wide as a figure.
+pub(super) struct Svg {
+    text: String,
+}
+
+impl Svg {
+    pub(super) fn new(height: f64) -> Self {
+        Self {
+            text: format!(
+                "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"12\" fill=\"{}\">",
+                hex(TEXT)
+            ),
+        }
+    }
+
+    /// White behind everything, where the page may not be.
+    pub(super) fn background(&mut self, height: f64) {
+        self.area((0.0, 0.0), (f64::from(WIDTH), height), WHITE);
+    }
+
+    /// The colour of what was not measured, where no image may cover it.
+    pub(super) fn missing(&mut self, at: (f64, f64), size: (f64, f64)) {
+        self.area(at, size, MISSING);
+    }
+
+    fn area(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), colour: RGBColor) {
+        self.add(&format!(
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{}\"/>",
+            hex(colour)
+        ));
+    }
+
+    fn add(&mut self, element: &str) {
+        self.text.push('\n');
+        self.text.push_str(element);
+    }
+
+    pub(super) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
+        let _never_fails = write!(
+            self.text,
+            "\n<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#969ea6\"/>"
+        );
+    }
+
+    pub(super) fn frame(&mut self, (x, y): (f64, f64), (width, height): (f64, f64)) {
+        let _never_fails = write!(
+            self.text,
+            "\n<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#969ea6\"/>"
+        );
+    }
+
+    /// A text that starts, ends or has its middle there, as `anchor` says.
+    pub(super) fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
+        let _never_fails = write!(
+            self.text,
+            "\n<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
+            escaped(text)
+        );
+    }
+
+    /// A text that reads upwards, centred.
+    pub(super) fn upright(&mut self, (x, y): (f64, f64), text: &str) {
+        let _never_fails = write!(
+            self.text,
+            "\n<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\">{}</text>",
+            escaped(text)
+        );
+    }
+
+    /// An image that fills the frame from `at`, `size` large.
+    pub(super) fn image(
+        &mut self,
+        (x, y): (f64, f64),
+        size: (f64, f64),
+        image: &Image<'_>,
+    ) -> Outcome {
+        let (width, height) = size;
+        let png = STANDARD.encode(image.png()?);
+        self.add(&format!(
+            "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{png}\"/>"
+        ));
+        Ok(())
+    }
+
+    /// The scale of colours from `low` to `high`, [`BAR`] wide, with its ticks and its label to the right.
+    pub(super) fn colour_bar(
+        &mut self,
+        (left, top): (f64, f64),
+        height: f64,
+        (low, high): (f64, f64),
+        label: &str,
+    ) {
+        let colours = palette(COLOURS);
+        let each = height / colours.len() as f64;
+        for (i, colour) in colours.iter().rev().enumerate() {
+            let y = top + each * i as f64;
+            self.add(&format!(
+                "<rect x=\"{left}\" y=\"{y:.2}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"{}\"/>",
+                each + 0.6,
+                hex(*colour)
+            ));
+        }
+        self.frame((left, top), (BAR, height + 0.6));
+        for tick in ticks(low, high, height / 32.0) {
+            let y = top + height * (high - tick) / (high - low);
+            self.line((left + BAR, y), (left + BAR + 6.0, y));
+            self.text((left + BAR + 10.0, y + 4.0), "start", &number(tick));
+        }
+        self.upright((left + BAR + 66.0, top + height / 2.0), label);
+    }
+
+    pub(super) fn finish(self) -> String {
+        self.text + "\n</svg>"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let check = |low, high, count, expected: &[f64]| {
+            let found = ticks(low, high, count);
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            for (a, b) in found.iter().zip(expected) {
+                assert!((a - b).abs() < 1e-12, "{found:?}");
+            }
+        };
+        check(0.0, 1.27, 7.0, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2]);
+        check(-3.0, 3.0, 3.0, &[-2.0, 0.0, 2.0]);
+        check(0.0, 100.0, 1.0, &[0.0, 50.0, 100.0]);
+    }
+
+    #[test]
+    fn missing_points_have_their_own_colour() {
+        let image = Image {
+            values: &[0.0, 1.0, f64::NAN, 9.0],
+            columns: 2,
+            scale: (0.0, 1.0),
+        };
+        let bytes = image.png().ok().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let mut pixels = [0; 4];
+        reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(pixels, [0, 199, 200, 199]);
+    }
+
+    #[test]
+    fn a_text_stays_a_text() {
+        let mut svg = Svg::new(10.0);
+        svg.text((0.0, 0.0), "start", "<a> & b");
+        assert!(svg.finish().contains(">&lt;a&gt; &amp; b</text>"));
+    }
+}
