@@ -7,9 +7,13 @@ mod finger;
 mod output;
 mod sensors;
 mod texture;
+mod varying;
 mod world;
 
 pub use finger::{Finger, Placement};
 pub use output::OutputStage;
 pub use texture::{TextureParameters, record_texture};
 pub use world::TwinBench;
+
+/// The rate of the acquisition, Hz (*thesis* 2.5.2 and 2.5.3).
+const ACQUISITION_RATE_HZ: f64 = 5_000.0;

@@ -1,6 +1,18 @@
 //! The accelerometer on the fingernail, the force cell under the actuator, and the hand that presses.
 
+use piezotact::series::{mean, standard_deviation};
+
 use crate::random::Random;
+use crate::traits::SensorCalibration;
+
+/// What a calibration finds in what the channels read at rest: mean, and rms about it.
+pub(super) fn at_rest(channels: &[Vec<f64>]) -> SensorCalibration {
+    let of_all = |of: fn(&[f64]) -> f64| channels.iter().map(|x| of(x)).collect();
+    SensorCalibration {
+        offset: of_all(mean),
+        noise_rms: of_all(standard_deviation),
+    }
+}
 
 /// A PCB 352A24 on the nail: white noise of 2 mm/s² rms over the acquisition band (*data sheet*: broadband
 /// resolution 2e-4 g) and flicker below about 10 Hz.
