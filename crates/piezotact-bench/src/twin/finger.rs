@@ -1,6 +1,7 @@
-//! The actuator with a finger on it: how the fingernail's acceleration answers the actuator's voltage.
+//! A finger on the actuator or on a shaker's plate: how the fingernail's acceleration answers the actuator's
+//! voltage, or the force at the plate.
 //!
-//! Four lumped elements (pulp, phalanx with the accelerometer, resting hand, nail bed) on a membrane. The
+//! Four lumped elements (pulp, phalanx with the accelerometer, resting hand, nail bed) on a membrane or a plate. The
 //! structure follows multi-degree-of-freedom finger models in the literature (Wiertlewski and Hayward 2012,
 //! Knez 2017); the values are *chosen* so that bundles over participants, loads and angles come out as in the
 //! thesis' chapter 5.
@@ -17,6 +18,10 @@ type C = Complex<f64>;
 const REFERENCE_LOAD_N: f64 = 0.2;
 /// Loads below this are a finger that hardly touches, N (*chosen*).
 const LEAST_LOAD_N: f64 = 0.02;
+/// The ceramic plate and the part of the force cell above its crystal, kg (*chosen*).
+pub(super) const PLATE_KG: f64 = 0.6e-3;
+/// The skin that moves with the plate, kg (*chosen*).
+const SKIN_KG: f64 = 0.25e-3;
 
 /// How much each parameter differs from person to person: the standard deviation of its logarithm (*chosen*).
 mod spread {
@@ -28,6 +33,7 @@ mod spread {
     pub(super) const HAND_MASS: f64 = 0.14;
     pub(super) const NAIL_STIFFNESS: f64 = 0.10;
     pub(super) const GAIN: f64 = 0.11;
+    pub(super) const SKIN_MASS: f64 = 0.12;
     /// dB.
     pub(super) const RIPPLE_DB: f64 = 0.50;
 }
@@ -47,6 +53,20 @@ pub struct Finger {
     angle_mass: f64,
     angle_stiffness: f64,
     ripple: Ripple,
+    skin_mass: f64,
+}
+
+/// The finger's elements at one frequency and load.
+struct Elements {
+    s: C,
+    /// Dynamic stiffness of the pulp Zp, N/m.
+    pulp: C,
+    /// Dynamic stiffness of the phalanx with nail, accelerometer, joint and hand D1, N/m.
+    phalanx: C,
+    /// From the phalanx' motion to the nail's, Tn.
+    nail: C,
+    /// How much of the motion the contact area couples, κ.
+    coupling: f64,
 }
 
 impl Finger {
@@ -65,12 +85,16 @@ impl Finger {
             angle_mass: 0.0,
             angle_stiffness: 0.0,
             ripple: Ripple::none(),
+            skin_mass: 0.0,
         }
     }
 
-    /// The finger of participant `participant` under `seed`.
+    /// The finger of participant `participant` under `seed`; participant 0 is the nominal finger.
     #[must_use]
     pub fn of(participant: u64, seed: u64) -> Self {
+        if participant == 0 {
+            return Self::nominal();
+        }
         let mut random = Random::stream(seed, participant, "finger");
         Self {
             pulp_stiffness: random.person(),
@@ -84,6 +108,8 @@ impl Finger {
             angle_mass: random.person(),
             angle_stiffness: random.person(),
             ripple: Ripple::draw(&mut random),
+            // Drawn last, so that the numbers above stay what they were for every stored seed.
+            skin_mass: random.person(),
         }
     }
 
@@ -100,11 +126,86 @@ impl Finger {
         angle_deg: f64,
         placement: &Placement,
     ) -> C {
+        let Elements {
+            s,
+            pulp,
+            phalanx,
+            nail,
+            coupling,
+        } = self.elements(frequency_hz, load_n, angle_deg);
+        let finger = pulp * phalanx / (pulp + phalanx);
+        // The membrane: stiffness N/m, damping, mass, and free displacement per volt.
+        let (membrane_k, metres_per_volt) = (2500.0, 0.65e-6);
+        let membrane = membrane_k + 0.35 * s + 0.12e-3 * s * s;
+        let low_pass = 1.0 / (1.0 + s / (TAU * 5000.0));
+        low_pass * s * s / phalanx * nail * coupling * finger * membrane_k * metres_per_volt
+            / (membrane + finger)
+            * self.gain(frequency_hz, load_n, placement)
+    }
+
+    /// The inertance on the shaker: the fingernail's acceleration per newton at the force cell under the plate,
+    /// (m/s²)/N, at `frequency_hz`, with the finger pressed by `load_n` at `angle_deg`, placed as `placement`
+    /// says. It is the finger's and the plate's; what the bench's sensing adds is not in it.
+    ///
+    /// Formula: s²/D1 · Tn · κ / (1 + ms·s²·(1/D1 + 1/Zp)), the cell below the mass ms of plate and skin.
+    #[must_use]
+    pub fn inertance(
+        &self,
+        frequency_hz: f64,
+        load_n: f64,
+        angle_deg: f64,
+        placement: &Placement,
+    ) -> C {
+        self.inertance_on(PLATE_KG, frequency_hz, load_n, angle_deg, placement)
+    }
+
+    /// [`Self::inertance`] on a plate of `plate_kg`.
+    pub(super) fn inertance_on(
+        &self,
+        plate_kg: f64,
+        frequency_hz: f64,
+        load_n: f64,
+        angle_deg: f64,
+        placement: &Placement,
+    ) -> C {
+        let Elements {
+            s,
+            pulp,
+            phalanx,
+            nail,
+            coupling,
+        } = self.elements(frequency_hz, load_n, angle_deg);
+        let above_kg = self.above_cell_kg(plate_kg, load_n);
+        s * s / phalanx * nail * coupling / (1.0 + above_kg * s * s * (1.0 / phalanx + 1.0 / pulp))
+            * self.gain(frequency_hz, load_n, placement)
+    }
+
+    /// What finger, skin and a plate of `plate_kg` oppose to the motion of the force cell: the force at the cell per
+    /// metre, N/m.
+    ///
+    /// Formula: ms·s² + Zp·D1/(Zp + D1).
+    pub(super) fn stiffness_on(
+        &self,
+        plate_kg: f64,
+        frequency_hz: f64,
+        load_n: f64,
+        angle_deg: f64,
+    ) -> C {
+        let Elements {
+            s, pulp, phalanx, ..
+        } = self.elements(frequency_hz, load_n, angle_deg);
+        self.above_cell_kg(plate_kg, load_n) * s * s + pulp * phalanx / (pulp + phalanx)
+    }
+
+    /// What moves above the force cell: a plate of `plate_kg` and the skin on it, kg.
+    fn above_cell_kg(&self, plate_kg: f64, load_n: f64) -> f64 {
+        (plate_kg + SKIN_KG) * person(spread::SKIN_MASS * narrower(load_n), self.skin_mass)
+    }
+
+    fn elements(&self, frequency_hz: f64, load_n: f64, angle_deg: f64) -> Elements {
         let load_n = load_n.max(LEAST_LOAD_N);
         let harder = load_n / REFERENCE_LOAD_N;
-        // People differ less the harder they press.
-        let narrower = harder.powf(-0.6);
-        let person = |spread: f64, z: f64| (spread * z).exp();
+        let narrower = narrower(load_n);
         let tilt = ((angle_deg - 20.0) / 20.0).clamp(-1.0, 2.0);
         let s = C::new(0.0, TAU * frequency_hz);
 
@@ -114,7 +215,6 @@ impl Finger {
             * (1.0 + 0.10 * self.angle_stiffness * tilt);
         let pulp_c =
             1.6 * harder.powf(0.35) * person(spread::PULP_DAMPING * narrower, self.pulp_damping);
-        let pulp = pulp_k + pulp_c * s;
 
         let phalanx_kg = 7.5e-3
             * person(spread::PHALANX_MASS, self.phalanx_mass)
@@ -128,23 +228,33 @@ impl Finger {
         let (nail_kg, nail_c) = (1.2e-3, 7.0);
         let nail_k = 8e4 * person(spread::NAIL_STIFFNESS, self.nail_stiffness);
         let nail = (nail_k + nail_c * s) / (nail_k + nail_c * s + nail_kg * s * s);
-        let phalanx = phalanx_kg * s * s + arm + nail_kg * s * s * nail;
+        Elements {
+            s,
+            pulp: pulp_k + pulp_c * s,
+            phalanx: phalanx_kg * s * s + arm + nail_kg * s * s * nail,
+            nail,
+            // The contact area grows with load and couples more of the motion.
+            coupling: 0.70 + 0.30 * (load_n / 0.45).tanh(),
+        }
+    }
 
-        // The contact area grows with load and couples more of the membrane's motion.
-        let coupling = 0.70 + 0.30 * (load_n / 0.45).tanh();
-        let finger = pulp * phalanx / (pulp + phalanx);
-        // The membrane: stiffness N/m, damping, mass, and free displacement per volt.
-        let (membrane_k, metres_per_volt) = (2500.0, 0.65e-6);
-        let membrane = membrane_k + 0.35 * s + 0.12e-3 * s * s;
-        let low_pass = 1.0 / (1.0 + s / (TAU * 5000.0));
-
+    /// What person and placement add to the level, as a ratio.
+    fn gain(&self, frequency_hz: f64, load_n: f64, placement: &Placement) -> f64 {
+        let narrower = narrower(load_n);
         let ripple_db = spread::RIPPLE_DB * narrower * self.ripple.at(frequency_hz)
             + placement.level_db(frequency_hz);
-        let gain = person(spread::GAIN * narrower, self.gain) * 10f64.powf(ripple_db / 20.0);
-        low_pass * s * s / phalanx * nail * coupling * finger * membrane_k * metres_per_volt
-            / (membrane + finger)
-            * gain
+        person(spread::GAIN * narrower, self.gain) * 10f64.powf(ripple_db / 20.0)
     }
+}
+
+/// A person's departure of `z` standard deviations, as a factor.
+fn person(spread: f64, z: f64) -> f64 {
+    (spread * z).exp()
+}
+
+/// People differ less the harder they press: how much of the spread at the reference load is left.
+fn narrower(load_n: f64) -> f64 {
+    (load_n.max(LEAST_LOAD_N) / REFERENCE_LOAD_N).powf(-0.6)
 }
 
 /// How a finger happens to lie this time. Taking it off and putting it back draws another one.
@@ -252,6 +362,57 @@ mod tests {
                     "{frequency_hz} Hz, {load_n} N: {found_db:.2}"
                 );
             }
+        }
+    }
+
+    /// The bench's antiresonance as the prototype has it: −12 dB at 265 Hz.
+    fn antiresonance(frequency_hz: f64) -> C {
+        let (s, w) = (C::new(0.0, TAU * frequency_hz), TAU * 265.0);
+        (s * s + 2.0 * 0.03 * w * s + w * w) / (s * s + 2.0 * 0.12 * w * s + w * w)
+    }
+
+    /// The nominal finger on the shaker, dB re 1 kg⁻¹, of the same prototype. Its numbers are of the measured
+    /// ratio, with the bench's antiresonance: without it 300 Hz would be at 38.5, 40.0 and 40.7 dB.
+    #[test]
+    fn the_nominal_inertance_has_the_prototype_s_magnitudes() {
+        const GOLDEN: [(f64, [f64; 3]); 7] = [
+            (20.0, [35.2, 36.1, 36.5]),
+            (50.0, [40.0, 40.8, 41.1]),
+            (100.0, [40.3, 40.9, 41.2]),
+            (200.0, [39.4, 40.3, 40.7]),
+            (300.0, [35.9, 37.4, 38.1]),
+            (500.0, [35.6, 37.9, 39.0]),
+            (1000.0, [32.7, 35.5, 37.0]),
+        ];
+        let finger = Finger::of(0, 8);
+        for (frequency_hz, levels_db) in GOLDEN {
+            for (load_n, expected_db) in [0.2, 0.4, 0.6].into_iter().zip(levels_db) {
+                let h = finger.inertance(frequency_hz, load_n, 20.0, &Placement::exact())
+                    * antiresonance(frequency_hz);
+                let found_db = 20.0 * h.norm().log10();
+                assert!(
+                    (found_db - expected_db).abs() < 0.06,
+                    "{frequency_hz} Hz, {load_n} N: {found_db:.2}"
+                );
+            }
+        }
+    }
+
+    /// What the cell and the nail say of one motion of the plate is one finger: inertance times force is the nail's
+    /// acceleration, Zp/(Zp + D1)·Tn·κ of the plate's.
+    #[test]
+    fn inertance_and_stiffness_are_of_one_finger() {
+        let finger = Finger::of(4, 2);
+        let placement = Placement::of(4, 2, "x");
+        for frequency_hz in [10.0, 80.0, 700.0] {
+            let e = finger.elements(frequency_hz, 0.3, 35.0);
+            let nail = finger.inertance(frequency_hz, 0.3, 35.0, &placement)
+                * finger.stiffness_on(PLATE_KG, frequency_hz, 0.3, 35.0);
+            let direct = e.s * e.s * e.pulp / (e.pulp + e.phalanx)
+                * e.nail
+                * e.coupling
+                * finger.gain(frequency_hz, 0.3, &placement);
+            assert!((nail / direct - 1.0).norm() < 1e-12, "{frequency_hz}");
         }
     }
 

@@ -94,3 +94,62 @@ impl HeldForce {
         now
     }
 }
+
+/// A hand that holds a force: [`HeldForce`] through the muscle, critically damped. The process alone falls with the
+/// square of frequency and would shake the finger at 25 Hz, where no hand can.
+#[derive(Clone, Debug)]
+pub(crate) struct SlowHand {
+    held: HeldForce,
+    corner_hz: f64,
+    stages_n: Option<[f64; 2]>,
+}
+
+impl SlowHand {
+    pub(crate) fn new(load_n: f64, corner_hz: f64, random: Random) -> Self {
+        Self {
+            held: HeldForce::new(load_n, random),
+            corner_hz,
+            stages_n: None,
+        }
+    }
+
+    /// The force now, N, and then `step_s` passes.
+    pub(crate) fn next(&mut self, step_s: f64) -> f64 {
+        let wanted_n = self.held.next(step_s);
+        let [first_n, second_n] = self.stages_n.get_or_insert([wanted_n; 2]);
+        let follow = 1.0 - (-std::f64::consts::TAU * self.corner_hz * step_s).exp();
+        *first_n += follow * (wanted_n - *first_n);
+        *second_n += follow * (*first_n - *second_n);
+        *second_n
+    }
+}
+
+/// A charge cell that a finger warms: the reading drifts towards `drift_n` with the time constant `drift_s`.
+#[derive(Clone, Debug)]
+pub(crate) struct ChargeCell {
+    random: Random,
+    noise_n: f64,
+    drift_n: f64,
+    drift_s: f64,
+}
+
+impl ChargeCell {
+    pub(crate) fn new(noise_n: f64, drift_n: f64, drift_s: f64, random: Random) -> Self {
+        Self {
+            random,
+            noise_n,
+            drift_n,
+            drift_s,
+        }
+    }
+
+    /// What warmth has added to the reading `after_s` from the first touch, N.
+    pub(crate) fn warmth_n(&self, after_s: f64) -> f64 {
+        self.drift_n * -(-after_s / self.drift_s).exp_m1()
+    }
+
+    /// What it reads, N, for the true force `after_s` from the first touch.
+    pub(crate) fn read(&mut self, force_n: f64, after_s: f64) -> f64 {
+        force_n + self.warmth_n(after_s) + self.noise_n * self.random.normal()
+    }
+}

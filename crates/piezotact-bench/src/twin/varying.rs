@@ -40,7 +40,6 @@ pub(super) struct VaryingResponse<R> {
 
 impl<R: AtLoad> VaryingResponse<R> {
     /// Before output sample n is taken, the input up to n + `LOOKAHEAD` must have been fed, or there is none.
-    #[cfg(test)]
     pub(super) const LOOKAHEAD: usize = Self::EARLY + Self::FRAME;
     const FRAME: usize = 1024;
     const HOP: usize = Self::FRAME / 2;
