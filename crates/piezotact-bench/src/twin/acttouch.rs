@@ -6,13 +6,14 @@ use std::f64::consts::TAU;
 use piezotact::quantity::Unit;
 use piezotact::recording::{Condition, Touch};
 
+use super::RATE_HZ;
 use super::drag::Dragging;
 use super::finger::Placement;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, RATE_HZ, Session, Stretches, Touching};
+use super::session::{CALIBRATION, Session, Stretches, Touching};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::{SmoothWander, Wander};
 use crate::random::Random;
@@ -236,6 +237,7 @@ impl Touching for ActTouch {
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
         let placement = Placement::of(
+            &self.parameters,
             self.participant.number,
             self.participant.seed,
             &format!("acttouch {} {}", self.sample.name, run.label),

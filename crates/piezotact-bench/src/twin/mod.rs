@@ -2,11 +2,13 @@
 //!
 //! A [`Participant`] is one seeded person, the same on every bench; [`TwinParameters`] are all numbers, read from a
 //! documented file that a laboratory can change, in which each has its range and its origin. [`ActTouch`] and
-//! [`TriboAir`] acquire what a finger does on a sample; [`TwinBench`] plays on the PIEZOTACT device.
+//! [`TriboAir`] acquire what a finger does on a sample; [`ShakerBench`] measures a finger's own
+//! transfer function; [`TwinBench`] plays on the PIEZOTACT device.
 
 mod acttouch;
 mod drag;
 mod finger;
+mod noise;
 mod output;
 mod parameters;
 mod participant;
@@ -14,10 +16,12 @@ mod passage;
 mod protocol;
 mod sensors;
 mod session;
+mod shaker;
 mod sliding;
 mod surface;
 mod texture;
 mod triboair;
+mod varying;
 mod wander;
 mod world;
 
@@ -28,6 +32,10 @@ pub use parameters::{PARAMETERS, ParameterError, Sample, TwinParameters};
 pub use participant::{Hand, Participant, Skin};
 pub use passage::record_texture;
 pub use protocol::{Movement, Pace};
+pub use shaker::{ShakerBench, ShakerExcitation, ShakerMount};
 pub use surface::{Patch, Relief, SurfaceError};
 pub use triboair::TriboAir;
 pub use world::TwinBench;
+
+/// The rate of the acquisition, Hz (*thesis* 2.5.2 and 2.5.3).
+pub(crate) const RATE_HZ: f64 = 5_000.0;

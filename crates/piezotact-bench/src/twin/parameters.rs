@@ -20,6 +20,10 @@ const ORIGINS: [&str; 4] = ["thesis", "source", "chosen", "measured"];
 pub struct TwinParameters {
     /// How people differ.
     pub person: PersonParameters,
+    /// A finger as a chain of masses and springs.
+    pub finger: FingerParameters,
+    /// How differently it lies each time.
+    pub placement: PlacementParameters,
     /// How a hand moves and presses.
     pub hand: HandParameters,
     /// The vibration of a sliding finger.
@@ -40,6 +44,10 @@ pub struct TwinParameters {
     pub triboair: TriboAirParameters,
     /// The sound output and the actuator.
     pub output: OutputParameters,
+    /// The membrane under the finger.
+    pub actuator: ActuatorParameters,
+    /// The shaker bench.
+    pub shaker: ShakerParameters,
     samples: BTreeMap<String, Sample>,
     /// What a laboratory's own file changes, one line each.
     changes: Vec<String>,
@@ -60,6 +68,30 @@ parameters! {
     PersonParameters {
         reference_ridge_m: f64, ridge_m: f64, ridge_spread_m: f64, least_ridge_m: f64, most_ridge_m: f64,
         loudness_spread: f64, loudness_spread_by_sample: f64, friction_spread: f64,
+    }
+}
+parameters! {
+    /// Section `finger`.
+    FingerParameters {
+        pulp_stiffness_n_m: f64, pulp_damping_n_s_m: f64, pulp_load_exponent: f64, reference_load_n: f64, least_load_n: f64, phalanx_kg: f64, joint_stiffness_n_m: f64, joint_damping_n_s_m: f64, hand_kg: f64, hand_stiffness_n_m: f64, hand_damping_n_s_m: f64, nail_kg: f64, nail_stiffness_n_m: f64, nail_damping_n_s_m: f64, coupling_light: f64, coupling_more: f64, coupling_load_n: f64, skin_kg: f64, angle_mass: f64, angle_stiffness: f64, pulp_stiffness_spread: f64, pulp_damping_spread: f64, phalanx_mass_spread: f64, joint_stiffness_spread: f64, joint_damping_spread: f64, hand_mass_spread: f64, nail_stiffness_spread: f64, skin_mass_spread: f64, gain_spread: f64, ripple_db: f64, ripple_octaves: f64, spread_load_exponent: f64,
+    }
+}
+parameters! {
+    /// Section `placement`.
+    PlacementParameters {
+        gain_db: f64, ripple_db: f64,
+    }
+}
+parameters! {
+    /// Section `actuator`.
+    ActuatorParameters {
+        membrane_stiffness_n_m: f64, membrane_damping_n_s_m: f64, membrane_kg: f64, free_m_per_v: f64, low_pass_hz: f64, latency_s: f64,
+    }
+}
+parameters! {
+    /// Section `shaker`.
+    ShakerParameters {
+        moving_mass_kg: f64, suspension_hz: f64, suspension_damping_ratio: f64, gain_m_s2_per_v: f64, most_rms_v: f64, plate_kg: f64, accelerometer_kg: f64, artefact_hz: f64, artefact_zero_damping_ratio: f64, artefact_pole_damping_ratio: f64, force_noise_n: f64, least_drift_n: f64, most_drift_n: f64, drift_s: f64, hand_hz: f64,
     }
 }
 parameters! {
@@ -272,6 +304,8 @@ impl TwinParameters {
         let samples = section(&mut all, "samples")?;
         let parameters = Self {
             person: read(&mut all, "person")?,
+            finger: read(&mut all, "finger")?,
+            placement: read(&mut all, "placement")?,
             hand: read(&mut all, "hand")?,
             texture: read(&mut all, "texture")?,
             friction: read(&mut all, "friction")?,
@@ -282,6 +316,8 @@ impl TwinParameters {
             piezo_cells: read(&mut all, "piezo_cells")?,
             triboair: read(&mut all, "triboair")?,
             output: read(&mut all, "output")?,
+            actuator: read(&mut all, "actuator")?,
+            shaker: read(&mut all, "shaker")?,
             samples: BTreeMap::new(),
             changes,
         };

@@ -48,7 +48,7 @@ impl Participant {
     #[must_use]
     pub fn of(number: u64, seed: u64, parameters: &TwinParameters) -> Self {
         let (person, hand) = (&parameters.person, &parameters.hand);
-        let finger = Finger::of(number, seed);
+        let finger = Finger::of(parameters, number, seed);
         if number == 0 {
             return Self {
                 number,

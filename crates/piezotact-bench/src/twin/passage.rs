@@ -4,10 +4,11 @@ use piezotact::quantity::{Acceleration, Newtons, Seconds};
 use piezotact::recording::{BenchKind, Condition, Provenance, Touch};
 use piezotact::series::{Series, SeriesError};
 
+use super::RATE_HZ;
 use super::parameters::{Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::Movement;
-use super::session::{RATE_HZ, rate};
+use super::session::rate;
 use super::texture::Texture;
 use crate::random::Random;
 

@@ -4,7 +4,19 @@ use super::parameters::{
     AccelerometerParameters, ForceCellParameters, HandParameters, PiezoCellParameters,
 };
 use super::wander::Wander;
+use piezotact::series::{mean, standard_deviation};
+
 use crate::random::Random;
+use crate::traits::SensorCalibration;
+
+/// What a calibration finds in what the channels read at rest: mean, and rms about it.
+pub(super) fn at_rest(channels: &[Vec<f64>]) -> SensorCalibration {
+    let of_all = |of: fn(&[f64]) -> f64| channels.iter().map(|x| of(x)).collect();
+    SensorCalibration {
+        offset: of_all(mean),
+        noise_rms: of_all(standard_deviation),
+    }
+}
 
 /// An accelerometer on the nail: white noise over the acquisition band and flicker below a corner, a sensitivity
 /// that is not quite the stated one, and a range.
@@ -197,6 +209,65 @@ impl HeldForce {
     /// The force now, N; then a step of time passes.
     pub(crate) fn next(&mut self) -> f64 {
         (self.load_n + self.wander.next()).max(self.least_n)
+    }
+}
+
+/// A hand that holds a force: [`HeldForce`] through the muscle, critically damped. The process alone falls with the
+/// square of frequency and would shake the finger at 25 Hz, where no hand can.
+#[derive(Clone, Debug)]
+pub(crate) struct SlowHand {
+    held: HeldForce,
+    follow: f64,
+    stages_n: Option<[f64; 2]>,
+}
+
+impl SlowHand {
+    pub(crate) fn new(held: HeldForce, corner_hz: f64, rate_hz: f64) -> Self {
+        Self {
+            held,
+            follow: 1.0 - (-std::f64::consts::TAU * corner_hz / rate_hz).exp(),
+            stages_n: None,
+        }
+    }
+
+    /// The force now, N; then a step of time passes.
+    pub(crate) fn next(&mut self) -> f64 {
+        let wanted_n = self.held.next();
+        let follow = self.follow;
+        let [first_n, second_n] = self.stages_n.get_or_insert([wanted_n; 2]);
+        *first_n += follow * (wanted_n - *first_n);
+        *second_n += follow * (*first_n - *second_n);
+        *second_n
+    }
+}
+
+/// A charge cell that a finger warms: the reading drifts towards `drift_n` with the time constant `drift_s`.
+#[derive(Clone, Debug)]
+pub(crate) struct ChargeCell {
+    random: Random,
+    noise_n: f64,
+    drift_n: f64,
+    drift_s: f64,
+}
+
+impl ChargeCell {
+    pub(crate) fn new(noise_n: f64, drift_n: f64, drift_s: f64, random: Random) -> Self {
+        Self {
+            random,
+            noise_n,
+            drift_n,
+            drift_s,
+        }
+    }
+
+    /// What warmth has added to the reading `after_s` from the first touch, N.
+    pub(crate) fn warmth_n(&self, after_s: f64) -> f64 {
+        self.drift_n * -(-after_s / self.drift_s).exp_m1()
+    }
+
+    /// What it reads, N, for the true force `after_s` from the first touch.
+    pub(crate) fn read(&mut self, force_n: f64, after_s: f64) -> f64 {
+        force_n + self.warmth_n(after_s) + self.noise_n * self.random.normal()
     }
 }
 

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
 
+use super::RATE_HZ;
+use super::sensors::at_rest;
 use crate::traits::{Acquire, AcquireDescription, BenchError, Chunk, RunPlan, SensorCalibration};
 
-/// The rate of the acquisition, Hz (*thesis* 2.3: 5 kHz on both benches).
-pub(crate) const RATE_HZ: f64 = 5_000.0;
 /// Samples of a chunk: half a second.
 pub(crate) const CHUNK: usize = 2_500;
 /// Samples of a calibration at rest.
@@ -79,16 +79,7 @@ impl<T: Touching> Acquire for Session<T> {
     }
 
     fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
-        let quiet = self.bench.at_rest();
-        let offset: Vec<f64> = quiet.iter().map(|x| piezotact::series::mean(x)).collect();
-        let noise_rms = quiet
-            .iter()
-            .zip(&offset)
-            .map(|(x, mean)| {
-                piezotact::series::rms(&x.iter().map(|v| v - mean).collect::<Vec<f64>>())
-            })
-            .collect();
-        Ok(SensorCalibration { offset, noise_rms })
+        Ok(at_rest(&self.bench.at_rest()))
     }
 
     fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {

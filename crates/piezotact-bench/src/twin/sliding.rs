@@ -5,12 +5,12 @@ use std::sync::Arc;
 use num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
+use super::RATE_HZ;
 use super::drag::{Dragged, Dragging};
 use super::finger::{Finger, Placement};
 use super::parameters::{Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::Movement;
-use super::session::RATE_HZ;
 use super::texture::Texture;
 use crate::random::Random;
 
@@ -66,7 +66,13 @@ impl Sliding {
                 random,
             ),
             tangential_to_nail: parameters.texture.tangential_to_nail,
-            own_answer: OwnAnswer::new(&participant.finger, &placement, load_n, angle_deg),
+            own_answer: OwnAnswer::new(
+                parameters,
+                &participant.finger,
+                &placement,
+                load_n,
+                angle_deg,
+            ),
         }
     }
 
@@ -134,8 +140,14 @@ struct OwnAnswer {
 impl OwnAnswer {
     const STEPS: usize = 256;
 
-    fn new(finger: &Finger, placement: &Placement, load_n: f64, angle_deg: f64) -> Self {
-        let reference = Finger::nominal();
+    fn new(
+        parameters: &TwinParameters,
+        finger: &Finger,
+        placement: &Placement,
+        load_n: f64,
+        angle_deg: f64,
+    ) -> Self {
+        let reference = Finger::nominal(parameters);
         let ratio = (0..=Self::STEPS)
             .map(|i| {
                 let hz = (i as f64).max(0.5) * 0.5 * RATE_HZ / Self::STEPS as f64;

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use piezotact::quantity::Unit;
 use piezotact::recording::{Condition, Touch};
 
+use super::RATE_HZ;
 use super::acttouch::smooth;
 use super::drag::Dragging;
 use super::finger::Placement;
@@ -13,7 +14,7 @@ use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, RATE_HZ, Session, Stretches, Touching};
+use super::session::{CALIBRATION, Session, Stretches, Touching};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::Wander;
 use crate::random::Random;
@@ -165,6 +166,7 @@ impl Touching for TriboAir {
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
         let placement = Placement::of(
+            &self.parameters,
             self.participant.number,
             self.participant.seed,
             &format!("triboair {} {}", self.sample.name, run.label),
