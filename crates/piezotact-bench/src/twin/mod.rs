@@ -6,10 +6,12 @@
 mod finger;
 mod output;
 mod sensors;
+mod surface;
 mod texture;
 mod world;
 
 pub use finger::{Finger, Placement};
 pub use output::OutputStage;
+pub use surface::{Patch, Relief, SurfaceError};
 pub use texture::{TextureParameters, record_texture};
 pub use world::TwinBench;
