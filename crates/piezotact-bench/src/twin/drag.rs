@@ -185,9 +185,11 @@ mod tests {
             let mut dragged = dragged(sample, Movement::Proximal, Dragging::Hand);
             assert_eq!(sticking(&mut dragged, 0.03), (0.0, 0.0), "{sample}");
         }
-        // A little slower than asked for.
-        let (stuck, bursts_hz) =
-            sticking(&mut dragged("NO", Movement::Proximal, Dragging::Hand), 0.02);
+        // When the hand slows down.
+        let (stuck, bursts_hz) = sticking(
+            &mut dragged("NO", Movement::Proximal, Dragging::Hand),
+            0.015,
+        );
         // Bursts at 2–15 Hz.
         assert!(
             stuck > 0.3 && (2.0..=15.0).contains(&bursts_hz),

@@ -149,16 +149,17 @@ mod tests {
     use super::*;
     use crate::twin::{Finger, Placement, TwinParameters};
 
-    struct Nominal;
+    struct Nominal(Finger);
+
+    fn nominal() -> Nominal {
+        Nominal(Finger::nominal(&TwinParameters::built_in()))
+    }
 
     impl AtLoad for Nominal {
         fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64> {
-            Finger::nominal(&TwinParameters::built_in()).response(
-                frequency_hz,
-                load_n,
-                20.0,
-                &Placement::exact(),
-            ) * Complex::from_polar(1.0, -TAU * frequency_hz * 1.5e-3)
+            self.0
+                .response(frequency_hz, load_n, 20.0, &Placement::exact())
+                * Complex::from_polar(1.0, -TAU * frequency_hz * 1.5e-3)
         }
     }
 
@@ -169,13 +170,13 @@ mod tests {
         let voltage: Vec<f64> = (0..20_000)
             .map(|i| (TAU * frequency_hz * f64::from(i) / RATE_HZ).sin())
             .collect();
-        let mut response = VaryingResponse::new(Nominal);
+        let mut response = VaryingResponse::new(nominal());
         response.feed(&voltage, &[0.2; 20_000]);
         let mut y = Vec::new();
         for count in [700, 2500, 2500, 1, 9299] {
             y.extend(response.take(count));
         }
-        let h = Nominal.at(frequency_hz, 0.2);
+        let h = nominal().at(frequency_hz, 0.2);
         let worst = (5_000..15_000)
             .map(|i| {
                 let phase = TAU * frequency_hz * i as f64 / RATE_HZ;
@@ -191,10 +192,10 @@ mod tests {
     fn pieces_are_answered_as_the_whole() {
         let input: Vec<f64> = (0..9_000).map(|i| f64::from(i % 37) - 18.0).collect();
         let load_n: Vec<f64> = (0..9_000).map(|i| 0.2 + 1e-5 * f64::from(i)).collect();
-        let mut whole = VaryingResponse::new(Nominal);
+        let mut whole = VaryingResponse::new(nominal());
         whole.feed(&input, &load_n);
         let whole = whole.take(9_000);
-        let mut pieces = VaryingResponse::new(Nominal);
+        let mut pieces = VaryingResponse::new(nominal());
         let (mut fed, mut answer) = (0, Vec::new());
         for count in [1, 999, 2500, 13, 5487] {
             let until =

@@ -1,0 +1,129 @@
+//! Why a relief cannot be made.
+
+/// A length in µm, as a person reads it: to the nm.
+fn um(length_m: f64) -> f64 {
+    let nm = length_m * 1e9;
+    if nm.abs() < 1.0 {
+        nm * 1e-3
+    } else {
+        nm.round() * 1e-3
+    }
+}
+
+/// A relief that no sample has, or a patch that does not show it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SurfaceError {
+    /// A length that is zero, negative or no number.
+    #[error("expected {what} above zero and finite, found {found_m} m; state it in m")]
+    Length {
+        /// Which length.
+        what: &'static str,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// A length that is negative or no number, where zero means none.
+    #[error("expected {what} of zero or more and finite, found {found_m} m; state 0 for none")]
+    Negative {
+        /// Which length.
+        what: &'static str,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// A correlation length in grains that cannot be.
+    #[error(
+        "expected a correlation length above zero grains and finite, found {found}; state 1 to 2 for sandpaper"
+    )]
+    PerGrain {
+        /// What was found, grains.
+        found: f64,
+    },
+    /// A Hurst exponent outside its range.
+    #[error("expected a Hurst exponent from 0 to 1, found {found}; state 0.7 to 0.9 for sandpaper")]
+    Hurst {
+        /// What was found.
+        found: f64,
+    },
+    /// A skewness that no surface of this kind has.
+    #[error(
+        "expected a skewness from -3 to 3, found {found}; state one within, 0 for even heights"
+    )]
+    Skewness {
+        /// What was found.
+        found: f64,
+    },
+    /// A correlation length below what the relief is made of.
+    #[error(
+        "expected a correlation length (grain times its factor) from {} µm, twice the shortest wave, found {} µm; state a larger grain",
+        um(*least_m), um(*found_m)
+    )]
+    Correlation {
+        /// The shortest correlation length, m.
+        least_m: f64,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// Dots that touch.
+    #[error(
+        "expected dots that do not touch, found a diameter of {} µm at a wavelength of {} µm; state a smaller diameter, or diameter and gap together as the wavelength",
+        um(*diameter_m), um(*wavelength_m)
+    )]
+    Touching {
+        /// The diameter, m.
+        diameter_m: f64,
+        /// The wavelength, m.
+        wavelength_m: f64,
+    },
+    /// An edge so round that dots have no top, or that neighbours meet.
+    #[error(
+        "expected an edge radius up to {} µm, half the diameter and half the gap, found {} µm; state a smaller one",
+        um(*most_m), um(*found_m)
+    )]
+    Edge {
+        /// The largest radius, m.
+        most_m: f64,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// A step that does not resolve the relief, or resolves what is not there.
+    #[error(
+        "expected a step from {} µm to {} µm (a quarter of {of}), found {} µm; state another",
+        um(*least_m), um(*most_m), um(*found_m)
+    )]
+    Step {
+        /// What a quarter of is the longest step.
+        of: &'static str,
+        /// The shortest step, m.
+        least_m: f64,
+        /// The longest step, m.
+        most_m: f64,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// A side of too few or too many steps.
+    #[error(
+        "expected {what} of 8 to 4096 steps of {} µm, found {} µm; state another side or another step",
+        um(*step_m), um(*found_m)
+    )]
+    Side {
+        /// Which side.
+        what: &'static str,
+        /// The step, m.
+        step_m: f64,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// A patch too small to say how rough the sample is.
+    #[error(
+        "expected a longer side from {} µm, four correlation lengths, found {} µm; map a larger patch",
+        um(*least_m), um(*found_m)
+    )]
+    Small {
+        /// Four correlation lengths, m.
+        least_m: f64,
+        /// What was found, m.
+        found_m: f64,
+    },
+    /// Heights that make no map.
+    #[error(transparent)]
+    Map(#[from] piezotact::surface::SurfaceError),
+}
