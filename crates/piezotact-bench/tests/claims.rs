@@ -1,6 +1,6 @@
 //! scratch
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test")]
-use piezotact_bench::replay::{Replay, chapter3};
+use piezotact_bench::replay::Replay;
 use piezotact_bench::twin::TwinParameters;
 #[test]
 fn scratch() {

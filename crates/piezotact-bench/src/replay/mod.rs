@@ -6,7 +6,7 @@ mod claims;
 mod figure;
 mod measured;
 
-pub use chapter3::chapter3;
+use chapter3::chapter3;
 pub use claims::{CLAIMS, Claim, Finding, Verdict};
 pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
 
@@ -27,6 +27,22 @@ pub struct Replay {
     pub parameters: TwinParameters,
     /// Draws people, surfaces, movements and noise.
     pub seed: u64,
+}
+
+impl Replay {
+    /// The chapters that can be measured again.
+    pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
+
+    /// Chapter `number`, measured again; `None` unless it is one of [`Self::CHAPTERS`].
+    ///
+    /// # Errors
+    /// [`ReplayError`] where the analysis refuses what the benches gave.
+    pub fn chapter(&self, number: u8) -> Option<Result<Chapter, ReplayError>> {
+        match number {
+            3 => Some(chapter3(self)),
+            _ => None,
+        }
+    }
 }
 
 /// One chapter of the thesis, measured again.
