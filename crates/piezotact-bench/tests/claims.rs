@@ -4,17 +4,22 @@ use piezotact_bench::replay::Replay;
 use piezotact_bench::twin::TwinParameters;
 #[test]
 fn scratch() {
-    for seed in 1..=3 {
-        let chapter = chapter3(&Replay {
+    let number: u8 = std::env::var("CHAPTER").unwrap().parse().unwrap();
+    let seeds: u64 = std::env::var("SEEDS").unwrap().parse().unwrap();
+    for seed in 1..=seeds {
+        let replay = Replay {
             parameters: TwinParameters::built_in(),
             seed,
-        })
-        .unwrap();
+        };
+        let chapter = replay.chapter(number).unwrap().unwrap();
         for line in &chapter.measured {
             eprintln!("{line}");
         }
         for f in &chapter.findings {
-            eprintln!("{} {} {:?}\n    {}", seed, f.claim, f.verdict, f.measured);
+            eprintln!(
+                "seed {} claim {} {:?}\n    {}",
+                seed, f.claim, f.verdict, f.measured
+            );
         }
     }
 }

@@ -132,3 +132,13 @@ pub(super) fn decibels(
         .map(|(hz, value)| (hz, 10.0 * value.log10()))
         .collect()
 }
+
+/// Frequency across.
+pub(super) fn frequency() -> Axis {
+    Axis::linear("frequency, Hz")
+}
+
+/// A PSD of acceleration up.
+pub(super) fn density() -> Axis {
+    Axis::linear("PSD, dB re 1 (m/s²)²/Hz")
+}

@@ -2,11 +2,14 @@
 //! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
 
 mod chapter3;
+mod chapter4;
 mod claims;
 mod figure;
 mod measured;
+mod rendering;
 
 use chapter3::chapter3;
+use chapter4::chapter4;
 pub use claims::{CLAIMS, Claim, Finding, Verdict};
 pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
 
@@ -40,6 +43,7 @@ impl Replay {
     pub fn chapter(&self, number: u8) -> Option<Result<Chapter, ReplayError>> {
         match number {
             3 => Some(chapter3(self)),
+            4 => Some(chapter4(self)),
             _ => None,
         }
     }
@@ -93,6 +97,12 @@ pub enum ReplayError {
     /// A spectrum cannot be estimated.
     #[error("{0}")]
     Estimate(#[from] EstimateError),
+    /// A texture cannot be rendered.
+    #[error("{0}")]
+    Render(#[from] piezotact::render::RenderError),
+    /// A measurement cannot be compared.
+    #[error("{0}")]
+    Verify(#[from] piezotact::verify::VerifyError),
     /// A number that cannot be.
     #[error("{0}")]
     Quantity(#[from] QuantityError),
