@@ -3,6 +3,7 @@
 
 mod chapter3;
 mod chapter4;
+mod chapter5;
 mod claims;
 mod figure;
 mod measured;
@@ -10,6 +11,7 @@ mod rendering;
 
 use chapter3::chapter3;
 use chapter4::chapter4;
+use chapter5::chapter5;
 pub use claims::{CLAIMS, Claim, Finding, Verdict};
 pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
 
@@ -44,6 +46,7 @@ impl Replay {
         match number {
             3 => Some(chapter3(self)),
             4 => Some(chapter4(self)),
+            5 => Some(chapter5(self)),
             _ => None,
         }
     }

@@ -1,0 +1,443 @@
+//! Chapter 5: transfer functions of the finger alone, on the shaker, and of the device with the finger.
+
+use piezotact::quantity::{
+    Acceleration, Band, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
+};
+use piezotact::recording::Recording;
+use piezotact::series::{mean, rms};
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{Estimator, TransferFunction, estimate};
+
+use super::claims::{Finding, Holds};
+use super::figure::{Axis, Figure, Line, Mark, Shown, frequency};
+use super::rendering::{characterised, device, resting};
+use super::{Chapter, Replay, ReplayError};
+use crate::BenchError;
+use crate::procedure::record;
+use crate::traits::RunPlan;
+use crate::twin::{Participant, ShakerBench, ShakerExcitation, ShakerMount};
+
+const LOADS_N: [f64; 3] = [0.2, 0.4, 0.6];
+/// On the shaker (*thesis* 5.1.1) and on the device (*thesis* 5.1.2).
+const ON_SHAKER: u64 = 5;
+const ON_DEVICE: u64 = 20;
+const SHAKER_S: f64 = 60.0;
+const DEVICE_S: f64 = 30.0;
+/// Lines 2.4 Hz apart.
+const SEGMENT: usize = 2_048;
+const PANELS: &str = "Transfer functions with their uncertainty";
+const RENDERING: &str = "Rendering that knows its limits";
+
+type Inertance = TransferFunction<Force, Acceleration>;
+type Device = TransferFunction<Drive, Acceleration>;
+
+/// One transfer function of a panel.
+struct Measured<H> {
+    participant: u64,
+    load_n: f64,
+    function: H,
+}
+
+pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
+    let control = control(replay)?;
+    let fingers = fingers(replay)?;
+    let devices = devices(replay)?;
+    let repeats = repeats(replay)?;
+    let findings = vec![
+        Finding::not_yet(1, PANELS),
+        Finding::not_yet(2, PANELS),
+        louder_with_load(&fingers, &devices),
+        Finding::not_yet(4, PANELS),
+        antiresonance(&control, &fingers),
+        repeatable(&repeats),
+        coherent(&repeats),
+        Finding::not_yet(8, PANELS),
+        Finding::not_yet(9, PANELS),
+        Finding::not_yet(22, RENDERING),
+        Finding::not_yet(26, "the issue of campaigns"),
+    ];
+    Ok(Chapter {
+        number: 5,
+        title: "Transfer functions of finger and device",
+        measured: vec![
+            format!("On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20° for {SHAKER_S} s of random drive to 1 kHz each; the control measurement had the accelerometer on the plate."),
+            format!("On the device participants 1 to {ON_DEVICE} did so with 0.2 and 0.6 N for {DEVICE_S} s each, and participant 1 six times at 0.2 N, taking the finger off in between."),
+        ],
+        findings,
+        figures: figures(&control, &fingers, &devices, &repeats),
+        missing: vec![
+            "Figures 68, 69, 70b and 73, 75–77 (bundles, averages, two angles), with Transfer functions with their uncertainty.".into(),
+            "Figure 79 (the averaged transfer function), with Rendering that knows its limits; figure 80, with the issue of campaigns.".into(),
+        ],
+    })
+}
+
+fn shaken(
+    replay: &Replay,
+    participant: u64,
+    mount: ShakerMount,
+    load_n: Option<f64>,
+) -> Result<Recording, ReplayError> {
+    let person = Participant::of(participant, replay.seed, &replay.parameters);
+    let excitation = ShakerExcitation::thesis(Seconds(SHAKER_S), replay.seed);
+    let bench = ShakerBench::new(&replay.parameters, person, mount, excitation);
+    let run = RunPlan {
+        load: load_n.map(Newtons),
+        ..resting(&format!("shaker {load_n:?}"), 0.2, 20.0)
+    };
+    Ok(record(bench.into_acquirer().as_mut(), &run, &mut |_| {
+        Ok(())
+    })?)
+}
+
+fn h1<I: Quantity>(
+    recording: &Recording,
+    input: &str,
+) -> Result<TransferFunction<I, Acceleration>, ReplayError> {
+    let from = recording
+        .series::<I>(Some(input))
+        .map_err(BenchError::from)?;
+    let to = recording
+        .series::<Acceleration>(Some("acceleration"))
+        .map_err(BenchError::from)?;
+    let config = WelchConfig::hann(SEGMENT);
+    Ok(estimate(&from, &to, &config, Estimator::H1).map_err(BenchError::from)?)
+}
+
+fn control(replay: &Replay) -> Result<TransferFunction<Potential, Acceleration>, ReplayError> {
+    h1(&shaken(replay, 1, ShakerMount::Plate, None)?, "drive")
+}
+
+fn fingers(replay: &Replay) -> Result<Vec<Measured<Inertance>>, ReplayError> {
+    let mut all = Vec::new();
+    for participant in 1..=ON_SHAKER {
+        for load_n in LOADS_N {
+            let recording = shaken(replay, participant, ShakerMount::Finger, Some(load_n))?;
+            let function = h1(&recording, "force")?;
+            all.push(Measured {
+                participant,
+                load_n,
+                function,
+            });
+        }
+    }
+    Ok(all)
+}
+
+fn devices(replay: &Replay) -> Result<Vec<Measured<Device>>, ReplayError> {
+    let mut all = Vec::new();
+    for participant in 1..=ON_DEVICE {
+        let mut bench = device(replay, participant);
+        for load_n in [0.2, 0.6] {
+            let run = resting(&format!("panel {load_n}"), load_n, 20.0);
+            let function = characterised(&mut bench, run, DEVICE_S, replay.seed)?;
+            all.push(Measured {
+                participant,
+                load_n,
+                function,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// One finger six times, put back in between.
+fn repeats(replay: &Replay) -> Result<Vec<Device>, ReplayError> {
+    let mut bench = device(replay, 1);
+    (1..=6)
+        .map(|i| {
+            let run = resting(&format!("repeat {i}"), 0.2, 20.0);
+            characterised(&mut bench, run, SHAKER_S, replay.seed)
+        })
+        .collect()
+}
+
+/// Magnitudes in dB within a band, with their frequencies.
+fn levels<I: Quantity>(
+    function: &TransferFunction<I, Acceleration>,
+    low_hz: f64,
+    high_hz: f64,
+) -> Vec<(f64, f64)> {
+    function
+        .frequencies_hz()
+        .into_iter()
+        .zip(function.response())
+        .filter(|(f, _)| (low_hz..=high_hz).contains(f))
+        .map(|(f, h)| (f, 20.0 * h.norm().max(f64::MIN_POSITIVE).log10()))
+        .collect()
+}
+
+/// How much louder each person's response is at 0.6 than at 0.2 N: the mean, and the share of lines where it is.
+fn steps<I: Quantity>(panel: &[Measured<TransferFunction<I, Acceleration>>]) -> Vec<(f64, f64)> {
+    let of = |participant: u64, load_n: f64| {
+        let found = panel
+            .iter()
+            .find(|m| m.participant == participant && m.load_n == load_n);
+        found.map(|m| levels(&m.function, 20.0, 1000.0))
+    };
+    let mut people: Vec<u64> = panel.iter().map(|m| m.participant).collect();
+    people.dedup();
+    people
+        .into_iter()
+        .filter_map(|p| {
+            let (light, firm) = (of(p, 0.2)?, of(p, 0.6)?);
+            let steps: Vec<f64> = light.iter().zip(&firm).map(|(a, b)| b.1 - a.1).collect();
+            let rising = steps.iter().filter(|step| **step > 0.0).count();
+            Some((mean(&steps), rising as f64 / steps.len() as f64))
+        })
+        .collect()
+}
+
+fn louder_with_load(fingers: &[Measured<Inertance>], devices: &[Measured<Device>]) -> Finding {
+    let least = |steps: &[(f64, f64)]| {
+        let step_db = steps.iter().map(|s| s.0).fold(f64::MAX, f64::min);
+        let share = steps.iter().map(|s| s.1).fold(f64::MAX, f64::min);
+        (step_db, share)
+    };
+    let (shaker, device) = (least(&steps(fingers)), least(&steps(devices)));
+    Finding::of(
+        3,
+        Holds::all([
+            (
+                shaker.0 > 0.0 && device.0 > 0.0,
+                "somebody's mean gain falls",
+            ),
+            (
+                device.1 >= 0.95,
+                "on the device somebody's gain rises on fewer than 95 % of the lines",
+            ),
+            (
+                shaker.1 >= 0.95,
+                "on the shaker somebody's gain rises on fewer than 95 % of the lines: single estimates of a minute scatter there by as much as the step",
+            ),
+        ]),
+        format!(
+            "0.2 to 0.6 N, least of all people: shaker {:+.2} dB, {:.0} % of lines; device {:+.2} dB, {:.0} % of lines",
+            shaker.0,
+            shaker.1 * 100.0,
+            device.0,
+            device.1 * 100.0
+        ),
+    )
+}
+
+/// The frequency of the lowest level of a range that is lower than both its ends by 2 dB, and its depth below their mean.
+fn dip(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let lowest = levels.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (first, last) = (levels.first()?, levels.last()?);
+    let depth = 0.5 * (first.1 + last.1) - lowest.1;
+    (lowest.1 < first.1.min(last.1) - 2.0).then_some((lowest.0, depth))
+}
+
+fn antiresonance(
+    control: &TransferFunction<Potential, Acceleration>,
+    fingers: &[Measured<Inertance>],
+) -> Finding {
+    const AROUND: (f64, f64) = (225.0, 305.0);
+    let in_control = dip(&levels(control, AROUND.0, AROUND.1));
+    // Far above the suspension the bare plate's own response is flat.
+    let flat = levels(control, 700.0, 900.0);
+    let flat_db = mean(&flat.iter().map(|l| l.1).collect::<Vec<f64>>());
+    let artefact: Vec<f64> = levels(control, AROUND.0, AROUND.1)
+        .iter()
+        .map(|l| l.1 - flat_db)
+        .collect();
+    let (mut lowest, mut highest, mut left, mut found) = (f64::MAX, 0.0f64, 0.0f64, 0);
+    for m in fingers {
+        let measured = levels(&m.function, AROUND.0, AROUND.1);
+        if let Some((hz, _)) = dip(&measured) {
+            found += 1;
+            lowest = lowest.min(hz);
+            highest = highest.max(hz);
+        }
+        let removed: Vec<(f64, f64)> = measured
+            .iter()
+            .zip(&artefact)
+            .map(|(l, a)| (l.0, l.1 - a))
+            .collect();
+        left = left.max(dip(&removed).map_or(0.0, |(_, depth)| depth));
+    }
+    let near = |hz: f64| (hz - 265.0).abs() <= 5.0;
+    let control_hz = in_control.map_or(f64::NAN, |(hz, _)| hz);
+    Finding::of(
+        5,
+        Holds::all([
+            (near(control_hz), "it is not in the control"),
+            (
+                found == fingers.len() && near(lowest) && near(highest),
+                "it is not in every finger",
+            ),
+            (left <= 0.0, "a dip is left after compensation"),
+        ]),
+        format!(
+            "control {control_hz:.1} Hz; {found} of {} fingers, {lowest:.1}–{highest:.1} Hz; after division by the control {}",
+            fingers.len(),
+            if left > 0.0 {
+                format!("{left:.1} dB are left")
+            } else {
+                "no dip of 2 dB is left".to_owned()
+            }
+        ),
+    )
+}
+
+fn repeatable(repeats: &[Device]) -> Finding {
+    let all: Vec<Vec<(f64, f64)>> = repeats.iter().map(|r| levels(r, 20.0, 1000.0)).collect();
+    let lines = all.first().map_or(0, Vec::len);
+    let usual: Vec<f64> = (0..lines)
+        .map(|k| all.iter().map(|l| l[k].1).sum::<f64>() / all.len() as f64)
+        .collect();
+    let worst = all
+        .iter()
+        .map(|l| {
+            let off: Vec<f64> = l.iter().zip(&usual).map(|(a, b)| a.1 - b).collect();
+            rms(&off)
+        })
+        .fold(0.0, f64::max);
+    Finding::of(
+        6,
+        Holds::all([(worst <= 1.0, "one is further from their mean")]),
+        format!("six measurements, at most {worst:.2} dB rms from their mean over 20–1000 Hz"),
+    )
+}
+
+fn coherent(repeats: &[Device]) -> Finding {
+    let band = Band::new(Hertz(25.0), Hertz(950.0)).ok();
+    let least = repeats
+        .iter()
+        .filter_map(|r| Some(r.coherence_in(band?)?.lowest))
+        .fold(1.0, f64::min);
+    let at_5_hz = repeats
+        .iter()
+        .map(|r| {
+            let k = (5.0 / r.resolution_hz()).round() as usize;
+            r.coherence().get(k).copied().unwrap_or(0.0)
+        })
+        .fold(0.0, f64::max);
+    Finding::of(
+        7,
+        Holds::all([
+            (least > 0.95, "it falls below 0.95 within 25–950 Hz"),
+            (at_5_hz < 0.9, "it is above 0.9 at 5 Hz"),
+        ]),
+        format!("at least {least:.3} over 25–950 Hz, at most {at_5_hz:.2} at 5 Hz"),
+    )
+}
+
+/// Magnitudes in one frame.
+fn bundle(
+    number: &'static str,
+    caption: &str,
+    unit: &str,
+    lines: Vec<(String, Vec<(f64, f64)>)>,
+) -> Figure {
+    Figure {
+        number,
+        caption: caption.into(),
+        shown: Shown::Lines {
+            x: frequency(),
+            y: Axis::linear(&format!("magnitude, dB re 1 {unit}")),
+            lines: lines
+                .into_iter()
+                .map(|(label, points)| Line::new(label, Mark::Line, points))
+                .collect(),
+        },
+    }
+}
+
+fn figures(
+    control: &TransferFunction<Potential, Acceleration>,
+    fingers: &[Measured<Inertance>],
+    devices: &[Measured<Device>],
+    repeats: &[Device],
+) -> Vec<Figure> {
+    const INERTANCE: &str = "(m/s²)/N";
+    const DEVICE: &str = "(m/s²)/full scale";
+    let shown = |m: &Measured<Inertance>| levels(&m.function, 20.0, 1000.0);
+    let at = |load_n: f64| -> Vec<(String, Vec<(f64, f64)>)> {
+        let chosen = fingers.iter().filter(|m| m.load_n == load_n);
+        chosen
+            .map(|m| (format!("P{:02}", m.participant), shown(m)))
+            .collect()
+    };
+    let one = |participant: u64| -> Vec<(String, Vec<(f64, f64)>)> {
+        let chosen = fingers.iter().filter(|m| m.participant == participant);
+        chosen
+            .map(|m| (format!("{} N", m.load_n), shown(m)))
+            .collect()
+    };
+    let all = fingers.iter().map(|m| (String::new(), shown(m))).collect();
+    let mut figures = vec![
+        bundle(
+            "67a",
+            "The finger alone, five participants at 0.2 N.",
+            INERTANCE,
+            at(0.2),
+        ),
+        bundle("67b", "The same at 0.4 N.", INERTANCE, at(0.4)),
+        bundle("67c", "The same at 0.6 N.", INERTANCE, at(0.6)),
+        bundle("67d", "All participants at all loads.", INERTANCE, all),
+        bundle(
+            "70a",
+            "The finger of participant 1 at three loads.",
+            INERTANCE,
+            one(1),
+        ),
+        bundle(
+            "71a",
+            "The control measurement: the accelerometer on the plate.",
+            "(m/s²)/V",
+            vec![(String::new(), levels(control, 20.0, 1000.0))],
+        ),
+    ];
+    let near = |m: &Measured<Inertance>| (String::new(), levels(&m.function, 200.0, 340.0));
+    figures.push(bundle(
+        "71b",
+        "All fingers around the antiresonance of the bench.",
+        INERTANCE,
+        fingers.iter().map(near).collect(),
+    ));
+    let of_device = |m: &Measured<Device>| levels(&m.function, 20.0, 1000.0);
+    let first = devices.iter().filter(|m| m.participant == 1);
+    figures.push(bundle(
+        "74a",
+        "The device with the finger of participant 1 at two loads, 20°.",
+        DEVICE,
+        first
+            .map(|m| (format!("{} N", m.load_n), of_device(m)))
+            .collect(),
+    ));
+    let light = devices.iter().filter(|m| m.load_n == 0.2);
+    figures.push(bundle("76", "The device with the fingers of twenty participants at 20° and 0.2 N; the average comes later.", DEVICE, light.map(|m| (String::new(), of_device(m))).collect()));
+    let repeated = repeats
+        .iter()
+        .enumerate()
+        .map(|(i, r)| (format!("repeat {}", i + 1), levels(r, 20.0, 1000.0)));
+    figures.push(bundle(
+        "78a",
+        "Six measurements of one finger, taken off and put back.",
+        DEVICE,
+        repeated.collect(),
+    ));
+    figures.push(Figure {
+        number: "78b",
+        caption: "Their coherence.".into(),
+        shown: Shown::Lines {
+            x: frequency(),
+            y: Axis::linear("coherence"),
+            lines: repeats
+                .iter()
+                .enumerate()
+                .map(|(i, r)| {
+                    let points = r
+                        .frequencies_hz()
+                        .into_iter()
+                        .zip(r.coherence().iter().copied());
+                    let within = points.filter(|(f, _)| *f <= 1000.0).collect();
+                    Line::new(format!("repeat {}", i + 1), Mark::Line, within)
+                })
+                .collect(),
+        },
+    });
+    figures
+}
