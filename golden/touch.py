@@ -56,6 +56,8 @@ a = [1.0, 2.0, 2.0, 3.5, 7.0, 7.0, 7.0, 9.0]
 b = [2.0, 1.0, 4.0, 3.0, 8.0, 9.0, 7.5, 7.5]
 line = stats.linregress(np.log10(a), np.log10(b))
 reach = stats.t.ppf(0.975, len(a) - 2) * line.stderr
+paired = stats.ttest_rel(b, a)
+interval = paired.confidence_interval(0.95)
 
 print(
     json.dumps(
@@ -79,6 +81,7 @@ print(
             slope_interval=[float(line.slope - reach), float(line.slope + reach)],
             intercept=float(line.intercept),
             r_squared=float(line.rvalue**2),
+            paired=[float(np.mean(np.subtract(b, a))), float(interval.low), float(interval.high), float(paired.statistic), float(paired.pvalue)],
         )
     )
 )

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use piezotact::compare::{log_fit, spearman};
+use piezotact::compare::{log_fit, paired_difference, spearman};
 use piezotact::feature::{FeatureConfig, analyse};
 use piezotact::filter::{HighPass, ZeroPhase};
 use piezotact::quantity::{Hertz, SampleRate, Unit};
@@ -29,6 +29,7 @@ struct Golden {
     a: Vec<f64>,
     b: Vec<f64>,
     spearman: f64,
+    paired: [f64; 5],
     slope: f64,
     slope_interval: [f64; 2],
     intercept: f64,
@@ -190,6 +191,13 @@ fn statistics_are_those_of_scipy() {
     check("slope", fit.slope, golden.slope, 1e-12);
     check("intercept", fit.intercept, golden.intercept, 1e-11);
     check("R²", fit.r_squared, golden.r_squared, 1e-12);
+    let paired = paired_difference(&golden.a, &golden.b).unwrap();
+    let [mean, from, to, t, p_value] = golden.paired;
+    check("paired mean", paired.mean, mean, 1e-12);
+    check("paired t", paired.t, t, 1e-12);
+    check("paired from", paired.interval[0], from, 1e-7);
+    check("paired to", paired.interval[1], to, 1e-7);
+    check("paired p", paired.p_value, p_value, 1e-9);
     let [low, high] = fit.slope_interval.unwrap();
     // The quantile of Student's t is iterated to 1e-9.
     check("lower end", low, golden.slope_interval[0], 1e-7);

@@ -234,7 +234,7 @@ pub const CLAIMS: [Claim; 34] = [
         6,
         "6.4, fig. 90, 91",
         "M8 shows harmonics of v/0.716 mm between 50 and 400 Hz whoever touches it freely.",
-        "comb spacing times 0.716 mm = speed (±3 % where it is known); 10–50 mm/s in free touch for everybody",
+        "comb spacing times 0.716 mm = speed (±3 % where it is known); 10–50 mm/s in free touch and a harmonic within 50–400 Hz for everybody",
     ),
     claim(
         30,

@@ -4,6 +4,7 @@
 mod chapter3;
 mod chapter4;
 mod chapter5;
+mod chapter6;
 mod claims;
 mod figure;
 mod measured;
@@ -12,6 +13,7 @@ mod rendering;
 use chapter3::chapter3;
 use chapter4::chapter4;
 use chapter5::chapter5;
+use chapter6::chapter6;
 pub use claims::{CLAIMS, Claim, Finding, Verdict};
 pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
 
@@ -47,6 +49,7 @@ impl Replay {
             3 => Some(chapter3(self)),
             4 => Some(chapter4(self)),
             5 => Some(chapter5(self)),
+            6 => Some(chapter6(self)),
             _ => None,
         }
     }

@@ -70,7 +70,7 @@ impl Texture {
         if let Some(wavelength_m) = sample.comb_wavelength_m {
             let fits = HIGHEST_TOOTH_HZ * wavelength_m / model.reference_speed_m_s;
             let count = model.comb_teeth.min(fits).max(1.0) as i32;
-            let power = |n: i32| f64::from(n).powf(-2.0 * model.comb_decay);
+            let power = |n: i32| f64::from(n).powf(-model.comb_decay);
             let all: f64 = (1..=count).map(power).sum();
             for n in 1..=count {
                 let waves = f64::from(n) / wavelength_m;

@@ -1,6 +1,7 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
 mod groups;
+mod paired;
 mod period;
 mod summary;
 mod trends;
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use groups::{Discrimination, Groups, Texture, indistinguishable};
+pub use paired::{PairedDifference, paired_difference};
 pub use period::{Sliding, SpatialPeriod, SpeedPeak, spatial_period};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use trends::{
