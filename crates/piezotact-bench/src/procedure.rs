@@ -135,7 +135,7 @@ pub fn play_and_record(
     bench.acquirer.stop();
     let start = announce(bench.acquirer.as_ref(), run);
     let (samples, report) = outcome?;
-    let mut recording = recording_of(start, samples, &at_rest)?;
+    let mut recording = recording_of(with_rest(start, &at_rest), samples)?;
     recording.doubts.extend(force_doubt(&recording, run));
     let expected = drive.samples().len();
     if report.played < expected || report.underruns > 0 {
@@ -149,48 +149,57 @@ pub fn play_and_record(
     Ok(recording)
 }
 
-/// Acquires a run in which a person touches something, handing every chunk to `keep` as it comes and returning all of it.
+/// Acquires a run in which a person touches something and returns all of it.
+///
+/// # Errors
+/// Whatever the bench returns. It is stopped in any case.
+pub fn record(acquirer: &mut dyn Acquire, run: &RunPlan) -> Result<Recording, BenchError> {
+    let mut samples = vec![Vec::new(); acquirer.describe().channels.len()];
+    let start = acquire(acquirer, run, &mut |chunk| {
+        gather(&mut samples, &chunk.channels);
+        Ok(())
+    })?;
+    recording_of(start, samples)
+}
+
+/// Acquires a run in which a person touches something, handing every chunk to `keep` as it comes and holding on to
+/// none, so that a run of any length fits. Returns what is known of it, with the sensors at rest.
 ///
 /// # Errors
 /// [`BenchError::Keep`] when a chunk cannot be kept; whatever the bench returns. It is stopped in any case.
-pub fn record(
+pub fn acquire(
     acquirer: &mut dyn Acquire,
     run: &RunPlan,
     keep: Keep<'_>,
-) -> Result<Recording, BenchError> {
+) -> Result<RunStart, BenchError> {
     let at_rest = acquirer.calibrate()?;
-    let outcome = acquire(acquirer, run, keep);
+    let outcome = acquire_all(acquirer, run, keep);
     acquirer.stop();
-    recording_of(announce(acquirer, run), outcome?, &at_rest)
+    outcome?;
+    Ok(with_rest(announce(acquirer, run), &at_rest))
 }
 
-fn acquire(
+fn acquire_all(
     acquirer: &mut dyn Acquire,
     run: &RunPlan,
     keep: Keep<'_>,
-) -> Result<Vec<Vec<f64>>, BenchError> {
+) -> Result<(), BenchError> {
     acquirer.ready(run)?;
     acquirer.start()?;
-    drain(acquirer, keep)
-}
-
-/// All chunks, a list of samples a channel.
-fn drain(acquirer: &mut dyn Acquire, keep: Keep<'_>) -> Result<Vec<Vec<f64>>, BenchError> {
-    let mut samples = vec![Vec::new(); acquirer.describe().channels.len()];
     while let Some(chunk) = acquirer.wait()? {
         keep(&chunk).map_err(BenchError::Keep)?;
-        for (channel, new) in samples.iter_mut().zip(chunk.channels) {
-            channel.extend(new);
-        }
     }
-    Ok(samples)
+    Ok(())
 }
 
-fn recording_of(
-    mut start: RunStart,
-    samples: Vec<Vec<f64>>,
-    at_rest: &SensorCalibration,
-) -> Result<Recording, BenchError> {
+fn gather(samples: &mut [Vec<f64>], chunk: &[Vec<f64>]) {
+    for (channel, new) in samples.iter_mut().zip(chunk) {
+        channel.extend(new);
+    }
+}
+
+/// The same start with what the sensors read at rest.
+fn with_rest(mut start: RunStart, at_rest: &SensorCalibration) -> RunStart {
     let at_rest: Vec<String> = start
         .channels
         .iter()
@@ -202,6 +211,10 @@ fn recording_of(
         .provenance
         .steps
         .push(format!("sensors at rest: {}", at_rest.join(", ")));
+    start
+}
+
+fn recording_of(start: RunStart, samples: Vec<Vec<f64>>) -> Result<Recording, BenchError> {
     let channels = start
         .channels
         .into_iter()
@@ -230,7 +243,11 @@ fn acquire_while_playing(
     bench.player.ready(drive, run)?;
     bench.acquirer.start()?;
     bench.player.start()?;
-    let samples = drain(bench.acquirer.as_mut(), keep)?;
+    let mut samples = vec![Vec::new(); bench.acquirer.describe().channels.len()];
+    while let Some(chunk) = bench.acquirer.wait()? {
+        keep(&chunk).map_err(BenchError::Keep)?;
+        gather(&mut samples, &chunk.channels);
+    }
     Ok((samples, bench.player.wait()?))
 }
 

@@ -9,6 +9,7 @@ pub(crate) mod roughness;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
+pub(crate) mod twin;
 mod verify;
 
 use std::path::{Path, PathBuf};
@@ -38,6 +39,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Analyse(args) => touch::analyse::run(&args),
         Command::Compare(args) => touch::compare::run(&args),
         Command::Roughness(args) => roughness::run(&args),
+        Command::Twin(args) => twin::run(&args),
     }
 }
 

@@ -85,9 +85,7 @@ fn shaken(
         load: load_n.map(Newtons),
         ..resting(&format!("shaker {load_n:?}"), 0.2, 20.0)
     };
-    Ok(record(bench.into_acquirer().as_mut(), &run, &mut |_| {
-        Ok(())
-    })?)
+    Ok(record(bench.into_acquirer().as_mut(), &run)?)
 }
 
 fn h1<I: Quantity>(

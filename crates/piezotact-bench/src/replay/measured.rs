@@ -41,7 +41,7 @@ pub(super) fn take(
     run: &RunPlan,
     segment_samples: usize,
 ) -> Result<(Taken, Recording), ReplayError> {
-    let recording = record(acquirer.as_mut(), run, &mut |_| Ok(()))?;
+    let recording = record(acquirer.as_mut(), run)?;
     let what = recording.condition.to_string();
     let cut = |judging: Judging| {
         let (roles, _) = Roles::guess(&recording);

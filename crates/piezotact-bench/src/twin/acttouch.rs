@@ -1,4 +1,4 @@
-//! ActTouch, the bench of active touch (*thesis* 2.3.1): a sample on a triaxial force cell, a person who strokes it
+//! `ActTouch`, the bench of active touch (*thesis* 2.3.1): a sample on a triaxial force cell, a person who strokes it
 //! and lifts the finger after every stroke, an accelerometer on the nail.
 
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, Session, Stretches, Touching};
+use super::session::{CALIBRATION, Session, Stretches, Touching, empty};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::{SmoothWander, Wander};
 use crate::random::Random;
@@ -37,7 +37,7 @@ pub struct ActiveProtocol {
     pub pace: Pace,
 }
 
-/// The twin of ActTouch, with one person and one sample on it.
+/// The twin of `ActTouch`, with one person and one sample on it.
 #[derive(Clone, Debug)]
 pub struct ActTouch {
     parameters: TwinParameters,
@@ -225,7 +225,7 @@ impl Touching for ActTouch {
             RATE_HZ,
             random("acttouch cell at rest"),
         );
-        let mut channels = vec![Vec::with_capacity(CALIBRATION); 4];
+        let mut channels = empty(4, CALIBRATION);
         for _ in 0..CALIBRATION {
             channels[0].push(nail.read(0.0));
             for (channel, reading) in channels[1..].iter_mut().zip(cell.read([0.0; 3])) {
@@ -429,7 +429,7 @@ impl Stretches for ActiveRun {
                 0.3,
             );
         }
-        let mut channels = vec![Vec::with_capacity(force.len()); 4];
+        let mut channels = empty(4, force.len());
         for i in 0..force.len() {
             channels[0].push(self.nail.read(acceleration_m_s2[i] + self.gesture.next()));
             let [x, y] = directions[i];

@@ -19,6 +19,11 @@ pub(crate) fn rate() -> SampleRate {
     SampleRate::new(RATE_HZ).unwrap_or_else(|_| unreachable!("a constant rate above zero"))
 }
 
+/// Empty lists for `channels`, with room for `samples` each.
+pub(crate) fn empty(channels: usize, samples: usize) -> Vec<Vec<f64>> {
+    (0..channels).map(|_| Vec::with_capacity(samples)).collect()
+}
+
 /// What happens on a bench, stretch by stretch: a stroke with what is before it.
 pub(crate) trait Touching {
     /// What the bench is, for people.

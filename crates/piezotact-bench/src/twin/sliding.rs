@@ -125,16 +125,19 @@ impl Sliding {
     }
 }
 
+/// Transforms of one length, forwards and backwards.
+type Plans = (
+    usize,
+    Arc<dyn RealToComplex<f64>>,
+    Arc<dyn ComplexToReal<f64>>,
+);
+
 /// How much more or less of each frequency this finger shows than the reference finger: |H/Href|, without delay.
 struct OwnAnswer {
     /// At steps of half the rate over [`Self::STEPS`].
     ratio: Vec<f64>,
     planner: RealFftPlanner<f64>,
-    plans: Option<(
-        usize,
-        Arc<dyn RealToComplex<f64>>,
-        Arc<dyn ComplexToReal<f64>>,
-    )>,
+    plans: Option<Plans>,
 }
 
 impl OwnAnswer {

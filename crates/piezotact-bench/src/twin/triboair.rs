@@ -14,7 +14,7 @@ use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, Session, Stretches, Touching};
+use super::session::{CALIBRATION, Session, Stretches, Touching, empty};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::Wander;
 use crate::random::Random;
@@ -153,7 +153,7 @@ impl Touching for TriboAir {
             RATE_HZ,
             random("triboair cells at rest"),
         );
-        let mut channels = vec![Vec::with_capacity(CALIBRATION); 5];
+        let mut channels = empty(5, CALIBRATION);
         for _ in 0..CALIBRATION {
             channels[0].push(nail.read(0.0));
             for (channel, reading) in channels[1..4].iter_mut().zip(cells.read([0.0; 3])) {
@@ -290,7 +290,7 @@ impl Stretches for PassiveRun {
         let (from_m, back_s) = (self.position_m, times.end - times.back);
         let moved_m: f64 = speed.iter().sum::<f64>() / RATE_HZ;
         let hz = self.bench.parameters.hand.tremor_hz;
-        let mut channels = vec![Vec::with_capacity(count); 5];
+        let mut channels = empty(5, count);
         for i in 0..count {
             let t = i as f64 / RATE_HZ;
             self.at += 1;

@@ -23,7 +23,7 @@ pub struct PairedDifference {
 /// The mean difference b − a over pairs, with its interval and Student's paired t test; `None` for fewer than two
 /// pairs, lists of different lengths, or differences that are all the same.
 ///
-/// Formula: t = d̄/(s_d/√n) with n − 1 degrees of freedom.
+/// Formula: t = `d̄/(s_d/√n)` with n − 1 degrees of freedom.
 ///
 /// Source: Student (1908), Biometrika 6(1).
 ///

@@ -1,0 +1,176 @@
+//! The command line of the digital twin.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use piezotact::quantity::{Measure, Unit};
+
+#[derive(Debug, Args)]
+pub(crate) struct Twin {
+    #[command(subcommand)]
+    pub(crate) command: TwinCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum TwinCommand {
+    /// Records what a finger does: actively, passively, or on the shaker.
+    #[command(
+        after_help = "Example:\n  piezotact twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 15 --out S4.parquet\n  piezotact twin record --bench triboair --sample S1 --speed 20mm/s --out S1.wav\n  piezotact twin record --bench acttouch --sample M8 --free --out M8.parquet\n  piezotact twin record --bench shaker --load 0.4 --out finger.parquet"
+    )]
+    Record(Record),
+    /// Maps the heights of a sample, for `piezotact roughness`.
+    #[command(
+        after_help = "Example:\n  piezotact twin surface S4 --out map.sur\n  piezotact twin surface M8 --size 4mm --step 4um --out M8.sur"
+    )]
+    Surface(Surface),
+    /// Prints the twin's numbers with their ranges and origins, as a file that a laboratory can change.
+    #[command(after_help = "Example:\n  piezotact twin parameters > twin.toml")]
+    Parameters(Parameters),
+}
+
+/// Who and which numbers.
+#[derive(Debug, Args)]
+pub(crate) struct Who {
+    /// The participant, from 1; 0 is the reference participant, who has every mean.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) participant: u64,
+    /// Draws people, surfaces, movements and noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// A laboratory's own parameter file; it states what it changes (see `piezotact twin parameters`).
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) twin: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum TouchBench {
+    /// Active touch: a person strokes the sample.
+    Acttouch,
+    /// Passive touch: the sample moves under a finger at rest.
+    Triboair,
+    /// A shaker under the finger: its transfer function.
+    Shaker,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MovementName {
+    /// Along the finger, towards the body.
+    #[default]
+    Proximal,
+    /// Across the finger.
+    Transversal,
+    /// In circles.
+    Circular,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Record {
+    /// The bench.
+    #[arg(long, value_enum)]
+    pub(crate) bench: TouchBench,
+    /// The sample: S1–S13, NO (without texture), M1–M12, BIO, or one of --twin FILE. Not on the shaker.
+    #[arg(long)]
+    pub(crate) sample: Option<String>,
+    #[command(flatten)]
+    pub(crate) who: Who,
+    /// The speed asked for; 30 mm/s unless stated.
+    #[arg(long, value_name = "SPEED", value_parser = speed, allow_hyphen_values = true)]
+    pub(crate) speed: Option<f64>,
+    /// How many strokes; 15 in active and 6 in passive touch unless stated.
+    #[arg(long)]
+    pub(crate) strokes: Option<usize>,
+    /// How long each active stroke is to last, such as 1s; as long as the plate allows unless stated.
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
+    pub(crate) stroke_time: Option<f64>,
+    /// The direction of active strokes.
+    #[arg(long, value_enum, default_value = "proximal")]
+    pub(crate) direction: MovementName,
+    /// Active touch at the person's own speed and force.
+    #[arg(long, conflicts_with_all = ["speed", "stroke_time", "load"])]
+    pub(crate) free: bool,
+    /// The normal force asked for, in N; 0.2 unless stated.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) load: Option<f64>,
+    /// The angle between finger and surface, in degrees; 17.5 on a sample and 20 on the shaker unless stated.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub(crate) angle: Option<f64>,
+    /// How long the shaker is driven, such as 60s.
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
+    pub(crate) duration: Option<f64>,
+    /// On the shaker, the control measurement: the accelerometer on the plate, and nobody touches.
+    #[arg(long, conflicts_with_all = ["load", "angle"])]
+    pub(crate) control: bool,
+    /// What the recording is for; another label draws other movements, placements and noise.
+    #[arg(long, default_value = "record")]
+    pub(crate) label: String,
+    /// The recording to write: Parquet with all channels, or WAV with the nail's acceleration alone.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Surface {
+    /// The sample: S1–S13, NO, M1–M12, BIO, or one of --twin FILE.
+    pub(crate) sample: String,
+    /// The side of the square that is mapped, such as 4mm; enough for statistics unless stated.
+    #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
+    pub(crate) size: Option<f64>,
+    /// The step between points, such as 4um; fine enough for the sample unless stated.
+    #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
+    pub(crate) step: Option<f64>,
+    /// Draws the surface.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// A laboratory's own parameter file.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) twin: Option<PathBuf>,
+    /// The map to write (SUR).
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Parameters {
+    /// A laboratory's own parameter file, to be checked: its changes are printed instead.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) twin: Option<PathBuf>,
+}
+
+/// A speed with its unit, in m/s.
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(Measure {
+            value,
+            unit: Unit::MetrePerSecond,
+        }) => Ok(value),
+        _ => Err(format!(
+            "expected a speed with its unit (mm/s, m/s), found `{text}`; write for example 30mm/s"
+        )),
+    }
+}
+
+/// A time with its unit, in s.
+fn time(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1e-3),
+        None => match text.strip_suffix("min") {
+            Some(number) => (number, 60.0),
+            None => (text.strip_suffix('s').unwrap_or(""), 1.0),
+        },
+    };
+    number
+        .trim()
+        .parse::<f64>()
+        .map(|value| value * factor)
+        .map_err(|_no_number| {
+            format!(
+                "expected a time with its unit (s, ms, min), found `{text}`; write for example 1.2s"
+            )
+        })
+}

@@ -1,0 +1,47 @@
+//! `piezotact twin`: recordings, surfaces and numbers of the digital twin.
+
+mod record;
+mod surface;
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact_bench::twin::{PARAMETERS, TwinParameters};
+
+use crate::cli::twin::{Parameters, Twin, TwinCommand};
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::print;
+
+pub(crate) fn run(args: &Twin) -> Outcome {
+    match &args.command {
+        TwinCommand::Record(args) => record::run(args),
+        TwinCommand::Surface(args) => surface::run(args),
+        TwinCommand::Parameters(args) => show(args),
+    }
+}
+
+/// The twin's numbers, with what a laboratory's own file changes.
+pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
+    let Some(file) = file else {
+        return Ok(TwinParameters::built_in());
+    };
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        Failure::Data(anyhow!(
+            "{}: expected a parameter file, found {error}; see `piezotact twin parameters`",
+            file.display()
+        ))
+    })?;
+    TwinParameters::changed_by(&text)
+        .map_err(|error| usage(anyhow::Error::new(error).context(file.display().to_string())))
+}
+
+fn show(args: &Parameters) -> Outcome {
+    let Some(file) = &args.twin else {
+        return print(PARAMETERS.trim_end());
+    };
+    let parameters = twin_parameters(Some(file))?;
+    match parameters.changes() {
+        [] => print("nothing is changed"),
+        changes => print(&changes.join("\n")),
+    }
+}

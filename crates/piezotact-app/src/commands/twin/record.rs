@@ -1,0 +1,225 @@
+//! `piezotact twin record`: what a finger does on a bench of the twin.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
+use piezotact::series::peak;
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce, record};
+use piezotact_bench::twin::{
+    ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
+    ShakerMount, TriboAir, TwinParameters,
+};
+use piezotact_bench::{Acquire, Chunk, RunPlan};
+use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::{JournalWriter, StartDocument};
+use serde_json::json;
+
+use super::twin_parameters;
+use crate::cli::twin::{MovementName, Record, TouchBench};
+use crate::commands::{bench_failure, outputs, recording_files};
+use crate::failure::{Outcome, usage};
+use crate::output::{print, print_json, say};
+
+/// What is usual unless it is stated.
+const SPEED_M_S: f64 = 0.03;
+const LOAD_N: f64 = 0.2;
+const ACTIVE_STROKES: usize = 15;
+const PASSIVE_STROKES: usize = 6;
+const SHAKER_S: f64 = 60.0;
+const SHAKER_ANGLE_DEG: f64 = 20.0;
+
+pub(crate) fn run(args: &Record) -> Outcome {
+    let wav = args
+        .out
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("wav"));
+    if wav {
+        outputs(&[], &[&args.out, &sidecar_path(&args.out)])?;
+    } else {
+        let [file, journal] = recording_files(&args.out);
+        outputs(&[], &[&file, &journal])?;
+    }
+    let parameters = twin_parameters(args.who.twin.as_deref())?;
+    let mut acquirer = bench(args, &parameters)?;
+    let run = RunPlan {
+        label: args.label.clone(),
+        load: (!args.free && !args.control).then(|| Newtons(args.load.unwrap_or(LOAD_N))),
+        angle: Degrees(args.angle.unwrap_or(match args.bench {
+            TouchBench::Shaker => SHAKER_ANGLE_DEG,
+            TouchBench::Acttouch | TouchBench::Triboair => parameters.hand.angle_deg,
+        })),
+    };
+    // Refused before a file is begun.
+    acquirer.ready(&run).map_err(bench_failure)?;
+    acquirer.stop();
+    let (start, samples) = if wav {
+        sound(acquirer.as_mut(), &run, &args.out)?
+    } else {
+        journal(acquirer.as_mut(), &run, &args.out)?
+    };
+    let duration = start.rate.duration_of(samples);
+    if args.json {
+        return print_json(&json!({
+            "record": args.out,
+            "rate_hz": start.rate,
+            "duration_s": duration,
+            "channels": start.channels,
+            "condition": start.condition,
+            "provenance": start.provenance,
+        }));
+    }
+    print(&format!(
+        "wrote {}: {duration:.2} on the {}",
+        args.out.display(),
+        start.provenance.source
+    ))
+}
+
+/// The bench with the participant at it.
+fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>> {
+    let participant = Participant::of(args.who.participant, args.who.seed, parameters);
+    let speed_m_s = args.speed.unwrap_or(SPEED_M_S);
+    only_where_they_count(args)?;
+    Ok(match args.bench {
+        TouchBench::Acttouch => {
+            let protocol = ActiveProtocol {
+                strokes: args.strokes.unwrap_or(ACTIVE_STROKES),
+                movement: match args.direction {
+                    MovementName::Proximal => Movement::Proximal,
+                    MovementName::Transversal => Movement::Transversal,
+                    MovementName::Circular => Movement::Circular,
+                },
+                pace: if args.free {
+                    Pace::Free
+                } else {
+                    Pace::Metronome {
+                        speed_m_s,
+                        stroke_s: args.stroke_time,
+                    }
+                },
+            };
+            ActTouch::new(parameters, participant, sample(args, parameters)?, protocol)
+                .map_err(bench_failure)?
+                .into_acquirer()
+        }
+        TouchBench::Triboair => {
+            let strokes = args.strokes.unwrap_or(PASSIVE_STROKES);
+            let sample = sample(args, parameters)?;
+            TriboAir::new(parameters, participant, sample, strokes, speed_m_s)
+                .map_err(bench_failure)?
+                .into_acquirer()
+        }
+        TouchBench::Shaker => {
+            let mount = if args.control {
+                ShakerMount::Plate
+            } else {
+                ShakerMount::Finger
+            };
+            let duration = Seconds(args.duration.unwrap_or(SHAKER_S));
+            let excitation = ShakerExcitation::thesis(duration, args.who.seed);
+            ShakerBench::new(parameters, participant, mount, excitation).into_acquirer()
+        }
+    })
+}
+
+fn sample<'a>(args: &Record, parameters: &'a TwinParameters) -> Outcome<&'a Sample> {
+    let name = args.sample.as_deref().ok_or_else(|| {
+        usage(anyhow!(
+            "expected a sample, found none; name one of {} with --sample",
+            parameters.sample_names().join(", ")
+        ))
+    })?;
+    parameters.sample(name).map_err(usage)
+}
+
+/// Refuses options that the bench would pass over in silence.
+fn only_where_they_count(args: &Record) -> Outcome {
+    let active = args.bench == TouchBench::Acttouch;
+    let shaker = args.bench == TouchBench::Shaker;
+    let stated = [
+        ("--free", args.free, active),
+        (
+            "--direction",
+            args.direction != MovementName::Proximal,
+            active,
+        ),
+        ("--stroke-time", args.stroke_time.is_some(), active),
+        ("--sample", args.sample.is_some(), !shaker),
+        ("--speed", args.speed.is_some(), !shaker),
+        ("--strokes", args.strokes.is_some(), !shaker),
+        ("--duration", args.duration.is_some(), shaker),
+        ("--control", args.control, shaker),
+    ];
+    match stated.iter().find(|(_, given, counts)| *given && !counts) {
+        Some((option, ..)) => Err(usage(anyhow!(
+            "expected options of the bench {}, found {option}, which has no meaning there; leave it out",
+            match args.bench {
+                TouchBench::Acttouch => "acttouch",
+                TouchBench::Triboair => "triboair",
+                TouchBench::Shaker => "shaker",
+            }
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Records into a Parquet file, chunk by chunk.
+fn journal(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
+    let RunStart {
+        rate,
+        channels,
+        condition,
+        provenance,
+    } = announce(acquirer, run);
+    let start = StartDocument {
+        format: StartDocument::FORMAT,
+        rate_hz: rate,
+        channels,
+        condition,
+        provenance,
+        setup: None,
+        rendering: None,
+    };
+    let mut journal = JournalWriter::create(out, start)?;
+    let mut samples = 0;
+    let done = acquire(acquirer, run, &mut |chunk: &Chunk| {
+        samples += chunk.channels.first().map_or(0, Vec::len);
+        journal.append(&chunk.channels).map_err(Into::into)
+    })
+    .map_err(bench_failure)?;
+    if let Some(kept) = journal.finish(done.provenance.clone(), Vec::new())? {
+        say(&format!(
+            "the recording of that name that was there is kept as {}",
+            kept.display()
+        ));
+    }
+    Ok((done, samples))
+}
+
+/// Records the nail's acceleration as sound, as loud as fits.
+fn sound(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
+    let start = announce(acquirer, run);
+    let recording = record(acquirer, run).map_err(bench_failure)?;
+    let vibration = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
+    let loudest = peak(vibration.samples()).max(f64::MIN_POSITIVE);
+    let scaled: Vec<f64> = vibration.samples().iter().map(|v| v / loudest).collect();
+    let sidecar = Sidecar {
+        full_scale: Some(Measure {
+            value: loudest,
+            unit: Acceleration::UNIT,
+        }),
+        channels: vec![ACCELERATION_CHANNEL.into()],
+        condition: recording.condition.clone(),
+        provenance: recording.provenance.clone(),
+        rendering: None,
+    };
+    let rate_hz = recording.rate().hz().round() as u32;
+    write_wav_with_sidecar(out, &[&scaled], rate_hz, SampleFormat::Float32, &sidecar)?;
+    let start = RunStart {
+        provenance: recording.provenance.clone(),
+        ..start
+    };
+    Ok((start, recording.len()))
+}

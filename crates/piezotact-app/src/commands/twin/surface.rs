@@ -1,0 +1,50 @@
+//! `piezotact twin surface`: the height map of a sample.
+
+use piezotact_bench::twin::{Patch, SurfaceError};
+use piezotact_dataset::write_sur;
+use serde_json::json;
+
+use super::twin_parameters;
+use crate::cli::twin::Surface;
+use crate::commands::outputs;
+use crate::failure::{Outcome, usage};
+use crate::output::{digits, print, print_json};
+
+pub(crate) fn run(args: &Surface) -> Outcome {
+    outputs(&[], &[&args.out])?;
+    let parameters = twin_parameters(args.twin.as_deref())?;
+    let sample = parameters.sample(&args.sample).map_err(usage)?;
+    let usual = sample.relief.usual_patch();
+    let step_m = args.step.unwrap_or(usual.step_m);
+    let patch = match args.size {
+        Some(size_m) => Patch {
+            width_m: size_m,
+            height_m: size_m,
+            step_m,
+        },
+        None => Patch { step_m, ..usual },
+    };
+    let map = sample
+        .relief
+        .height_map(&patch, args.seed, &sample.name)
+        .map_err(usage::<SurfaceError>)?;
+    write_sur(&args.out, &map)?;
+    let (columns, rows) = (map.columns(), map.rows());
+    if args.json {
+        return print_json(&json!({
+            "map": args.out,
+            "sample": sample.name,
+            "columns": columns,
+            "rows": rows,
+            "step_m": step_m,
+            "seed": args.seed,
+            "twin": parameters.provenance(),
+        }));
+    }
+    print(&format!(
+        "wrote {}: {} of the twin, {columns} × {rows} points, {} µm apart",
+        args.out.display(),
+        sample.name,
+        digits(step_m * 1e6)
+    ))
+}
