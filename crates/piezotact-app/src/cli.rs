@@ -1,5 +1,7 @@
 //! The command line.
 
+mod twin;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -10,6 +12,8 @@ use piezotact::spectrum::Window;
 use piezotact::surface::{Form, ShortWaves};
 use piezotact_bench::BenchSpec;
 use piezotact_dataset::NamePattern;
+
+pub(crate) use twin::Replay;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// device, and says how close it came.
@@ -83,6 +87,11 @@ pub(crate) enum Command {
         after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none nothing but the mean height is taken away, unless --form says otherwise.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
     Roughness(Roughness),
+    /// Measures the thesis again on the digital twin, and says which of its claims hold there.
+    #[command(
+        after_help = "A claim that does not hold is a finding, not a failure: the exit code is 0 all the same.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+    )]
+    Replay(Replay),
 }
 
 /// The recordings, and what a person adds to what they say of themselves.
