@@ -12,7 +12,7 @@ use crate::cli;
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, write_text};
 use crate::report::name;
-use crate::report::replay::{Page, count, render, word};
+use crate::report::replay::{Page, render, tally, word};
 
 pub(crate) fn run(args: &cli::Replay) -> Outcome {
     let parameters = parameters(args.twin.as_deref())?;
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         print(&format!("chapter {number}: not there yet"))?;
     }
     print(&format!("report: {}", report.display()))?;
-    print(&summary(&chapters))
+    print(&tally(all(&chapters)))
 }
 
 /// The twin's numbers, with a laboratory's own where it states them.
@@ -56,7 +56,8 @@ fn parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
     let Some(path) = file else {
         return Ok(TwinParameters::built_in());
     };
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the parameter file {}", path.display()))?;
     Ok(TwinParameters::changed_by(&text).with_context(|| path.display().to_string())?)
 }
 
@@ -85,14 +86,6 @@ fn table(chapters: &[Chapter]) -> String {
         format!("{:>5}  {verdict:<13}  {}", finding.claim, finding.measured)
     }));
     lines.join("\n")
-}
-
-fn summary(chapters: &[Chapter]) -> String {
-    let (hold, fail, later) = count(all(chapters));
-    format!(
-        "of {} claims {hold} hold, {fail} do not, {later} cannot be measured yet",
-        hold + fail + later
-    )
 }
 
 fn result_json(page: &Page<'_>) -> Value {

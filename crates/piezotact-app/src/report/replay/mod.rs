@@ -29,15 +29,14 @@ pub(crate) fn word(verdict: &Verdict) -> &'static str {
     }
 }
 
-/// How many hold, do not hold, and cannot be measured yet.
-pub(crate) fn count<'a>(findings: impl Iterator<Item = &'a Finding>) -> (usize, usize, usize) {
-    findings.fold((0, 0, 0), |(hold, fail, later), finding| {
-        match finding.verdict {
-            Verdict::Holds => (hold + 1, fail, later),
-            Verdict::DoesNot { .. } => (hold, fail + 1, later),
-            Verdict::NotYet { .. } => (hold, fail, later + 1),
-        }
-    })
+/// How many claims hold, do not hold, and cannot be measured yet.
+pub(crate) fn tally<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> String {
+    let words: Vec<&str> = findings.into_iter().map(|f| word(&f.verdict)).collect();
+    let counts = ["holds", "does not hold", "not yet"].map(|verdict| {
+        let same = words.iter().filter(|word| **word == verdict);
+        format!("{verdict} {}", same.count())
+    });
+    format!("{}: {}", plural(words.len(), "claim"), counts.join(", "))
 }
 
 /// What a replay says of a claim.
@@ -133,19 +132,21 @@ fn overview(page: &Page<'_>) -> Markup {
             h2 { "Claims" }
             p { "The thesis says of its measurements what can be put as " (CLAIMS.len()) " claims, each with a criterion in numbers. The measurements were made again on the twin and analysed as any recording is." }
             div.numbers {
-                (number(counted("holds"), "hold"))
-                (number(counted("does-not"), "do not hold"))
-                (number(counted("not-yet"), "cannot be measured yet"))
-                @if not_asked > 0 { (number(not_asked, "belong to chapters that were not asked for")) }
+                (number(counted("holds"), "✓ holds"))
+                (number(counted("does-not"), "✗ does not hold"))
+                (number(counted("not-yet"), "… not yet: nothing measures it"))
+                @if not_asked > 0 { (number(not_asked, "– not asked for: another chapter")) }
             }
             @for chapter in 2..=6 {
                 @let of_chapter = standings.iter().filter(|(claim, _)| claim.chapter == chapter);
                 div.claims {
                     span.soft { "Chapter " (chapter) }
-                    @for (claim, standing) in of_chapter {
-                        @let (sign, class) = standing.sign();
-                        a.(class) href=(format!("#claim-{}", claim.number)) title=(claim.says) {
-                            b { (claim.number) } " " (sign) " " (standing.word())
+                    div {
+                        @for (claim, standing) in of_chapter {
+                            @let (sign, class) = standing.sign();
+                            a.(class) href=(format!("#claim-{}", claim.number)) title=(claim.says) {
+                                b { (claim.number) } " " (sign) " " (standing.word())
+                            }
                         }
                     }
                 }
@@ -187,12 +188,11 @@ fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
     for figure in &chapter.figures {
         drawn.push((figure, figures::draw(figure)?));
     }
-    let (hold, fail, later) = count(chapter.findings.iter());
     Ok(html! {
         section {
             h2 { "Chapter " (chapter.number) ": " (chapter.title) }
             @for sentence in &chapter.measured { p { (sentence) } }
-            p.soft { (hold) " claims hold, " (fail) " do not, " (later) " cannot be measured yet." }
+            p.soft { (tally(&chapter.findings)) "." }
             table.claim-table {
                 (claim_heading())
                 @for finding in &chapter.findings {
@@ -243,7 +243,7 @@ fn without_finding(page: &Page<'_>) -> Markup {
         @if !none.is_empty() {
             section {
                 h2 { "Claims that were not measured" }
-                @if !absent.is_empty() { p { "Not there yet: chapter " (absent.join(", ")) "." } }
+                @if !absent.is_empty() { p { "Not there yet: chapter" @if absent.len() > 1 { "s" } " " (absent.join(", ")) "." } }
                 table.claim-table {
                     (claim_heading())
                     @for (claim, standing) in none { (claim_row(claim, *standing)) }
@@ -273,5 +273,104 @@ fn origin(page: &Page<'_>) -> Markup {
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact_bench::replay::{Axis, Line, Mark, Scale, Shown};
+    use piezotact_bench::twin::TwinParameters;
+
+    fn finding(claim: u8, verdict: Verdict) -> Finding {
+        Finding {
+            claim,
+            measured: format!("measured of {claim}"),
+            verdict,
+        }
+    }
+
+    fn figure(number: &'static str) -> Figure {
+        let axis = |scale| Axis {
+            label: "Ra & rms".into(),
+            scale,
+        };
+        let line = |mark| Line {
+            label: format!("{mark:?}"),
+            points: vec![(0.0, 0.0), (1.0, 2.0)],
+            mark,
+        };
+        let marks = [
+            Mark::Dots,
+            Mark::Line,
+            Mark::Thin,
+            Mark::Dashed,
+            Mark::Joined,
+        ];
+        Figure {
+            number,
+            caption: "A caption.".into(),
+            shown: Shown::Lines {
+                x: axis(Scale::Names(vec!["S1".into(), "NO".into()])),
+                y: axis(Scale::Logarithmic),
+                lines: marks.map(line).into(),
+            },
+        }
+    }
+
+    /// Every claim has a row that the overview leads to, whatever became of it.
+    #[test]
+    fn every_claim_has_its_row() {
+        let replay = Replay {
+            parameters: TwinParameters::built_in(),
+            seed: 7,
+        };
+        let does_not = Verdict::DoesNot {
+            reason: "too loud".into(),
+        };
+        let chapter = Chapter {
+            number: 4,
+            title: "Rendering",
+            measured: vec!["Somebody touched.".into()],
+            findings: vec![
+                finding(20, Verdict::Holds),
+                finding(21, does_not),
+                finding(24, Verdict::NotYet { with: "people" }),
+                finding(34, Verdict::Holds),
+            ],
+            figures: vec![figure("47a"), figure("47b"), figure("48")],
+            missing: vec!["figure 51".into()],
+        };
+        let page = Page {
+            replay: &replay,
+            twin: None,
+            chapters: &[chapter],
+            absent: &[6],
+        };
+        let html = render(&page).ok().unwrap();
+        for claim in CLAIMS {
+            let (row, link) = (
+                format!("id=\"claim-{}\"", claim.number),
+                format!("#claim-{}\"", claim.number),
+            );
+            assert_eq!(html.matches(&row).count(), 1, "{row}");
+            assert_eq!(html.matches(&link).count(), 1, "{link}");
+        }
+        for part in [
+            "4 claims: holds 2, does not hold 1, not yet 1.",
+            "too loud",
+            "comes with people",
+            "Not there yet: chapter 6.",
+            "<li>figure 51</li>",
+            "Counterpart of figure 47b",
+            "Seed 7, built-in parameters.",
+        ] {
+            assert!(html.contains(part), "{part}");
+        }
+        // Chapter 6 was asked for, chapter 5 was not.
+        let standing = |number: u8| page.standing(&CLAIMS[usize::from(number) - 1]).word();
+        assert_eq!([standing(33), standing(1)], ["not yet", "not asked for"]);
+        // 47a begins a row of two; 48 stands alone.
+        assert_eq!(html.matches("<figure class=\"first\">").count(), 1);
     }
 }
