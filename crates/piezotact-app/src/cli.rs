@@ -13,6 +13,8 @@ use piezotact::surface::{Form, ShortWaves};
 use piezotact_bench::BenchSpec;
 use piezotact_dataset::NamePattern;
 
+pub(crate) use twin::Replay;
+
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// device, and says how close it came.
 #[derive(Debug, Parser)]
@@ -87,6 +89,11 @@ pub(crate) enum Command {
     Roughness(Roughness),
     /// Records, maps and describes the digital twin: samples, people and benches without hardware.
     Twin(twin::Twin),
+    /// Measures the thesis again on the digital twin, and says which of its claims hold there.
+    #[command(
+        after_help = "A claim that does not hold is a finding, not a failure: the exit code is 0 all the same.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+    )]
+    Replay(Replay),
 }
 
 /// The recordings, and what a person adds to what they say of themselves.

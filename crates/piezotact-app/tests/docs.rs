@@ -148,6 +148,7 @@ fn the_examples_in_the_help_are_understood() {
         "analyse",
         "compare",
         "roughness",
+        "replay",
     ] {
         let help = folder.run(&[command, "--help"]).out();
         let examples = help.split_once("Example:").unwrap().1;

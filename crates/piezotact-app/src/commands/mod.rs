@@ -5,6 +5,7 @@ mod demo;
 mod info;
 mod play;
 mod render;
+mod replay;
 pub(crate) mod roughness;
 mod spectrum;
 pub(crate) mod touch;
@@ -40,6 +41,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Compare(args) => touch::compare::run(&args),
         Command::Roughness(args) => roughness::run(&args),
         Command::Twin(args) => twin::run(&args),
+        Command::Replay(args) => replay::run(&args),
     }
 }
 

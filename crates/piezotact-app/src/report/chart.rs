@@ -17,9 +17,12 @@ const MOST_POINTS: usize = 2400;
 /// More labelled lines than this have their legend beside the chart.
 const LEGEND_INSIDE: usize = 3;
 /// Letters of a name in a legend beside the chart.
-const LONGEST_LABEL: usize = 18;
-/// The width of a legend beside the chart.
+const LONGEST_LABEL: usize = 30;
+/// The least width of a legend beside the chart, and how much of it stands before the names.
 const LEGEND_WIDTH: u32 = 150;
+const LEGEND_MARK: u32 = 36;
+/// How wide a letter of a name is, about.
+const LETTER: f64 = 7.6;
 
 pub(super) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
@@ -141,15 +144,16 @@ pub(crate) struct Chart {
     pub(crate) levels: Vec<f64>,
     /// Texts beside points.
     pub(crate) notes: Vec<(f64, f64, String)>,
-    /// Where a legend inside the chart stands.
+    /// Where the legend of a few lines stands; that of many is beside the chart.
     pub(crate) legend: Corner,
 }
 
-/// A corner of a chart.
+/// A corner of a chart, or outside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Corner {
     UpperLeft,
     UpperRight,
+    Beside,
 }
 
 impl Chart {
@@ -174,9 +178,11 @@ impl Chart {
                 .into_drawing_area();
             area.fill(&WHITE).map_err(plot_failed)?;
             let labelled: Vec<&Line> = self.lines.iter().filter(|l| !l.label.is_empty()).collect();
-            let beside = labelled.len() > LEGEND_INSIDE;
+            let beside = labelled.len() > LEGEND_INSIDE
+                || (self.legend == Corner::Beside && !labelled.is_empty());
             let plot = if beside {
-                let (plot, legend) = area.split_horizontally((WIDTH - LEGEND_WIDTH) * FINE);
+                let (plot, legend) =
+                    area.split_horizontally((WIDTH - legend_width(&labelled)) * FINE);
                 legend_beside(&legend, &labelled)?;
                 plot
             } else {
@@ -265,7 +271,7 @@ impl Chart {
                 .configure_series_labels()
                 .position(match self.legend {
                     Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
-                    Corner::UpperRight => SeriesLabelPosition::UpperRight,
+                    Corner::UpperRight | Corner::Beside => SeriesLabelPosition::UpperRight,
                 })
                 .margin(10 * FINE as i32)
                 .legend_area_size(30 * FINE as i32)
@@ -392,6 +398,13 @@ impl Chart {
         }
         Ok(())
     }
+}
+
+/// As wide as the longest name needs.
+fn legend_width(lines: &[&Line]) -> u32 {
+    let longest = lines.iter().map(|line| line.label.chars().count()).max();
+    let letters = longest.unwrap_or(0).min(LONGEST_LABEL);
+    LEGEND_WIDTH.max(LEGEND_MARK + (LETTER * letters as f64) as u32)
 }
 
 /// The legend of many lines: one below the other, as each is drawn.

@@ -5,6 +5,7 @@ pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod heatmap;
 mod image;
+pub(crate) mod replay;
 pub(crate) mod roughness;
 pub(crate) mod spectrogram;
 pub(crate) mod touch;
@@ -73,6 +74,15 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
 
 /// A page of HTML that holds everything it shows.
 pub(crate) fn document(title: &str, body: &Markup) -> String {
+    page_of(title, None, body)
+}
+
+/// The same, as wide as two figures side by side where the screen is.
+pub(crate) fn broad_document(title: &str, body: &Markup) -> String {
+    page_of(title, Some("broad"), body)
+}
+
+fn page_of(title: &str, class: Option<&str>, body: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -82,7 +92,7 @@ pub(crate) fn document(title: &str, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
-            body { main { (body) } }
+            body class=[class] { main { (body) } }
         }
     };
     markup.into_string()

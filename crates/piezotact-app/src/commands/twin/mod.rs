@@ -9,7 +9,7 @@ use anyhow::anyhow;
 use piezotact_bench::twin::{PARAMETERS, TwinParameters};
 
 use crate::cli::twin::{Parameters, Twin, TwinCommand};
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Failure, Outcome};
 use crate::output::print;
 
 pub(crate) fn run(args: &Twin) -> Outcome {
@@ -31,8 +31,9 @@ pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
             file.display()
         ))
     })?;
-    TwinParameters::changed_by(&text)
-        .map_err(|error| usage(anyhow::Error::new(error).context(file.display().to_string())))
+    TwinParameters::changed_by(&text).map_err(|error| {
+        Failure::Data(anyhow::Error::new(error).context(file.display().to_string()))
+    })
 }
 
 fn show(args: &Parameters) -> Outcome {

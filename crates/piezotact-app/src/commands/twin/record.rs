@@ -31,15 +31,16 @@ const SHAKER_S: f64 = 60.0;
 const SHAKER_ANGLE_DEG: f64 = 20.0;
 
 pub(crate) fn run(args: &Record) -> Outcome {
+    let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
     let wav = args
         .out
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("wav"));
     if wav {
-        outputs(&[], &[&args.out, &sidecar_path(&args.out)])?;
+        outputs(&read, &[&args.out, &sidecar_path(&args.out)])?;
     } else {
         let [file, journal] = recording_files(&args.out);
-        outputs(&[], &[&file, &journal])?;
+        outputs(&read, &[&file, &journal])?;
     }
     let parameters = twin_parameters(args.who.twin.as_deref())?;
     let mut acquirer = bench(args, &parameters)?;

@@ -1,5 +1,7 @@
 //! `piezotact twin surface`: the height map of a sample.
 
+use std::path::Path;
+
 use piezotact_bench::twin::{Patch, SurfaceError};
 use piezotact_dataset::write_sur;
 use serde_json::json;
@@ -11,7 +13,8 @@ use crate::failure::{Outcome, usage};
 use crate::output::{digits, print, print_json};
 
 pub(crate) fn run(args: &Surface) -> Outcome {
-    outputs(&[], &[&args.out])?;
+    let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
+    outputs(&read, &[&args.out])?;
     let parameters = twin_parameters(args.twin.as_deref())?;
     let sample = parameters.sample(&args.sample).map_err(usage)?;
     let usual = sample.relief.usual_patch();

@@ -1,0 +1,136 @@
+//! `replay` as a black box: what it prints and writes, and what it refuses.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use support::Folder;
+
+/// The claims of chapter 3 and the figures that have a counterpart.
+const CLAIMS: std::ops::RangeInclusive<u64> = 10..=19;
+const FIGURES: [&str; 22] = [
+    "27a", "27b", "29a", "30", "31", "32", "33", "34", "35a", "35b", "35c", "35", "36a", "36b",
+    "36c", "37", "38a", "38b", "39a", "39b", "40a", "40b",
+];
+
+/// One chapter, measured twice: as a table with its report, and as JSON.
+#[test]
+fn a_chapter_is_measured_again() {
+    let folder = Folder::new();
+    let replay = ["replay", "--chapter", "3", "--seed", "2", "--out"];
+    let done = folder.run(&[&replay[..], &["new/one"]].concat());
+    done.expect_success();
+    let out = done.out();
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines.len(), 13, "{out}");
+    assert!(lines[0].contains("claim") && lines[0].contains("measured"));
+    for (line, claim) in lines[1..].iter().zip(CLAIMS) {
+        assert!(line.trim_start().starts_with(&claim.to_string()), "{out}");
+    }
+    assert!(
+        lines[11].starts_with("report: ") && lines[11].ends_with("report.html"),
+        "{out}"
+    );
+    assert!(lines[12].starts_with("10 claims: holds "), "{out}");
+    assert_eq!(done.err().lines().count(), 1, "{}", done.err());
+
+    let findings = folder
+        .run(&[&replay[..], &["two", "--json"]].concat())
+        .json();
+    let found = findings["findings"].as_array().unwrap();
+    let numbers: Vec<u64> = found.iter().filter_map(|f| f["claim"].as_u64()).collect();
+    assert_eq!(numbers, CLAIMS.collect::<Vec<u64>>());
+    for finding in found {
+        assert_eq!(finding["chapter"], 3);
+        for field in ["says", "holds_if", "measured"] {
+            assert!(!finding[field].as_str().unwrap().is_empty(), "{finding}");
+        }
+        let reason = &finding["reason"];
+        match finding["verdict"].as_str().unwrap() {
+            "holds" => assert!(reason.is_null(), "{finding}"),
+            "does_not_hold" | "not_yet" => assert!(reason.is_string(), "{finding}"),
+            other => panic!("{other}"),
+        }
+    }
+
+    // The same seed gives the same findings, to the byte, and what is printed is what is written.
+    let written = |folder_name: &str| {
+        std::fs::read_to_string(folder.path(folder_name).join("findings.json")).unwrap()
+    };
+    assert_eq!(written("new/one"), written("two"));
+    let parsed: serde_json::Value = serde_json::from_str(&written("two")).unwrap();
+    assert_eq!(parsed, findings);
+
+    let html = std::fs::read_to_string(folder.path("new/one/report.html")).unwrap();
+    for claim in 1..=34 {
+        assert!(html.contains(&format!("id=\"claim-{claim}\"")), "{claim}");
+    }
+    for finding in found {
+        let says = finding["says"].as_str().unwrap();
+        assert!(html.contains(says), "{says}");
+    }
+    for figure in FIGURES {
+        assert!(
+            html.contains(&format!("Counterpart of figure {figure}<")),
+            "{figure}"
+        );
+    }
+    assert!(html.contains("Digital twin") && html.contains("Seed 2, built-in parameters"));
+    assert!(html.len() < 6_000_000, "{}", html.len());
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let folder = Folder::new();
+    for chapter in ["2", "7", "three"] {
+        let bad = ["replay", "--out", "out", "--chapter", chapter];
+        let found = format!("`{chapter}`");
+        folder
+            .run(&bad)
+            .expect_failure(2, &["expected one of the chapters 3, 4, 5, 6", &found]);
+    }
+    folder.run(&["replay"]).expect_failure(2, &["--out"]);
+    let with = |file| ["replay", "--chapter", "3", "--out", "out", "--twin", file];
+    folder.run(&with("missing.toml")).expect_failure(
+        1,
+        &[
+            "cannot read the parameter file missing.toml",
+            "No such file",
+        ],
+    );
+    folder.write("text.toml", "a texture");
+    folder
+        .run(&with("text.toml"))
+        .expect_failure(1, &["text.toml", "expected TOML"]);
+    folder.write(
+        "far.toml",
+        "[hand]\nlift_s = { value = -1.0, origin = \"measured\" }",
+    );
+    folder
+        .run(&with("far.toml"))
+        .expect_failure(1, &["far.toml", "hand.lift_s: expected 0.2 to 5, found -1"]);
+    assert_eq!(
+        folder.names(),
+        ["far.toml", "text.toml"],
+        "nothing is left of what was refused"
+    );
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let folder = Folder::new();
+    folder.write("taken", "a file");
+    for out in ["taken", "taken/inside"] {
+        folder
+            .run(&["replay", "--chapter", "3", "--out", out])
+            .expect_failure(1, &["cannot make the folder", out]);
+    }
+    std::fs::create_dir_all(folder.path("out/report.html")).unwrap();
+    folder
+        .run(&["replay", "--chapter", "3", "--out", "out"])
+        .expect_failure(1, &["report.html", "found a folder"]);
+    // A parameter file that would be replaced.
+    std::fs::create_dir(folder.path("own")).unwrap();
+    folder.write("own/findings.json", "");
+    let own = ["replay", "--out", "own", "--twin", "own/findings.json"];
+    folder.run(&own).expect_failure(2, &["would be replaced"]);
+}
