@@ -1,25 +1,165 @@
-//! scratch
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test")]
-use piezotact_bench::replay::Replay;
+//! The 34 claims of the thesis on the twin, each as a test of its own, on the panel of seed 1. What is tested is what
+//! `piezotact replay` reports; a claim that an honest twin does not meet is tested to be reported so.
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "a test fails where it cannot go on, and prints what it measured"
+)]
+
+use std::sync::OnceLock;
+
+use piezotact_bench::replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
 use piezotact_bench::twin::TwinParameters;
+
+const SEED: u64 = 1;
+
+fn measured(number: u8, seed: u64) -> Chapter {
+    let replay = Replay {
+        parameters: TwinParameters::built_in(),
+        seed,
+    };
+    replay.chapter(number).unwrap().unwrap()
+}
+
+/// Every chapter is measured once.
+fn chapter(number: u8) -> &'static Chapter {
+    static CHAPTERS: [OnceLock<Chapter>; 7] = [const { OnceLock::new() }; 7];
+    CHAPTERS[usize::from(number)].get_or_init(|| measured(number, SEED))
+}
+
+fn finding(claim: u8) -> &'static Finding {
+    let at = CLAIMS.iter().find(|c| c.number == claim).unwrap().chapter;
+    let found = chapter(at).findings.iter().find(|f| f.claim == claim);
+    found.expect("every chapter says something of each of its claims")
+}
+
+fn holds(claim: u8) {
+    let finding = finding(claim);
+    println!("claim {claim}: {}", finding.measured);
+    assert_eq!(finding.verdict, Verdict::Holds, "{}", finding.measured);
+}
+
+/// Reported as not met, for the reason that is known.
+fn not_met(claim: u8, because: &str) {
+    let finding = finding(claim);
+    println!("claim {claim}: {}", finding.measured);
+    match &finding.verdict {
+        Verdict::DoesNot { reason } => assert!(reason.contains(because), "{reason}"),
+        other => panic!("{other:?}: {}", finding.measured),
+    }
+}
+
+macro_rules! claims {
+    ($($name:ident => $number:literal),* $(,)?) => {
+        $(#[test] fn $name() { holds($number); })*
+    };
+}
+
+macro_rules! later {
+    ($with:literal: $($name:ident),* $(,)?) => {
+        $(#[test] #[ignore = $with] fn $name() { unimplemented!($with) })*
+    };
+}
+
+claims! {
+    claim_03_gain_rises_with_load => 3,
+    claim_05_antiresonance_belongs_to_the_bench => 5,
+    claim_06_transfer_functions_repeat => 6,
+    claim_07_coherence_is_close_to_one => 7,
+    claim_10_isotropic_spectra_are_broad_and_similar => 10,
+    claim_11_level_falls_to_s9_and_fluctuates_beyond => 11,
+    claim_12_s2_to_s4_have_close_levels => 12,
+    claim_13_s7_and_s8_differ_in_level => 13,
+    claim_14_hard_samples_lie_below_0_7 => 14,
+    claim_15_friction_follows_roughness_and_level => 15,
+    claim_16_level_rises_with_speed => 16,
+    claim_17_fingerprint_at_v_over_lambda => 17,
+    claim_18_active_and_passive_touch_agree => 18,
+    claim_21_rendered_overlaps_touched => 21,
+    claim_29_m8_shows_harmonics => 29,
+    claim_30_m3_is_fainter_and_higher => 30,
+    claim_31_forces_of_free_touch => 31,
+}
+
+/// Level and centroid repeat; the highest line of a single stroke does not.
 #[test]
-fn scratch() {
-    let number: u8 = std::env::var("CHAPTER").unwrap().parse().unwrap();
-    let seeds: u64 = std::env::var("SEEDS").unwrap().parse().unwrap();
-    for seed in 1..=seeds {
-        let replay = Replay {
-            parameters: TwinParameters::built_in(),
-            seed,
-        };
-        let chapter = replay.chapter(number).unwrap().unwrap();
-        for line in &chapter.measured {
-            eprintln!("{line}");
+fn claim_19_strokes_repeat_but_for_their_highest_line() {
+    not_met(19, "a matter of chance");
+    let Verdict::DoesNot { reason } = &finding(19).verdict else {
+        unreachable!("just tested")
+    };
+    assert!(!reason.contains("the level varies"), "{reason}");
+}
+
+/// S8 comes out otherwise; M8, whose power lies in a few lines, less so than the 10 dB asked for.
+#[test]
+fn claim_20_sent_straight_comes_out_otherwise_for_s8() {
+    not_met(20, "M8");
+    let Verdict::DoesNot { reason } = &finding(20).verdict else {
+        unreachable!("just tested")
+    };
+    assert!(!reason.contains("S8"), "{reason}");
+}
+
+later! { "comes with Transfer functions with their uncertainty":
+    claim_01_shaker_bundle_max_deviation,
+    claim_02_deviation_falls_with_load,
+    claim_04_angle_makes_a_slight_difference,
+    claim_08_light_touch_at_20_degrees_spreads_most,
+    claim_09_average_lies_inside_the_bundle,
+}
+later! { "comes with Rendering that knows its limits":
+    claim_22_averaged_transfer_function_is_slightly_worse,
+    claim_23_exchanged_levels_keep_the_shape,
+}
+later! { "comes with campaigns and their virtual participants":
+    claim_24_s2_s3_and_s9_to_s13_are_confused,
+    claim_25_real_and_simulated_matrices_agree,
+    claim_26_averaged_transfer_function_does_as_well,
+    claim_27_people_choose_by_level,
+    claim_28_periodic_samples_are_told_apart,
+    claim_32_imagery_helps_discrimination,
+    claim_34_association_is_declared_over_presented,
+}
+later! { "comes with the brain's answer":
+    claim_33_desynchronisation_in_three_tasks,
+}
+
+/// How many of forty panels meet each claim that can be measured; some minutes in a release build:
+/// `cargo test --release -p piezotact-bench --test claims -- --ignored --nocapture forty_panels`.
+#[test]
+#[ignore = "forty panels take minutes: run it with --release"]
+fn forty_panels() {
+    const PANELS: u64 = 40;
+    let mut met = [0; 35];
+    let mut seen = [0; 35];
+    for seed in 1..=PANELS {
+        for number in Replay::CHAPTERS {
+            for finding in measured(number, seed).findings {
+                let claim = usize::from(finding.claim);
+                match finding.verdict {
+                    Verdict::Holds => {
+                        met[claim] += 1;
+                        seen[claim] += 1;
+                    }
+                    Verdict::DoesNot { .. } => seen[claim] += 1,
+                    Verdict::NotYet { .. } => {}
+                }
+            }
         }
-        for f in &chapter.findings {
-            eprintln!(
-                "seed {} claim {} {:?}\n    {}",
-                seed, f.claim, f.verdict, f.measured
-            );
+    }
+    for (claim, (met, seen)) in met.iter().zip(seen).enumerate() {
+        if seen > 0 {
+            println!("claim {claim}: {met} of {seen} panels");
         }
+    }
+    // What the twin is built to meet is met by most panels; 19 is not met, see above, and 20 not by M8.
+    for claim in [3, 5, 6, 7, 10, 11, 14, 15, 16, 18, 21, 30] {
+        assert!(
+            met[claim] as f64 >= 0.9 * PANELS as f64,
+            "claim {claim}: {}",
+            met[claim]
+        );
     }
 }

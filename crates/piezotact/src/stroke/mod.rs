@@ -357,11 +357,16 @@ impl ForceZeros {
 }
 
 impl Segmentation {
-    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was.
+    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was. A surface that
+    /// moves while nothing touches it, as on its way back, is no stroke that failed.
     #[must_use]
     pub fn rejection_doubt(&self) -> Option<Doubt> {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
-        for rejected in &self.rejected {
+        let failed = self
+            .rejected
+            .iter()
+            .filter(|r| r.reason != Reason::NoContact);
+        for rejected in failed.clone() {
             let name = rejected.reason.name();
             match reasons.iter_mut().find(|(other, _)| *other == name) {
                 Some((_, count)) => *count += 1,
@@ -373,8 +378,8 @@ impl Segmentation {
             .map(|(name, count)| format!("{name}: {count}"))
             .collect();
         (!texts.is_empty()).then(|| Doubt::Rejected {
-            count: self.rejected.len(),
-            of: self.rejected.len() + self.strokes.len(),
+            count: failed.clone().count(),
+            of: failed.count() + self.strokes.len(),
             reasons: texts.join(", "),
         })
     }

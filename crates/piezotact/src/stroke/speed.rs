@@ -101,7 +101,12 @@ pub fn segment_by_speed(
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     for (from, to) in events(moving.iter().copied(), threshold, threshold) {
         let motion = samples(frames, from, to);
-        let cut = plateau(frames, &moving[from..to], rule).and_then(|(a, b)| {
+        let touched = held.as_ref().is_none_or(|held| held.touch_within(from, to));
+        let found = match touched {
+            true => plateau(frames, &moving[from..to], rule),
+            false => Err(Reason::NoContact),
+        };
+        let cut = found.and_then(|(a, b)| {
             let steady = samples(frames, from + a, from + b);
             match unfit(signals, frames, rule, held.as_ref(), steady) {
                 Some(reason) => Err(reason),
@@ -171,6 +176,13 @@ struct Held {
 }
 
 impl Held {
+    /// Whether the finger touches for a tenth of the frames `from`…`to` or more: a lift that is not quite over when
+    /// the surface moves on is no stroke.
+    fn touch_within(&self, from: usize, to: usize) -> bool {
+        let common = |(a, b): &(usize, usize)| (*b).min(to).saturating_sub((*a).max(from));
+        10 * self.touches.iter().map(common).sum::<usize>() >= to - from
+    }
+
     /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.
     fn friction(
         &self,
