@@ -60,7 +60,7 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
         findings,
         figures: figures(&free),
         missing: vec![
-            "Figure 88 (the surfaces): `piezotact twin surface M8` writes their height maps.".into(),
+            "Figure 88 (the surfaces): the command `twin surface M8` of piezotact writes their height maps.".into(),
             "Figure 92 (touched and rendered): the same verification as figures 47 and 48.".into(),
             "Figures 94 and 95 (discrimination), with the issue of campaigns; figures 96 and 97, with the issue of the brain's answer.".into(),
         ],

@@ -135,7 +135,7 @@ pub const CLAIMS: [Claim; 34] = [
         15,
         3,
         "3.2.2, fig. 34",
-        "Friction falls with Ra and follows the level; without texture it is highest and the level lowest.",
+        "Friction falls as Ra falls and follows the level; without texture it is highest and the level lowest.",
         "Spearman(Ra, friction) > 0.7 over S1–S13; NO at both extremes",
     ),
     claim(

@@ -119,7 +119,7 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
         let titles = ["S1, 10 mm/s", "S1, 20 mm/s", "S1, 30 mm/s"].map(str::to_owned);
         figures.push(Figure {
             number: "35",
-            caption: "The same in time: three strokes over S1 at each speed, one after the other. The fingerprint's comb moves with speed.".into(),
+            caption: "The same in time: strokes over S1 at each speed, one after the other. The fingerprint's comb moves with speed.".into(),
             shown: Shown::Spectrograms(titles.into_iter().zip(vibrations.iter().cloned()).collect()),
         });
     }

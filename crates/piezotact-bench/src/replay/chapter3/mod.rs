@@ -10,7 +10,7 @@ use findings::{
 };
 use piezotact::compare::{Periods, Summary};
 use piezotact::feature::band_power;
-use piezotact::quantity::{Acceleration, Band, Hertz};
+use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
 use piezotact::recording::Recording;
 use piezotact::series::Series;
 
@@ -136,18 +136,21 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
         .collect()
 }
 
-/// The vibration of the steady parts of the first strokes, one after the other.
+/// The vibration of the steady parts of the first strokes, one after the other, as long as a figure shows.
 fn strokes_joined(
     taken: &Taken,
     recording: &Recording,
 ) -> Result<Series<Acceleration>, ReplayError> {
-    const SHOWN: usize = 3;
+    const SHOWN_S: f64 = 3.0;
     let vibration = recording
         .series::<Acceleration>(None)
         .map_err(BenchError::from)?;
-    let strokes = taken.segmentation.strokes.iter().take(SHOWN);
-    let joined = strokes
+    let joined = taken
+        .segmentation
+        .strokes
+        .iter()
         .flat_map(|stroke| stroke.steady.of(vibration.samples()).iter().copied())
+        .take(recording.rate().samples_in(Seconds(SHOWN_S)))
         .collect();
     Ok(Series::new(joined, recording.rate())?)
 }
