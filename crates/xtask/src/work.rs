@@ -6,13 +6,19 @@ use anyhow::{Context, Result, anyhow, bail};
 use cpu_time::ProcessTime;
 use num_complex::Complex;
 use piezotact::feature::{FeatureConfig, FeaturePlan, band_power};
-use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Newtons, SampleRate, Seconds, Unit};
+use piezotact::quantity::{
+    Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Unit,
+};
 use piezotact::render::{InverseConfig, InversePlan};
 use piezotact::resample::Resampler;
 use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
+use piezotact_bench::RunPlan;
+use piezotact_bench::twin::{
+    ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters,
+};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
 use serde_json::json;
 
@@ -31,6 +37,7 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W3" => w3(folder)?,
         "W5" => w5(folder, Judging::ContactOnly)?,
         "W5j" => w5(folder, Judging::Sliding)?,
+        "T1" => t1()?,
         _ => bail!("no work is called {name}"),
     };
     let mut result = work()?;
@@ -52,6 +59,47 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
 struct Prepared {
     input_bytes: usize,
     work: Box<dyn FnMut() -> Result<Vec<f64>>>,
+}
+
+/// An hour of active touch on the twin, four channels at 5 kHz, chunk by chunk as a journal takes it; the sums of the
+/// channels are its result.
+fn t1() -> Result<Prepared> {
+    const HOUR: usize = 3_600 * 5_000;
+    let parameters = TwinParameters::built_in();
+    let run = RunPlan {
+        label: "bench".into(),
+        load: Some(Newtons(0.2)),
+        angle: Degrees(20.0),
+    };
+    let work = move || -> Result<Vec<f64>> {
+        let protocol = ActiveProtocol {
+            // More than an hour of strokes of 1.9 s: the run is left when the hour is over.
+            strokes: 2_000,
+            movement: Movement::Proximal,
+            pace: Pace::Metronome {
+                speed_m_s: 0.03,
+                stroke_s: None,
+            },
+        };
+        let person = Participant::of(1, 1, &parameters);
+        let bench = ActTouch::new(&parameters, person, parameters.sample("S1")?, protocol)?;
+        let mut acquirer = bench.into_acquirer();
+        acquirer.ready(&run)?;
+        acquirer.start()?;
+        let (mut made, mut sums) = (0, vec![0.0; 4]);
+        while made < HOUR {
+            let chunk = acquirer.wait()?.context("less than an hour")?;
+            made += chunk.channels[0].len();
+            for (sum, channel) in sums.iter_mut().zip(&chunk.channels) {
+                *sum += channel.iter().sum::<f64>();
+            }
+        }
+        Ok(sums)
+    };
+    Ok(Prepared {
+        input_bytes: 0,
+        work: Box::new(work),
+    })
 }
 
 fn load(folder: &Path, name: &str) -> Result<Vec<f64>> {

@@ -10,7 +10,7 @@ mod drag;
 mod finger;
 mod noise;
 mod output;
-mod parameters;
+pub mod parameters;
 mod participant;
 mod passage;
 mod protocol;
