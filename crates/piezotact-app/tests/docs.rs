@@ -149,8 +149,11 @@ fn the_examples_in_the_help_are_understood() {
         "compare",
         "roughness",
         "replay",
+        "twin record",
+        "twin surface",
+        "twin parameters",
     ] {
-        let help = folder.run(&[command, "--help"]).out();
+        let help = folder.run(&words(&format!("{command} --help"))).out();
         let examples = help.split_once("Example:").unwrap().1;
         for line in examples
             .lines()
