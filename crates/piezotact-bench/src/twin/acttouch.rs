@@ -236,6 +236,12 @@ impl Touching for ActTouch {
     }
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
+        Box::new(self.active_run(run))
+    }
+}
+
+impl ActTouch {
+    fn active_run(&self, run: &RunPlan) -> ActiveRun {
         let placement = Placement::of(
             &self.parameters,
             self.participant.number,
@@ -255,7 +261,7 @@ impl Touching for ActTouch {
         let mut random = self.random(run, "hand");
         let gesture_m_s2 = hand.gesture_least_m_s2
             + (hand.gesture_most_m_s2 - hand.gesture_least_m_s2) * random.uniform();
-        Box::new(ActiveRun {
+        ActiveRun {
             sliding: Sliding::new(scene, placement, self.random(run, "friction")),
             held: HeldForce::new(hand, scene.load_n, RATE_HZ, self.random(run, "force")),
             haste: Wander::new(
@@ -280,7 +286,9 @@ impl Touching for ActTouch {
             run: run.clone(),
             stroke: 0,
             bench: self.clone(),
-        })
+            #[cfg(test)]
+            truth: std::rc::Rc::default(),
+        }
     }
 }
 
@@ -295,6 +303,8 @@ struct ActiveRun {
     cell: TriaxialCell,
     random: Random,
     stroke: usize,
+    #[cfg(test)]
+    truth: std::rc::Rc<std::cell::RefCell<Vec<(usize, usize)>>>,
 }
 
 /// From 0 to 1 between 0 and 1, with a horizontal tangent at both ends.
@@ -411,6 +421,8 @@ impl Stretches for ActiveRun {
             // The hand moves away.
             stroke.contact = 0;
         }
+        #[cfg(test)]
+        self.truth.borrow_mut().push((stroke.lift, stroke.contact));
         let label = format!("passage {}", self.stroke);
         self.stroke += 1;
         let (speed, force) = self.meant(&stroke);
@@ -441,5 +453,126 @@ impl Stretches for ActiveRun {
             }
         }
         Some(channels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::quantity::{Degrees, Newtons};
+    use piezotact::recording::{Channel, Provenance, Recording};
+    use piezotact::roles::Roles;
+    use piezotact::stroke::{Expected, Judging, segment};
+
+    fn protocol() -> ActiveProtocol {
+        ActiveProtocol {
+            strokes: 15,
+            movement: Movement::Proximal,
+            pace: Pace::Metronome {
+                speed_m_s: 0.03,
+                stroke_s: None,
+            },
+        }
+    }
+
+    fn run() -> RunPlan {
+        RunPlan {
+            label: "cuts".into(),
+            load: Some(Newtons(0.2)),
+            angle: Degrees(20.0),
+        }
+    }
+
+    /// The analysis, which does not see what the hand meant to do, finds every stroke of forty people: it begins when
+    /// the landing is over and ends before the take-off, within 60 ms of 100 ms after and 80 ms before them.
+    #[test]
+    fn the_cuts_of_the_analysis_are_those_of_the_hand() {
+        let parameters = TwinParameters::built_in();
+        let (mut found, mut worst_s) = (0, 0.0f64);
+        for number in 1..=40 {
+            let sample = format!("S{}", 1 + number % 13);
+            let sample = parameters.sample(&sample).unwrap();
+            let person = Participant::of(number, 3, &parameters);
+            let bench = ActTouch::new(&parameters, person, sample, protocol()).unwrap();
+            let mut active = bench.active_run(&run());
+            let truth = std::rc::Rc::clone(&active.truth);
+            let mut channels = vec![Vec::new(); 4];
+            while let Some(stretch) = active.next() {
+                for (channel, samples) in channels.iter_mut().zip(stretch) {
+                    channel.extend(samples);
+                }
+            }
+            let channels = bench.channels().into_iter().zip(channels);
+            let channels = channels.map(|((name, unit), samples)| Channel {
+                name,
+                unit,
+                samples,
+            });
+            let rate = crate::twin::session::rate();
+            let recording = Recording::new(
+                channels.collect(),
+                rate,
+                bench.condition(),
+                Provenance::default(),
+            )
+            .unwrap();
+            let (roles, _) = Roles::guess(&recording);
+            let expected = Expected {
+                load_n: Some(Newtons(0.2)),
+                speed_m_s: Some(0.03),
+                judging: Judging::Sliding,
+            };
+            let cut = segment(&recording, &roles, expected).unwrap();
+            assert_eq!(
+                cut.strokes.len(),
+                15,
+                "participant {number}: {:?}",
+                cut.rejected
+            );
+            let mut at = 0;
+            for ((lift, contact), stroke) in truth.borrow().iter().zip(&cut.strokes) {
+                let (from, to) = (at + lift, at + lift + contact);
+                let seconds = |samples: usize| samples as f64 / RATE_HZ;
+                let (start_s, end_s) = (seconds(stroke.steady.start), seconds(stroke.steady.end));
+                worst_s = worst_s
+                    .max((start_s - seconds(from) - 0.1).abs())
+                    .max((seconds(to) - end_s - 0.08).abs());
+                at = to;
+                found += 1;
+            }
+        }
+        assert_eq!(found, 600);
+        // The force takes 80 ms to rise and 60 ms to fall, and is noticed somewhere on the way.
+        assert!(worst_s < 0.06, "{worst_s}");
+    }
+
+    #[test]
+    fn strokes_that_the_plate_cannot_hold_are_refused() {
+        let parameters = TwinParameters::built_in();
+        let sample = parameters.sample("M8").unwrap();
+        let asked = |speed_m_s: f64, stroke_s: Option<f64>| {
+            let protocol = ActiveProtocol {
+                pace: Pace::Metronome {
+                    speed_m_s,
+                    stroke_s,
+                },
+                ..protocol()
+            };
+            let person = Participant::of(1, 1, &parameters);
+            ActTouch::new(&parameters, person, sample, protocol).map(|_| ())
+        };
+        // 60 mm of plate leave 50 mm.
+        assert!(asked(0.05, Some(1.0)).is_ok());
+        for (speed_m_s, stroke_s, says) in [
+            (0.06, Some(1.0), "at most 50 mm/s for 1 s"),
+            (0.2, None, "from 1.67 to 100 mm/s"),
+            (-0.03, None, "from 1.67 to 100 mm/s"),
+            (f64::NAN, None, "from 1.67 to 100 mm/s"),
+            (0.03, Some(0.1), "a stroke of 0.5 to 30 s"),
+            (0.03, Some(f64::NAN), "a stroke of 0.5 to 30 s"),
+        ] {
+            let text = asked(speed_m_s, stroke_s).unwrap_err().to_string();
+            assert!(text.contains(says), "{text}");
+        }
     }
 }
