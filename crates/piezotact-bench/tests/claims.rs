@@ -154,8 +154,8 @@ fn forty_panels() {
             println!("claim {claim}: {met} of {seen} panels");
         }
     }
-    // What the twin is built to meet is met by most panels; 19 is not met, see above, and 20 not by M8.
-    for claim in [3, 5, 6, 7, 10, 11, 14, 15, 16, 18, 21, 30] {
+    // The others have less margin than a panel scatters: docs/decisions/0018 says which and why.
+    for claim in [5, 6, 7, 10, 11, 14, 15, 16, 18, 21, 30, 31] {
         assert!(
             met[claim] as f64 >= 0.9 * PANELS as f64,
             "claim {claim}: {}",
