@@ -167,7 +167,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         (
             "acttouch --sample S1 --speed 300mm/s --out a.parquet",
             2,
-            "a speed from 1.33 to 80 mm/s",
+            "a speed from 6.67 to 66.67 mm/s",
         ),
         (
             "acttouch --sample S1 --speed -30mm/s --out a.parquet",

@@ -95,6 +95,13 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
             )
             .into());
         }
+        if std::fs::metadata(output).is_ok_and(|found| !found.is_dir() && !found.is_file()) {
+            return Err(anyhow!(
+                "{}: expected the name of a file, found a device; give a file's name",
+                output.display()
+            )
+            .into());
+        }
         if output.is_dir() {
             return Err(anyhow!(
                 "{}: expected the name of a file, found a folder; give a file's name in it",

@@ -20,9 +20,9 @@ use crate::random::Random;
 use crate::traits::{Acquire, BenchError, RunPlan};
 
 /// A stroke shorter than this has no steady part left once landing and take-off are cut, s.
-const SHORTEST_STROKE_S: f64 = 0.5;
-/// Longer than this nobody strokes, s.
-const LONGEST_STROKE_S: f64 = 30.0;
+const SHORTEST_STROKE_S: f64 = 0.6;
+/// A stroke longer than this is taken for two, or for a drift of the cell, s.
+const LONGEST_STROKE_S: f64 = 6.0;
 /// Free touch presses no harder than this, N (*chosen*).
 const MOST_FREE_FORCE_N: f64 = 2.0;
 
@@ -565,10 +565,10 @@ mod tests {
         assert!(asked(0.05, Some(1.0)).is_ok());
         for (speed_m_s, stroke_s, says) in [
             (0.06, Some(1.0), "at most 50 mm/s for 1 s"),
-            (0.2, None, "from 1.67 to 100 mm/s"),
-            (-0.03, None, "from 1.67 to 100 mm/s"),
-            (f64::NAN, None, "from 1.67 to 100 mm/s"),
-            (0.03, Some(0.1), "a stroke of 0.5 to 30 s"),
+            (0.2, None, "from 8.33 to 83.33 mm/s"),
+            (-0.03, None, "from 8.33 to 83.33 mm/s"),
+            (f64::NAN, None, "from 8.33 to 83.33 mm/s"),
+            (0.03, Some(0.1), "a stroke of 0.6 to 6 s"),
             (0.03, Some(f64::NAN), "a stroke of 0.5 to 30 s"),
         ] {
             let text = asked(speed_m_s, stroke_s).unwrap_err().to_string();

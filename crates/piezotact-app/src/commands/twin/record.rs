@@ -16,6 +16,7 @@ use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{JournalWriter, StartDocument};
 use serde_json::json;
 
+use super::has_ending;
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
 use crate::commands::{bench_failure, outputs, recording_files};
@@ -31,11 +32,14 @@ const SHAKER_S: f64 = 60.0;
 const SHAKER_ANGLE_DEG: f64 = 20.0;
 
 pub(crate) fn run(args: &Record) -> Outcome {
+    if args.label.chars().any(char::is_control) {
+        return Err(usage(anyhow!(
+            "expected a label without control characters, found {:?}; write plain words",
+            args.label
+        )));
+    }
     let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
-    let wav = args
-        .out
-        .extension()
-        .is_some_and(|end| end.eq_ignore_ascii_case("wav"));
+    let wav = has_ending(&args.out, &["parquet", "wav"])? == "wav";
     if wav {
         outputs(&read, &[&args.out, &sidecar_path(&args.out)])?;
     } else {

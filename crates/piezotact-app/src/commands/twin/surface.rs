@@ -6,7 +6,7 @@ use piezotact_bench::twin::{Patch, SurfaceError};
 use piezotact_dataset::write_sur;
 use serde_json::json;
 
-use super::twin_parameters;
+use super::{has_ending, twin_parameters};
 use crate::cli::twin::Surface;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
@@ -15,6 +15,7 @@ use crate::output::{digits, print, print_json};
 pub(crate) fn run(args: &Surface) -> Outcome {
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
     outputs(&read, &[&args.out])?;
+    has_ending(&args.out, &["sur"])?;
     let parameters = twin_parameters(args.twin.as_deref())?;
     let sample = parameters.sample(&args.sample).map_err(usage)?;
     let usual = sample.relief.usual_patch();

@@ -15,6 +15,8 @@ use super::surface::Relief;
 /// The file that comes with the program.
 pub const PARAMETERS: &str = include_str!("../../../twin/parameters.toml");
 
+/// A list of numbers is no longer than this.
+const MOST_VALUES: usize = 12;
 /// Where a number may come from.
 const ORIGINS: [&str; 4] = ["thesis", "source", "chosen", "measured"];
 
@@ -211,6 +213,7 @@ impl TwinParameters {
             samples: BTreeMap::new(),
             changes,
         };
+        parameters.check_order()?;
         let mut known = BTreeMap::new();
         for (name, row) in samples {
             known.insert(name.clone(), parameters.sample_of(&name, row)?);
@@ -263,6 +266,49 @@ impl TwinParameters {
         } else {
             format!("twin parameters changed: {}", self.changes.join("; "))
         }
+    }
+
+    /// Refuses a least that is above its most.
+    fn check_order(&self) -> Result<(), ParameterError> {
+        let (person, hand, shaker) = (&self.person, &self.hand, &self.shaker);
+        for (least, least_name, most, most_name) in [
+            (
+                person.least_ridge_m,
+                "person.least_ridge_m",
+                person.most_ridge_m,
+                "person.most_ridge_m",
+            ),
+            (
+                hand.transient_least_m_s2,
+                "hand.transient_least_m_s2",
+                hand.transient_most_m_s2,
+                "hand.transient_most_m_s2",
+            ),
+            (
+                hand.gesture_least_m_s2,
+                "hand.gesture_least_m_s2",
+                hand.gesture_most_m_s2,
+                "hand.gesture_most_m_s2",
+            ),
+            (
+                hand.least_free_speed_m_s,
+                "hand.least_free_speed_m_s",
+                hand.most_free_speed_m_s,
+                "hand.most_free_speed_m_s",
+            ),
+            (
+                shaker.least_drift_n,
+                "shaker.least_drift_n",
+                shaker.most_drift_n,
+                "shaker.most_drift_n",
+            ),
+        ] {
+            if least > most {
+                let expected = format!("at most {most_name} = {most}");
+                return Err(wrong(least_name, expected, least, "correct one of them"));
+            }
+        }
+        Ok(())
     }
 
     fn sample_of(&self, name: &str, row: Value) -> Result<Sample, ParameterError> {
@@ -465,12 +511,22 @@ fn values(value: Value, path: &str) -> Result<Value, ParameterError> {
                 .collect::<Result<Vec<f64>, _>>()?,
             one => vec![number(one)?],
         };
-        let (low, high) = match range.map(Vec::as_slice) {
-            Some([low, high]) => (number(low)?, number(high)?),
-            _ => (f64::MIN, f64::MAX),
-        };
-        if let Some(bad) = all.iter().find(|value| !(low..=high).contains(*value)) {
-            return Err(wrong(path, format!("{low} to {high}"), bad, "correct it"));
+        if all.is_empty() || all.len() > MOST_VALUES {
+            let expected = format!("1 to {MOST_VALUES} numbers");
+            return Err(wrong(path, expected, all.len(), "correct it"));
+        }
+        match range.map(Vec::as_slice) {
+            Some([low, high]) => {
+                let (low, high) = (number(low)?, number(high)?);
+                if let Some(bad) = all.iter().find(|value| !(low..=high).contains(*value)) {
+                    return Err(wrong(path, format!("{low} to {high}"), bad, "correct it"));
+                }
+            }
+            _ => {
+                if let Some(bad) = all.iter().find(|value| !value.is_finite()) {
+                    return Err(wrong(path, "a number", bad, "correct it"));
+                }
+            }
         }
         return Ok(match found {
             Value::Array(_) => Value::Array(all.into_iter().map(Value::Float).collect()),
@@ -583,6 +639,18 @@ mod tests {
             (
                 "[samples.X]\nra_m = { value = 1e-5, origin = \"measured\" }",
                 "kind",
+            ),
+            (
+                "[texture]\nridge_teeth = { value = [], origin = \"chosen\" }",
+                "texture.ridge_teeth: expected 1 to 12 numbers, found 0",
+            ),
+            (
+                "[samples.S4]\nfriction = { value = nan, origin = \"chosen\" }",
+                "samples.S4.friction: expected a number, found NaN",
+            ),
+            (
+                "[hand]\ngesture_least_m_s2 = { value = 9.0, origin = \"chosen\" }",
+                "hand.gesture_least_m_s2: expected at most hand.gesture_most_m_s2 = 2, found 9",
             ),
             ("samples = 3", "samples"),
             ("hand = [1]", "hand"),
