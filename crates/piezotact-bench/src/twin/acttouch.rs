@@ -130,14 +130,36 @@ impl ActTouch {
 
     fn random(&self, run: &RunPlan, what: &str) -> Random {
         let (seed, person) = (self.participant.seed, self.participant.number);
-        let name = format!("acttouch {} {} {what}", self.sample.name, run.label);
-        Random::stream(seed, person, &name)
+        Random::stream(seed, person, &format!("{} {what}", self.scene_name(run)))
+    }
+
+    /// What tells a run from others: the sample, how it is touched, and the label.
+    fn scene_name(&self, run: &RunPlan) -> String {
+        let movement = match self.protocol.movement {
+            Movement::Proximal => "proximal",
+            Movement::Transversal => "transversal",
+            Movement::Circular => "circular",
+        };
+        let pace = match self.protocol.pace {
+            Pace::Metronome { speed_m_s, .. } => format!("{:.0} um/s", speed_m_s * 1e6),
+            Pace::Free => "free".into(),
+        };
+        let load_mn = run.load.map_or(0.0, |load| load.0 * 1e3);
+        let sample = &self.sample.name;
+        format!(
+            "acttouch {sample} {movement} {pace} {load_mn:.0} mN {}",
+            run.label
+        )
+    }
+
+    /// What the force cell of the bench is, whoever touches.
+    fn cell_body(&self) -> Random {
+        Random::stream(self.participant.seed, 0, "force cell of acttouch")
     }
 
     fn accelerometer(&self, random: Random) -> Accelerometer {
-        let (seed, person) = (self.participant.seed, self.participant.number);
         Accelerometer::new(&self.parameters.accelerometer, RATE_HZ, random)
-            .calibrated(Random::stream(seed, person, "accelerometer of acttouch"))
+            .calibrated(self.participant.seed)
     }
 
     /// The force that this person means to press with, N.
@@ -223,6 +245,7 @@ impl Touching for ActTouch {
         let mut cell = TriaxialCell::strain_gauge(
             &self.parameters.force_cell,
             RATE_HZ,
+            self.cell_body(),
             random("acttouch cell at rest"),
         );
         let mut channels = empty(4, CALIBRATION);
@@ -246,7 +269,7 @@ impl ActTouch {
             &self.parameters,
             self.participant.number,
             self.participant.seed,
-            &format!("acttouch {} {}", self.sample.name, run.label),
+            &self.scene_name(run),
         );
         let scene = Scene {
             parameters: &self.parameters,
@@ -280,6 +303,7 @@ impl ActTouch {
             cell: TriaxialCell::strain_gauge(
                 &self.parameters.force_cell,
                 RATE_HZ,
+                self.cell_body(),
                 self.random(run, "cell"),
             ),
             random,
@@ -341,7 +365,10 @@ impl ActiveRun {
                 speed_m_s = speed_m_s.min(way_m / stroke_s);
                 stroke_s
             }
-            _ => (way_m / speed_m_s).clamp(SHORTEST_STROKE_S, LONGEST_STROKE_S),
+            _ => {
+                speed_m_s = speed_m_s.min(way_m / SHORTEST_STROKE_S);
+                (way_m / speed_m_s).min(LONGEST_STROKE_S)
+            }
         };
         let lift_s = hand.lift_s * (hand.lift_spread * self.random.person()).exp();
         Stroke {
@@ -569,7 +596,7 @@ mod tests {
             (-0.03, None, "from 8.33 to 83.33 mm/s"),
             (f64::NAN, None, "from 8.33 to 83.33 mm/s"),
             (0.03, Some(0.1), "a stroke of 0.6 to 6 s"),
-            (0.03, Some(f64::NAN), "a stroke of 0.5 to 30 s"),
+            (0.03, Some(f64::NAN), "a stroke of 0.6 to 6 s"),
         ] {
             let text = asked(speed_m_s, stroke_s).unwrap_err().to_string();
             assert!(text.contains(says), "{text}");

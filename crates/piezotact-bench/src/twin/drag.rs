@@ -93,7 +93,7 @@ impl Dragged {
 
     /// The next moment, while the finger is dragged at `speed_m_s` under `force_n`.
     pub(crate) fn next(&mut self, speed_m_s: f64, force_n: f64) -> Moment {
-        let here = 1.0 + self.fluctuation.next();
+        let here = (1.0 + self.fluctuation.next()).max(0.0);
         if force_n <= 0.0 {
             self.land(speed_m_s);
             return Moment {

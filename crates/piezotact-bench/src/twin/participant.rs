@@ -35,7 +35,8 @@ pub struct Skin {
 pub struct Hand {
     /// The speed that comes of a speed asked for, a ratio.
     pub speed: f64,
-    /// The force that comes of a force asked for, a ratio.
+    /// The force that comes of a force asked for on a sample, a ratio; on the device and the shaker the person watches
+    /// the force on a screen.
     pub force: f64,
     /// The speed of free touch, m/s.
     pub free_speed_m_s: f64,

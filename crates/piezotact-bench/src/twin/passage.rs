@@ -13,8 +13,8 @@ use super::texture::Texture;
 use crate::random::Random;
 
 /// The acceleration of the nail of `participant` for `duration` while `sample` passes under the finger at
-/// `speed_m_s` with 0.2 N, as the steady part of a stroke would sound if it were as long; with its condition and
-/// provenance. A random profile: two participants or seeds never give the same.
+/// `speed_m_s`, above 0, with 0.2 N, for as long as no stroke lasts, without what the person's own finger adds to it on a
+/// bench; with its condition and provenance. A random profile: two participants or seeds never give the same.
 ///
 /// # Errors
 /// [`SeriesError::Empty`] when the duration holds no sample.

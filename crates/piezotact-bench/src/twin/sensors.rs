@@ -43,8 +43,9 @@ impl Accelerometer {
         }
     }
 
-    /// The same sensor as it was calibrated once, drawn from `random`.
-    pub(crate) fn calibrated(mut self, mut random: Random) -> Self {
+    /// The same sensor as it was calibrated once: one for everybody and every bench under `seed`.
+    pub(crate) fn calibrated(mut self, seed: u64) -> Self {
+        let mut random = Random::stream(seed, 0, "accelerometer");
         self.sensitivity = 1.0 + self.parameters.sensitivity_spread * random.person();
         self
     }
@@ -103,17 +104,18 @@ enum Slow {
 }
 
 impl TriaxialCell {
-    /// A strain-gauge cell.
+    /// A strain-gauge cell: `body` draws what it is, `noise` what it adds in one run.
     pub(crate) fn strain_gauge(
         parameters: &ForceCellParameters,
         rate_hz: f64,
-        mut random: Random,
+        mut body: Random,
+        noise: Random,
     ) -> Self {
-        let mixing = mixing(parameters.crosstalk, &mut random);
-        let offset_n = [(); 3].map(|()| parameters.offset_n * random.person());
-        let step_n = [(); 3].map(|()| parameters.drift_n_s * random.person() / rate_hz);
+        let mixing = mixing(parameters.crosstalk, &mut body);
+        let offset_n = [(); 3].map(|()| parameters.offset_n * body.person());
+        let step_n = [(); 3].map(|()| parameters.drift_n_s * body.person() / rate_hz);
         Self {
-            random,
+            random: noise,
             mixing,
             noise_n: parameters.noise_n,
             range_n: parameters.range_n,
@@ -121,15 +123,16 @@ impl TriaxialCell {
         }
     }
 
-    /// Piezoelectric cells with a charge amplifier.
+    /// Piezoelectric cells with a charge amplifier; likewise.
     pub(crate) fn piezoelectric(
         parameters: &PiezoCellParameters,
         rate_hz: f64,
-        mut random: Random,
+        mut body: Random,
+        noise: Random,
     ) -> Self {
-        let mixing = mixing(parameters.crosstalk, &mut random);
+        let mixing = mixing(parameters.crosstalk, &mut body);
         Self {
-            random,
+            random: noise,
             mixing,
             noise_n: parameters.noise_n,
             range_n: parameters.range_n,
@@ -286,7 +289,7 @@ mod tests {
         // √(2² + 1²) mm/s² of white and slow noise; the slow half has some 250 independent values.
         assert!((rms(&quiet) - 2.24e-3).abs() < 0.15e-3, "{}", rms(&quiet));
         assert!(sensor.read(1e6) <= 490.0);
-        let mut off = sensor.calibrated(random("b"));
+        let mut off = sensor.calibrated(3);
         let level: Vec<f64> = (0..1_000).map(|_| off.read(10.0)).collect();
         assert!((mean(&level) / 10.0 - 1.0).abs() < 0.061);
     }
@@ -295,8 +298,12 @@ mod tests {
     #[test]
     fn cells_mix_drift_and_fade() {
         let parameters = TwinParameters::built_in();
-        let mut gauge =
-            TriaxialCell::strain_gauge(&parameters.force_cell, 5_000.0, Random::stream(1, 1, "g"));
+        let mut gauge = TriaxialCell::strain_gauge(
+            &parameters.force_cell,
+            5_000.0,
+            Random::stream(1, 1, "g"),
+            Random::stream(1, 1, "n"),
+        );
         let mut at = |force: [f64; 3]| -> [f64; 3] {
             let all: Vec<[f64; 3]> = (0..5_000).map(|_| gauge.read(force)).collect();
             [0, 1, 2].map(|axis| mean(&all.iter().map(|r| r[axis]).collect::<Vec<f64>>()))
@@ -315,6 +322,7 @@ mod tests {
             &parameters.piezo_cells,
             5_000.0,
             Random::stream(1, 1, "p"),
+            Random::stream(1, 1, "n"),
         );
         let held: Vec<f64> = (0..250_000)
             .map(|_| piezo.read([0.0, 0.0, 1.0])[2])

@@ -18,10 +18,12 @@ use crate::random::Random;
 
 /// The fastest that peaks of a comb are made for, Hz at the reference speed: nothing beyond is felt.
 const HIGHEST_TOOTH_HZ: f64 = 1_500.0;
+/// Nothing above this passes the acquisition, Hz.
+const HIGHEST_HZ: f64 = 2_200.0;
 /// Points of the way for the shortest wave of the profile.
 const POINTS_PER_WAVE: f64 = 8.0;
 /// Samples that the broad noise runs before it is heard.
-const WARM_UP: usize = 400;
+const WARM_UP: usize = 1_000;
 
 /// One finger on one sample.
 #[derive(Clone)]
@@ -91,8 +93,11 @@ impl Texture {
 
     /// What one passage over `length_m` of the surface at about `speed_m_s` sounds like; another one every time.
     pub(crate) fn passage(&mut self, length_m: f64, speed_m_s: f64, mut random: Random) -> Passage {
-        let profile = self.profile(length_m, &mut random);
-        let faster = (speed_m_s / self.model.reference_speed_m_s).powf(self.model.shift_exponent);
+        // What the acquisition's anti-alias filter would take away is not made.
+        let finest = HIGHEST_HZ / speed_m_s.max(f64::MIN_POSITIVE);
+        let profile = self.profile(length_m, finest, &mut random);
+        let faster =
+            (speed_m_s.max(1e-4) / self.model.reference_speed_m_s).powf(self.model.shift_exponent);
         let mut broad = Broad::new(
             self.model.rise_hz * faster,
             self.model.fall_hz * faster,
@@ -114,11 +119,14 @@ impl Texture {
         }
     }
 
-    /// A random profile of the peaks along the way, its variance their share of the power.
-    fn profile(&mut self, length_m: f64, random: &mut Random) -> Profile {
-        let shortest = self
-            .teeth
-            .iter()
+    /// A random profile of the peaks along the way below `finest` waves per metre, its variance their share of the
+    /// power.
+    fn profile(&mut self, length_m: f64, finest: f64, random: &mut Random) -> Profile {
+        let teeth = || {
+            let passes = |[waves, width, _]: &&[f64; 3]| waves + 3.0 * width < finest;
+            self.teeth.iter().filter(passes)
+        };
+        let shortest = teeth()
             .map(|[waves, width, _]| waves + 3.0 * width)
             .fold(0.0, f64::max);
         if shortest <= 0.0 {
@@ -141,7 +149,7 @@ impl Texture {
         };
         let line = 1.0 / (points as f64 * step_m);
         let mut bins = plan.make_input_vec();
-        for [waves, width, share] in &self.teeth {
+        for [waves, width, share] in teeth() {
             let reach = 4.0 * width.max(line);
             let from = (((waves - reach) / line).floor().max(1.0)) as usize;
             let to = ((((waves + reach) / line).ceil()) as usize).min(points / 2 - 1);
@@ -253,7 +261,7 @@ impl Broad {
             state: [0.0; 2],
         };
         // The mean of |H|² over the circle is the variance that white noise of variance 1 comes out with.
-        const LINES: usize = 512;
+        const LINES: usize = 4_096;
         let power: f64 = (0..LINES)
             .map(|i| {
                 broad

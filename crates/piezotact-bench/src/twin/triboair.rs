@@ -81,15 +81,27 @@ impl TriboAir {
 
     fn random(&self, run: &RunPlan, what: &str) -> Random {
         let (seed, person) = (self.participant.seed, self.participant.number);
-        let speed = (self.speed_m_s * 1e6).round();
-        let name = format!("triboair {} {speed} {} {what}", self.sample.name, run.label);
-        Random::stream(seed, person, &name)
+        Random::stream(seed, person, &format!("{} {what}", self.scene_name(run)))
+    }
+
+    /// What tells a run from others: the sample, the speed, the load, and the label.
+    fn scene_name(&self, run: &RunPlan) -> String {
+        let load_mn = run.load.map_or(0.0, |load| load.0 * 1e3);
+        let (sample, um_s) = (&self.sample.name, self.speed_m_s * 1e6);
+        format!(
+            "triboair {sample} {um_s:.0} um/s {load_mn:.0} mN {}",
+            run.label
+        )
+    }
+
+    /// What the force cell of the bench is, whoever touches.
+    fn cell_body(&self) -> Random {
+        Random::stream(self.participant.seed, 0, "force cell of triboair")
     }
 
     fn accelerometer(&self, random: Random) -> Accelerometer {
-        let (seed, person) = (self.participant.seed, self.participant.number);
         Accelerometer::new(&self.parameters.accelerometer, RATE_HZ, random)
-            .calibrated(Random::stream(seed, person, "accelerometer of triboair"))
+            .calibrated(self.participant.seed)
     }
 }
 
@@ -151,6 +163,7 @@ impl Touching for TriboAir {
         let mut cells = TriaxialCell::piezoelectric(
             &self.parameters.piezo_cells,
             RATE_HZ,
+            self.cell_body(),
             random("triboair cells at rest"),
         );
         let mut channels = empty(5, CALIBRATION);
@@ -169,7 +182,7 @@ impl Touching for TriboAir {
             &self.parameters,
             self.participant.number,
             self.participant.seed,
-            &format!("triboair {} {}", self.sample.name, run.label),
+            &self.scene_name(run),
         );
         let asked_n = run.load.map_or(0.0, |load| load.0);
         let scene = Scene {
@@ -196,6 +209,7 @@ impl Touching for TriboAir {
             cells: TriaxialCell::piezoelectric(
                 &self.parameters.piezo_cells,
                 RATE_HZ,
+                self.cell_body(),
                 self.random(run, "cells"),
             ),
             position_m: 0.0,

@@ -168,7 +168,8 @@ impl World {
                 &bench.parameters.accelerometer,
                 RATE_HZ,
                 bench.random(&format!("accelerometer {}", run.label)),
-            ),
+            )
+            .calibrated(bench.participant.seed),
             cell: ForceCell::new(
                 &bench.parameters.force_cell,
                 bench.random(&format!("force cell {}", run.label)),

@@ -246,7 +246,8 @@ impl Run {
                 &bench.twin.accelerometer,
                 RATE_HZ,
                 bench.random(&format!("accelerometer {}", run.label)),
-            ),
+            )
+            .calibrated(bench.participant.seed),
         }
     }
 

@@ -36,14 +36,15 @@ fn person(number: u64) -> Participant {
     Participant::of(number, 7, &TwinParameters::built_in())
 }
 
+/// The twin with an accelerometer that is exactly calibrated: what is estimated is compared with the truth.
+fn exact() -> TwinParameters {
+    let own = "[accelerometer]\nsensitivity_spread = { value = 0.0, origin = \"chosen\" }";
+    TwinParameters::changed_by(own).unwrap()
+}
+
 fn bench(participant: u64, mount: ShakerMount, seconds: f64) -> ShakerBench {
     let excitation = ShakerExcitation::thesis(Seconds(seconds), 11);
-    ShakerBench::new(
-        &TwinParameters::built_in(),
-        person(participant),
-        mount,
-        excitation,
-    )
+    ShakerBench::new(&exact(), person(participant), mount, excitation)
 }
 
 fn acquire(acquirer: &mut dyn Acquire, plan: &RunPlan) -> Vec<Vec<f64>> {
