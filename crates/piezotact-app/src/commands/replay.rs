@@ -30,12 +30,11 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         parameters,
         seed: args.seed,
     };
-    let (chapters, absent) = measured(&replay, args.chapter)?;
+    let chapters = measured(&replay, args.chapter)?;
     let page = Page {
         replay: &replay,
         twin: args.twin.as_deref(),
         chapters: &chapters,
-        absent: &absent,
     };
     let result = result_json(&page);
     write_text(&report, &render(&page)?)?;
@@ -44,25 +43,20 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         return print_json(&result);
     }
     print(&table(&chapters))?;
-    for number in &absent {
-        print(&format!("chapter {number}: not there yet"))?;
-    }
     print(&format!("report: {}", report.display()))?;
     print(&tally(all(&chapters)))
 }
 
-/// One chapter or all, and the numbers of those that cannot be measured yet.
-fn measured(replay: &Replay, asked: Option<u8>) -> Outcome<(Vec<Chapter>, Vec<u8>)> {
+/// One chapter or all.
+fn measured(replay: &Replay, asked: Option<u8>) -> Outcome<Vec<Chapter>> {
     let asked: Vec<u8> = asked.map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
-    let (mut chapters, mut absent) = (Vec::new(), Vec::new());
+    let mut chapters = Vec::new();
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
-        match replay.chapter(*number) {
-            Some(chapter) => chapters.push(chapter.with_context(|| format!("chapter {number}"))?),
-            None => absent.push(*number),
-        }
+        let chapter = replay.chapter(*number).transpose();
+        chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
     }
-    Ok((chapters, absent))
+    Ok(chapters)
 }
 
 fn all(chapters: &[Chapter]) -> impl Iterator<Item = &Finding> {
@@ -87,6 +81,7 @@ fn result_json(page: &Page<'_>) -> Value {
                 "number": chapter.number,
                 "title": chapter.title,
                 "measured": chapter.measured,
+                "doubts": chapter.doubts,
                 "missing": chapter.missing,
             })
         })
@@ -97,7 +92,6 @@ fn result_json(page: &Page<'_>) -> Value {
         "twin": page.twin.map(name),
         "changes": page.replay.parameters.changes(),
         "chapters": chapters,
-        "not_there_yet": page.absent,
         "findings": all(page.chapters).map(finding_json).collect::<Vec<_>>(),
     })
 }

@@ -1,16 +1,17 @@
 //! Chapter 4: rendering on the device, with everybody's own transfer function.
 
+use piezotact::Doubt;
 use piezotact::quantity::Decibels;
 use piezotact::spectrum::amplitude_spectrum;
 use piezotact::verify::Verification;
 
-use super::claims::{Finding, Holds};
+use super::claims::{Finding, Holds, least as least_of, most};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
 use super::measured::{run, take};
 use super::rendering::{
     characterised, compared, device, played, rendered, resting, sent_straight, target,
 };
-use super::{Chapter, Replay, ReplayError};
+use super::{Chapter, Replay, ReplayError, said_once};
 use crate::twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
 
 /// Who takes part (*thesis* 4.3.2 has ten; five are enough for a rendering).
@@ -29,6 +30,7 @@ struct Felt {
     /// Sent as it stands, and turned down.
     straight: [Verification; 2],
     level: Decibels,
+    doubts: Vec<Doubt>,
     figures: Vec<Figure>,
 }
 
@@ -57,7 +59,7 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             let acttouch = ActTouch::new(&replay.parameters, person, sample, protocol)?;
             let (taken, recording) = take(
                 acttouch.into_acquirer(),
-                &run("chapter 4", Some(0.2)),
+                &run(replay, "chapter 4", Some(0.2)),
                 1_024,
             )?;
             let target = target(&taken, &recording)?;
@@ -82,7 +84,15 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
                     figures.extend(processing(&target, &drive, &function));
                 }
             }
+            let doubts = [
+                &taken.doubts,
+                &drive.doubts,
+                &measured.doubts,
+                &verification.doubts,
+            ];
+            let doubts = doubts.into_iter().flatten().cloned().collect();
             felt.push(Felt {
+                doubts,
                 participant,
                 texture,
                 rendered: verification,
@@ -107,9 +117,13 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
         title: "Rendering textures on the device",
         measured: vec![
             format!("Participants 1 to {PARTICIPANTS} stroked M8 (periodic) and S8 (isotropic) at 30 mm/s and 0.2 N; one stroke of each was rendered with their own transfer function (20°, 0.2 N, {SECONDS} s of random drive) and played to the finger, put back anew."),
-            format!("Textures that did not fit a device were rendered softer, at most by {:.1} dB.", -softest),
+            format!(
+                "Textures that did not fit a device were rendered softer, at most by {:.1} dB.",
+                softest.abs()
+            ),
         ],
         findings,
+        doubts: said_once(felt.iter().flat_map(|f| f.doubts.iter().map(|d| (f.texture, d)))),
         figures: felt.into_iter().flat_map(|f| f.figures).collect(),
         missing: vec![
             "Figures 50–60: campaigns of discrimination, with the issue of campaigns.".into(),
@@ -119,20 +133,17 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
 }
 
 fn wrong_strategy(felt: &[Felt]) -> Finding {
-    let least = |texture: &str| {
+    let worst = |texture: &str| {
         let theirs = felt.iter().filter(|f| f.texture == texture);
         let errors = theirs.map(|f| f.straight[0].error_db_rms);
-        errors.fold(f64::MAX, f64::min)
+        least_of(errors)
     };
-    let [periodic, isotropic] = TEXTURES.map(least);
+    let [periodic, isotropic] = TEXTURES.map(worst);
     let matched: Vec<f64> = felt
         .iter()
         .map(|f| f.straight[1].error_db_rms_level_matched)
         .collect();
-    let (low, high) = (
-        matched.iter().copied().fold(f64::MAX, f64::min),
-        matched.iter().copied().fold(0.0, f64::max),
-    );
+    let (low, high) = (least_of(matched.iter().copied()), most(matched));
     Finding::of(
         20,
         Holds::all([
@@ -152,10 +163,7 @@ fn overlaps(felt: &[Felt]) -> Finding {
     let worst = felt
         .iter()
         .max_by(|a, b| a.rendered.error_db_rms.total_cmp(&b.rendered.error_db_rms));
-    let loosest = felt
-        .iter()
-        .map(|f| f.rendered.waveform_correlation)
-        .fold(1.0, f64::min);
+    let loosest = least_of(felt.iter().map(|f| f.rendered.waveform_correlation));
     let error = worst.map_or(f64::NAN, |f| f.rendered.error_db_rms);
     let who = worst.map_or(String::new(), |f| {
         format!("{} on P{:02}", f.texture, f.participant)

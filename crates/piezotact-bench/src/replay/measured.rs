@@ -1,5 +1,6 @@
 //! From a bench to what its strokes say, as anybody would do it: record, guess the roles, cut, analyse.
 
+use piezotact::Doubt;
 use piezotact::compare::{Periods, Summary, summarise};
 use piezotact::feature::{Analysis, FeatureConfig, analyse};
 use piezotact::filter::HighPass;
@@ -9,12 +10,9 @@ use piezotact::roles::Roles;
 use piezotact::spectrum::WelchConfig;
 use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
 
-use super::ReplayError;
+use super::{Replay, ReplayError};
 use crate::procedure::record;
 use crate::traits::{Acquire, RunPlan};
-
-/// The angle of the thesis' protocol, degrees.
-const ANGLE_DEG: f64 = 17.5;
 
 /// What a bench gave.
 #[derive(Clone, Debug)]
@@ -22,16 +20,19 @@ pub(super) struct Taken {
     pub(super) condition: Condition,
     pub(super) segmentation: Segmentation,
     pub(super) analysis: Analysis,
-    /// Contacts that stuck and slipped.
+    /// Contacts that stuck and slipped, and what became of them.
     pub(super) slipped: usize,
+    pub(super) judging: Judging,
+    /// What a person should know before relying on it.
+    pub(super) doubts: Vec<Doubt>,
 }
 
 /// A run at `load_n`, or at the person's own load.
-pub(super) fn run(label: &str, load_n: Option<f64>) -> RunPlan {
+pub(super) fn run(replay: &Replay, label: &str, load_n: Option<f64>) -> RunPlan {
     RunPlan {
         label: label.into(),
         load: load_n.map(Newtons),
-        angle: Degrees(ANGLE_DEG),
+        angle: Degrees(replay.parameters.hand.angle_deg),
     }
 }
 
@@ -62,7 +63,9 @@ pub(super) fn take(
         .filter(|rejected| matches!(rejected.reason, Reason::StickSlip { .. }))
         .count();
     // Where it only sticks and slips, the contacts are analysed all the same.
+    let mut judging = Judging::Sliding;
     if segmentation.strokes.len() < 2 {
+        judging = Judging::ContactOnly;
         segmentation = cut(Judging::ContactOnly)?;
     }
     let feature = |error| ReplayError::Feature {
@@ -81,11 +84,16 @@ pub(super) fn take(
         ..usual
     };
     let analysis = analyse(&recording, &segmentation, &config).map_err(feature)?;
+    let mut doubts = recording.doubts.clone();
+    doubts.extend(segmentation.doubts.iter().chain(&analysis.doubts).cloned());
+    doubts.extend(segmentation.rejection_doubt());
     let taken = Taken {
         condition: recording.condition.clone(),
         segmentation,
         analysis,
         slipped,
+        judging,
+        doubts,
     };
     Ok((taken, recording))
 }

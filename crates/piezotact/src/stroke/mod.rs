@@ -357,15 +357,17 @@ impl ForceZeros {
 }
 
 impl Segmentation {
-    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was. A surface that
-    /// moves while nothing touches it, as on its way back, is no stroke that failed.
+    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was. A surface
+    /// that moves untouched as often as it was stroked, or less, is on its way back: no stroke that failed.
     #[must_use]
     pub fn rejection_doubt(&self) -> Option<Doubt> {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
+        let untouched = |r: &&Rejected| r.reason == Reason::NoContact;
+        let ways_back = self.rejected.iter().filter(untouched).count() <= self.strokes.len();
         let failed = self
             .rejected
             .iter()
-            .filter(|r| r.reason != Reason::NoContact);
+            .filter(|r| !(ways_back && untouched(r)));
         for rejected in failed.clone() {
             let name = rejected.reason.name();
             match reasons.iter_mut().find(|(other, _)| *other == name) {

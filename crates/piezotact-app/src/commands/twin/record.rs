@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
 use piezotact::series::peak;
-use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce, record};
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce};
 use piezotact_bench::twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinParameters,
@@ -205,26 +205,32 @@ fn journal(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(Ru
 
 /// Records the nail's acceleration as sound, as loud as fits.
 fn sound(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
-    let start = announce(acquirer, run);
-    let recording = record(acquirer, run).map_err(bench_failure)?;
-    let vibration = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
-    let loudest = peak(vibration.samples()).max(f64::MIN_POSITIVE);
-    let scaled: Vec<f64> = vibration.samples().iter().map(|v| v / loudest).collect();
+    let channels = acquirer.describe().channels;
+    let nail = channels
+        .iter()
+        .position(|(name, _)| name == ACCELERATION_CHANNEL);
+    let nail = nail.unwrap_or_default();
+    let mut vibration: Vec<f64> = Vec::new();
+    let start = acquire(acquirer, run, &mut |chunk: &Chunk| {
+        vibration.extend(&chunk.channels[nail]);
+        Ok(())
+    })
+    .map_err(bench_failure)?;
+    let loudest = peak(&vibration).max(f64::MIN_POSITIVE);
+    for sample in &mut vibration {
+        *sample /= loudest;
+    }
     let sidecar = Sidecar {
         full_scale: Some(Measure {
             value: loudest,
             unit: Acceleration::UNIT,
         }),
         channels: vec![ACCELERATION_CHANNEL.into()],
-        condition: recording.condition.clone(),
-        provenance: recording.provenance.clone(),
+        condition: start.condition.clone(),
+        provenance: start.provenance.clone(),
         rendering: None,
     };
-    let rate_hz = recording.rate().hz().round() as u32;
-    write_wav_with_sidecar(out, &[&scaled], rate_hz, SampleFormat::Float32, &sidecar)?;
-    let start = RunStart {
-        provenance: recording.provenance.clone(),
-        ..start
-    };
-    Ok((start, recording.len()))
+    let rate_hz = start.rate.hz().round() as u32;
+    write_wav_with_sidecar(out, &[&vibration], rate_hz, SampleFormat::Float32, &sidecar)?;
+    Ok((start, vibration.len()))
 }

@@ -16,8 +16,6 @@ pub(crate) struct Page<'a> {
     /// The laboratory's own parameter file.
     pub(crate) twin: Option<&'a Path>,
     pub(crate) chapters: &'a [Chapter],
-    /// Chapters that were asked for and cannot be measured yet.
-    pub(crate) absent: &'a [u8],
 }
 
 /// A verdict in words.
@@ -75,10 +73,10 @@ impl Standing<'_> {
 impl<'a> Page<'a> {
     fn standing(&self, claim: &Claim) -> Standing<'a> {
         let mut findings = self.chapters.iter().flat_map(|chapter| &chapter.findings);
-        let all_asked = self.chapters.len() + self.absent.len() == Replay::CHAPTERS.len();
+        let all_asked = self.chapters.len() == Replay::CHAPTERS.len();
         match findings.find(|finding| finding.claim == claim.number) {
             Some(finding) => Standing::Found(finding),
-            None if all_asked || self.absent.contains(&claim.chapter) => Standing::NotYet,
+            None if all_asked => Standing::NotYet,
             None => Standing::NotAsked,
         }
     }
@@ -201,6 +199,10 @@ fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
                     }
                 }
             }
+            @if !chapter.doubts.is_empty() {
+                h3 { "Doubts" }
+                ul.doubts { @for doubt in &chapter.doubts { li { (doubt) } } }
+            }
             @if !chapter.missing.is_empty() {
                 h3 { "Not there yet" }
                 ul { @for missing in &chapter.missing { li { (missing) } } }
@@ -238,12 +240,10 @@ fn without_finding(page: &Page<'_>) -> Markup {
         .iter()
         .filter(|(_, standing)| !matches!(standing, Standing::Found(_)))
         .collect();
-    let absent: Vec<String> = page.absent.iter().map(u8::to_string).collect();
     html! {
         @if !none.is_empty() {
             section {
                 h2 { "Claims that were not measured" }
-                @if !absent.is_empty() { p { "Not there yet: chapter" @if absent.len() > 1 { "s" } " " (absent.join(", ")) "." } }
                 table.claim-table {
                     (claim_heading())
                     @for (claim, standing) in none { (claim_row(claim, *standing)) }
@@ -339,13 +339,13 @@ mod tests {
                 finding(34, Verdict::Holds),
             ],
             figures: vec![figure("47a"), figure("47b"), figure("48")],
+            doubts: vec!["S8: too few strokes".into()],
             missing: vec!["figure 51".into()],
         };
         let page = Page {
             replay: &replay,
             twin: None,
             chapters: &[chapter],
-            absent: &[6],
         };
         let html = render(&page).ok().unwrap();
         for claim in CLAIMS {
@@ -360,16 +360,19 @@ mod tests {
             "4 claims: holds 2, does not hold 1, not yet 1.",
             "too loud",
             "comes with people",
-            "Not there yet: chapter 6.",
+            "<li>S8: too few strokes</li>",
             "<li>figure 51</li>",
             "Counterpart of figure 47b",
             "Seed 7, built-in parameters.",
         ] {
             assert!(html.contains(part), "{part}");
         }
-        // Chapter 6 was asked for, chapter 5 was not.
+        // Neither was asked for.
         let standing = |number: u8| page.standing(&CLAIMS[usize::from(number) - 1]).word();
-        assert_eq!([standing(33), standing(1)], ["not yet", "not asked for"]);
+        assert_eq!(
+            [standing(33), standing(1)],
+            ["not asked for", "not asked for"]
+        );
         // 47a begins a row of two; 48 stands alone.
         assert_eq!(html.matches("<figure class=\"first\">").count(), 1);
     }

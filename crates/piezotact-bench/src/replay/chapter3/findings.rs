@@ -3,45 +3,56 @@
 use piezotact::compare::{Summary, active_against_passive, difference_db_rms, log_fit, spearman};
 use piezotact::feature::{StrokeFeatures, band_power};
 use piezotact::quantity::Band;
+use piezotact::stroke::Judging;
 
 use super::{ACTIVE_STROKES, COARSE, Touched, level, named, rough, shape};
-use crate::replay::claims::{Finding, Holds};
+use crate::replay::claims::{Finding, Holds, least, most};
 
-pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
-    let mut least = (1.0, "");
+/// The least share of power within `within` and the widest difference of two shapes, dB, each with whose it is.
+fn breadth(summaries: &[&Summary], within: Band) -> ((f64, String), (f64, String)) {
+    let mut narrowest = (f64::INFINITY, String::new());
     let mut widest = (0.0, String::new());
-    for (i, a) in samples.iter().enumerate() {
-        let s = &a.active_summary;
-        let (psd, step) = (&s.psd.mean, s.psd.resolution_hz);
+    for (i, a) in summaries.iter().enumerate() {
+        let (psd, step) = (&a.psd.mean, a.psd.resolution_hz);
         let share = band_power(psd, step, within) / (psd.iter().sum::<f64>() * step);
-        if share < least.0 {
-            least = (share, &a.name);
+        if share < narrowest.0 || share.is_nan() {
+            narrowest = (share, a.name.clone());
         }
-        for b in &samples[..i] {
-            let other = &b.active_summary;
-            let (x, y) = (shape(s, within), shape(other, within));
+        for b in &summaries[..i] {
+            let (x, y) = (shape(a, within), shape(b, within));
             let apart = difference_db_rms(&x, &y, step, within).unwrap_or(f64::INFINITY);
             if apart > widest.0 {
                 widest = (apart, format!("{} and {}", b.name, a.name));
             }
         }
     }
+    (narrowest, widest)
+}
+
+pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
+    let active: Vec<&Summary> = samples.iter().map(|s| &s.active_summary).collect();
+    let passive: Vec<&Summary> = samples.iter().map(|s| &s.passive[2]).collect();
+    let both = [breadth(&active, within), breadth(&passive, within)];
+    let share = least(both.iter().map(|(narrowest, _)| narrowest.0));
+    let apart = most(both.iter().map(|(_, widest)| widest.0));
+    let told = ["active", "passive"].iter().zip(&both).map(
+        |(touch, ((share, narrow), (apart, pair)))| {
+            format!(
+                "{touch}: at least {:.1} % of the power within 10–600 Hz ({narrow}), shapes at most {apart:.2} dB rms apart ({pair})",
+                share * 100.0
+            )
+        },
+    );
     Finding::of(
         10,
         Holds::all([
             (
-                least.0 >= 0.9,
+                share >= 0.9,
                 "less than 90 % of the power lies within 10–600 Hz",
             ),
-            (widest.0 <= 3.0, "two shapes differ by more than 3 dB rms"),
+            (apart <= 3.0, "two shapes differ by more than 3 dB rms"),
         ]),
-        format!(
-            "at least {:.1} % of the power within 10–600 Hz ({}); shapes at most {:.2} dB rms apart ({})",
-            least.0 * 100.0,
-            least.1,
-            widest.0,
-            widest.1
-        ),
+        told.collect::<Vec<String>>().join("; "),
     )
 }
 
@@ -52,7 +63,7 @@ pub(super) fn level_falls(samples: &[Touched]) -> Finding {
     let rising: Vec<String> = (0..8)
         .filter(|i| {
             let allowed = if close(*i) { 1.08 } else { 1.0 };
-            levels[i + 1] >= allowed * levels[*i]
+            levels[i + 1].is_nan() || levels[i + 1] >= allowed * levels[*i]
         })
         .map(|i| format!("S{} < S{}", i + 1, i + 2))
         .collect();
@@ -99,18 +110,15 @@ pub(super) fn same_roughness(samples: &[Touched]) -> Finding {
 
 pub(super) fn hard_samples(samples: &[Touched]) -> Finding {
     let rough = rough(samples);
-    let most = rough[9..].iter().map(|s| s.level()).fold(0.0, f64::max);
-    let least = rough[..8]
-        .iter()
-        .map(|s| s.level())
-        .fold(f64::MAX, f64::min);
+    let loudest = most(rough[9..].iter().map(|s| s.level()));
+    let softest = least(rough[..8].iter().map(|s| s.level()));
     Finding::of(
         14,
         Holds::all([
-            (most < 0.7, "one of S10–S13 is louder"),
-            (least > 0.7, "one of S1–S8 is softer"),
+            (loudest < 0.7, "one of S10–S13 is louder"),
+            (softest > 0.7, "one of S1–S8 is softer"),
         ]),
-        format!("S10–S13 at most {most:.3} m/s², S1–S8 at least {least:.3} m/s²"),
+        format!("S10–S13 at most {loudest:.3} m/s², S1–S8 at least {softest:.3} m/s²"),
     )
 }
 
@@ -147,7 +155,7 @@ pub(super) fn friction(samples: &[Touched]) -> Finding {
 }
 
 pub(super) fn speed(samples: &[Touched]) -> Finding {
-    let mut slopes = (f64::MAX, f64::MIN);
+    let mut slopes = Vec::new();
     let mut falls = Vec::new();
     for sample in samples {
         let of =
@@ -156,18 +164,17 @@ pub(super) fn speed(samples: &[Touched]) -> Finding {
             of(|s| s.speed_m_s.map_or(f64::NAN, |speed| speed.mean)),
             of(|s| s.rms.mean),
         );
-        if rms.windows(2).any(|pair| pair[1] <= pair[0]) {
+        if !rms.windows(2).all(|pair| pair[1] > pair[0]) {
             falls.push(sample.name.as_str());
         }
         let slope = log_fit(&v, &rms).map_or(f64::NAN, |fit| fit.slope);
-        slopes = (slopes.0.min(slope), slopes.1.max(slope));
+        slopes.push(slope);
     }
     let at =
         |speed: usize| -> Vec<f64> { samples.iter().map(|s| s.passive[speed].rms.mean).collect() };
-    let order = [(0, 1), (1, 2), (0, 2)]
-        .iter()
-        .map(|(a, b)| spearman(&at(*a), &at(*b)).unwrap_or(f64::NAN))
-        .fold(1.0, f64::min);
+    let pairs = [(0, 1), (1, 2), (0, 2)];
+    let order = least(pairs.map(|(a, b)| spearman(&at(a), &at(b)).unwrap_or(f64::NAN)));
+    let slopes = (least(slopes.iter().copied()), most(slopes));
     Finding::of(
         16,
         Holds::all([
@@ -211,10 +218,7 @@ pub(super) fn fingerprint(samples: &[Touched]) -> Finding {
 }
 
 pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
-    let shown: Vec<&Touched> = samples
-        .iter()
-        .filter(|s| s.name != "S1" && s.name != "NO")
-        .collect();
+    let shown: Vec<&Touched> = samples.iter().filter(|s| s.name != "NO").collect();
     let active: Vec<&Summary> = shown.iter().map(|s| &s.active_summary).collect();
     let passive: Vec<&Summary> = shown.iter().map(|s| &s.passive[2]).collect();
     let both = active_against_passive(&active, &passive, within);
@@ -268,7 +272,7 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
         Holds::all([
             (
                 near == of,
-                "the highest line of one stroke over a broad spectrum is a matter of chance: a second and a half holds nine segments, whose lines scatter by a third; the centroid repeats",
+                "the highest line of one stroke over a broad spectrum is likely a matter of chance: it holds some nine segments, whose lines scatter by a third; the centroid repeats",
             ),
             (variation <= 0.2, "the level varies by more than 20 %"),
         ]),
@@ -281,21 +285,33 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     )
 }
 
-/// How often active touch stuck and slipped, in a sentence.
+/// How often active touch stuck and slipped, and what became of it, in sentences.
 pub(super) fn stick_slip(samples: &[Touched]) -> String {
-    let told: Vec<String> = samples
-        .iter()
-        .filter_map(|sample| {
-            let count = sample.active.slipped;
-            (count > 0).then(|| format!("{count} of {ACTIVE_STROKES} on {}", sample.name))
-        })
-        .collect();
-    if told.is_empty() {
-        "No active stroke stuck and slipped.".into()
-    } else {
-        format!(
-            "Active strokes that stuck and slipped were left out: {}.",
-            told.join(", ")
-        )
+    let of = |judging: Judging| -> Vec<String> {
+        let theirs = samples.iter().filter(|s| s.active.judging == judging);
+        theirs
+            .filter(|s| s.active.slipped > 0)
+            .map(|s| format!("{} of {ACTIVE_STROKES} on {}", s.active.slipped, s.name))
+            .collect()
+    };
+    let mut told = Vec::new();
+    for (judging, became) in [
+        (Judging::Sliding, "were left out"),
+        (
+            Judging::ContactOnly,
+            "were analysed all the same, as nothing else was left",
+        ),
+    ] {
+        let listed = of(judging);
+        if !listed.is_empty() {
+            told.push(format!(
+                "Active strokes that stuck and slipped {became}: {}.",
+                listed.join(", ")
+            ));
+        }
     }
+    if told.is_empty() {
+        told.push("No active stroke stuck and slipped.".into());
+    }
+    told.join(" ")
 }

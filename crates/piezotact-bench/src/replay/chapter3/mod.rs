@@ -8,6 +8,7 @@ use findings::{
     active_as_passive, broad_and_similar, close_levels, fingerprint, friction, hard_samples,
     level_falls, repeatable, same_roughness, speed, stick_slip,
 };
+use piezotact::Doubt;
 use piezotact::compare::{Periods, Summary};
 use piezotact::feature::band_power;
 use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
@@ -15,7 +16,7 @@ use piezotact::recording::Recording;
 use piezotact::series::Series;
 
 use super::measured::{Taken, run, take};
-use super::{Chapter, Replay, ReplayError};
+use super::{Chapter, Replay, ReplayError, said_once};
 use crate::traits::BenchError;
 use crate::twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, Relief, TriboAir};
 
@@ -37,6 +38,7 @@ struct Touched {
     ra_m: f64,
     /// At the three speeds.
     passive: Vec<Summary>,
+    doubts: Vec<Doubt>,
     active: Taken,
     active_summary: Summary,
     /// The recording of active touch, and of passive touch at each speed, where a figure shows them.
@@ -81,6 +83,11 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         ],
         findings,
         figures: figures(&samples)?,
+        doubts: said_once(
+            samples
+                .iter()
+                .flat_map(|s| s.doubts.iter().map(|d| (s.name.as_str(), d))),
+        ),
         missing: Vec::new(),
     })
 }
@@ -96,17 +103,18 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
         ridge_m: Some(parameters.person.reference_ridge_m),
         texture_m: None,
     };
-    let run = run("chapter 3", Some(0.2));
+    let run = run(replay, "chapter 3", Some(0.2));
     let names = (1..=13).map(|i| format!("S{i}")).chain(["NO".to_owned()]);
     names
         .map(|name| {
             let sample = parameters.sample(&name)?;
-            let (mut passive, mut vibrations) = (Vec::new(), Vec::new());
+            let (mut passive, mut vibrations, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
             for (speed_m_s, segment) in SPEEDS_M_S.into_iter().zip(SEGMENTS) {
                 let bench =
                     TriboAir::new(parameters, person(), sample, PASSIVE_STROKES, speed_m_s)?;
                 let (taken, recording) = take(bench.into_acquirer(), &run, segment)?;
                 passive.push(taken.summary(&name, periods)?);
+                doubts.extend(taken.doubts.iter().cloned());
                 if name == "S1" {
                     vibrations.push(strokes_joined(&taken, &recording)?);
                 }
@@ -121,7 +129,9 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
             };
             let bench = ActTouch::new(parameters, person(), sample, protocol)?;
             let (active, recording) = take(bench.into_acquirer(), &run, SEGMENT)?;
+            doubts.extend(active.doubts.iter().cloned());
             Ok(Touched {
+                doubts,
                 ra_m: match sample.relief {
                     Relief::Isotropic { ra_m, .. } => ra_m,
                     Relief::Dots { .. } | Relief::Ridges { .. } => 0.0,
