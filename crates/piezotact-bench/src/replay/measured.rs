@@ -68,8 +68,29 @@ pub(super) fn take(
         judging = Judging::ContactOnly;
         segmentation = cut(Judging::ContactOnly)?;
     }
+    let analysis = analysed(&recording, &segmentation, segment_samples)?;
+    let mut doubts = recording.doubts.clone();
+    doubts.extend(segmentation.doubts.iter().chain(&analysis.doubts).cloned());
+    doubts.extend(segmentation.rejection_doubt());
+    let taken = Taken {
+        condition: recording.condition.clone(),
+        segmentation,
+        analysis,
+        slipped,
+        judging,
+        doubts,
+    };
+    Ok((taken, recording))
+}
+
+/// The features of strokes, with PSDs of segments of `segment_samples`.
+pub(super) fn analysed(
+    recording: &Recording,
+    segmentation: &Segmentation,
+    segment_samples: usize,
+) -> Result<Analysis, ReplayError> {
     let feature = |error| ReplayError::Feature {
-        what: what.clone(),
+        what: recording.condition.to_string(),
         error,
     };
     let longest: Vec<usize> = segmentation
@@ -83,19 +104,7 @@ pub(super) fn take(
         welch: WelchConfig::hann(segment_samples),
         ..usual
     };
-    let analysis = analyse(&recording, &segmentation, &config).map_err(feature)?;
-    let mut doubts = recording.doubts.clone();
-    doubts.extend(segmentation.doubts.iter().chain(&analysis.doubts).cloned());
-    doubts.extend(segmentation.rejection_doubt());
-    let taken = Taken {
-        condition: recording.condition.clone(),
-        segmentation,
-        analysis,
-        slipped,
-        judging,
-        doubts,
-    };
-    Ok((taken, recording))
+    analyse(recording, segmentation, &config).map_err(feature)
 }
 
 impl Taken {
