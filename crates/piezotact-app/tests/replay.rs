@@ -92,10 +92,7 @@ fn what_cannot_be_is_refused() {
     let with = |file| ["replay", "--chapter", "3", "--out", "out", "--twin", file];
     folder.run(&with("missing.toml")).expect_failure(
         1,
-        &[
-            "cannot read the parameter file missing.toml",
-            "No such file",
-        ],
+        &["missing.toml: expected a parameter file", "No such file"],
     );
     folder.write("text.toml", "a texture");
     folder
