@@ -82,7 +82,7 @@ fn said_once<'a>(doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>) 
         let text = doubt.to_string();
         let kind: String = text
             .chars()
-            .filter(|c| !c.is_ascii_digit() && *c != '.')
+            .filter(|c| !c.is_ascii_digit() && !"-−.".contains(*c))
             .collect();
         match said.iter_mut().find(|(other, ..)| *other == kind) {
             Some((.., count)) => *count += 1,
