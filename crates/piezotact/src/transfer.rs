@@ -3,6 +3,12 @@
 //! The cross-spectrum is Sxy = E[conj(X)·Y], so that Y = H·X gives Sxy/Sxx = H. Its conjugate has the same
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
+mod bundle;
+
+pub use bundle::{
+    Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
+};
+
 use std::marker::PhantomData;
 
 use num_complex::Complex;

@@ -135,6 +135,9 @@ pub enum ReplayError {
     /// A measurement cannot be compared.
     #[error("{0}")]
     Verify(#[from] piezotact::verify::VerifyError),
+    /// Transfer functions make no bundle.
+    #[error("{0}")]
+    Bundle(#[from] piezotact::transfer::BundleError),
     /// A number that cannot be.
     #[error("{0}")]
     Quantity(#[from] QuantityError),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use groups::{Discrimination, Groups, Texture, indistinguishable};
-pub use paired::{PairedDifference, paired_difference};
+pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub use period::{Sliding, SpatialPeriod, SpeedPeak, spatial_period};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use trends::{

@@ -1,7 +1,7 @@
 //! Two conditions of the same people.
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 use super::t_quantile;
 
@@ -58,9 +58,59 @@ pub fn paired_difference(a: &[f64], b: &[f64]) -> Option<PairedDifference> {
     })
 }
 
+/// The 95 % confidence interval of the mean of `values`, in their unit; `None` for fewer than two.
+///
+/// Formula: mean ± t·s/√n with n − 1 degrees of freedom.
+///
+/// Source: Student (1908), Biometrika 6(1).
+#[must_use]
+pub fn mean_interval(values: &[f64]) -> Option<[f64; 2]> {
+    let n = values.len() as f64;
+    let t = t_quantile(values.len().checked_sub(1)?)?;
+    let mean = crate::series::mean(values);
+    let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    let reach = t * (squares / (n - 1.0) / n).sqrt();
+    Some([mean - reach, mean + reach])
+}
+
+/// The two-sided probability that, of pairs which rise or fall with equal chance, as many or more of one kind are found as
+/// among `differences`; those of zero do not count. `None` without a difference.
+///
+/// Formula: min(1, 2·P(X ≥ max(rising, falling))) with X binomial of one half.
+///
+/// Source: J. Arbuthnot (1710), Phil. Trans. 27; as SciPy's `binomtest(k, n, 0.5)`.
+///
+/// ```
+/// use piezotact::compare::sign_test;
+/// // 2·(1 + 8)/2^8
+/// let p = sign_test(&[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0]).unwrap();
+/// assert!((p - 0.0703125).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn sign_test(differences: &[f64]) -> Option<f64> {
+    let rising = differences.iter().filter(|d| **d > 0.0).count() as u64;
+    let falling = differences.iter().filter(|d| **d < 0.0).count() as u64;
+    let pairs = rising + falling;
+    let most = rising.max(falling);
+    let binomial = Binomial::new(0.5, pairs).ok().filter(|_| pairs > 0)?;
+    // P(X ≥ most) = P(X > most − 1).
+    let tail = most.checked_sub(1).map_or(1.0, |below| binomial.sf(below));
+    Some((2.0 * tail).min(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn signs_that_are_even_say_nothing() {
+        assert_eq!(sign_test(&[1.0, -1.0]), Some(1.0));
+        assert_eq!(sign_test(&[0.0]), None);
+        // SciPy 1.17.1: binomtest(15, 20).pvalue
+        let mut differences = vec![1.0; 15];
+        differences.extend([-1.0; 5]);
+        assert!((sign_test(&differences).unwrap() - 0.041_389_465_332_031_25).abs() < 1e-12);
+    }
 
     #[test]
     fn what_cannot_be_tested_is_not() {

@@ -281,8 +281,23 @@ pub(crate) struct BothWays<'a> {
     pub(crate) passive: Vec<Cell<'a>>,
 }
 
-/// The analysed recordings by sample, those of active and those of passive touch apart; nothing where a recording
-/// names no sample.
+/// Speeds that differ by no more than this share are compared.
+const SAME_SPEED: f64 = 0.1;
+
+/// Whether two recordings differ in nothing that they state but the kind of touch.
+fn counterparts(a: &Take, b: &Take) -> bool {
+    let (a, b) = (a.condition(), b.condition());
+    let people =
+        a.participant.is_none() || b.participant.is_none() || a.participant == b.participant;
+    let speeds = match (a.speed_m_s, b.speed_m_s) {
+        (Some(a), Some(b)) => (a / b - 1.0).abs() <= SAME_SPEED,
+        _ => true,
+    };
+    a.sample == b.sample && people && speeds
+}
+
+/// The analysed recordings by sample, those of active and those of passive touch apart, each with a counterpart of the
+/// other kind at its speed and by its participant; nothing where a recording names no sample.
 pub(crate) fn both_ways<'a>(takes: &'a [Take], sets: &[SampleSet]) -> Outcome<BothWays<'a>> {
     let of = |touch: Touch| -> Vec<&'a Take> {
         takes
@@ -291,9 +306,14 @@ pub(crate) fn both_ways<'a>(takes: &'a [Take], sets: &[SampleSet]) -> Outcome<Bo
             .filter(|take| take.condition().touch == Some(touch))
             .collect()
     };
+    let (active, passive) = (of(Touch::Active), of(Touch::Passive));
+    let with = |takes: &[&'a Take], others: &[&'a Take]| -> Vec<&'a Take> {
+        let has = |take: &&&'a Take| others.iter().any(|other| counterparts(take, other));
+        takes.iter().filter(has).copied().collect()
+    };
     Ok(BothWays {
-        active: of_takes(&of(Touch::Active), By::Sample, sets, None)?,
-        passive: of_takes(&of(Touch::Passive), By::Sample, sets, None)?,
+        active: of_takes(&with(&active, &passive), By::Sample, sets, None)?,
+        passive: of_takes(&with(&passive, &active), By::Sample, sets, None)?,
     })
 }
 

@@ -129,6 +129,7 @@ fn overview(page: &Page<'_>) -> Markup {
         section {
             h2 { "Claims" }
             p { "The thesis says of its measurements what can be put as " (CLAIMS.len()) " claims, each with a criterion in numbers. The measurements were made again on the twin and analysed as any recording is." }
+            p { "Levels, friction, and how they follow speed and force are put into the twin, within what the thesis says: claims on them test the analysis, not the physics. What is found belongs to one panel; where a claim has little margin another seed finds otherwise." }
             div.numbers {
                 (number(counted("holds"), "✓ holds"))
                 (number(counted("does-not"), "✗ does not hold"))

@@ -448,7 +448,9 @@ fn merge(
                         "say where the number comes from: origin = \"measured\"",
                     ));
                 }
-                changes.push(format!("{here} = {} ({origin})", stated["value"]));
+                if leaf.get("value") != stated.get("value") {
+                    changes.push(format!("{here} = {} ({origin})", stated["value"]));
+                }
                 for (part, part_value) in stated {
                     if part != "range" {
                         leaf.insert(part.clone(), part_value.clone());

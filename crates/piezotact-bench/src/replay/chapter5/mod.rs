@@ -1,5 +1,8 @@
 //! Chapter 5: transfer functions of the finger alone, on the shaker, and of the device with the finger.
 
+mod panels;
+
+use panels::Panels;
 use piezotact::quantity::{
     Acceleration, Band, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
 };
@@ -8,16 +11,17 @@ use piezotact::series::{mean, rms};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
-use super::claims::{Finding, Holds, least, most};
-use super::figure::{Axis, Figure, Line, Mark, Shown, frequency};
-use super::rendering::{characterised, device, resting};
-use super::{Chapter, Replay, ReplayError, said_once};
 use crate::BenchError;
 use crate::procedure::record;
+use crate::replay::claims::{Finding, Holds, least, most};
+use crate::replay::figure::{Axis, Figure, Line, Mark, Shown, frequency};
+use crate::replay::rendering::{characterised, device, resting};
+use crate::replay::{Chapter, Replay, ReplayError, said_once};
 use crate::traits::RunPlan;
 use crate::twin::{Participant, ShakerBench, ShakerExcitation, ShakerMount};
 
 const LOADS_N: [f64; 3] = [0.2, 0.4, 0.6];
+const ANGLES_DEG: [f64; 2] = [20.0, 40.0];
 /// On the shaker (*thesis* 5.1.1) and on the device (*thesis* 5.1.2).
 const ON_SHAKER: u64 = 5;
 const ON_DEVICE: u64 = 20;
@@ -25,7 +29,6 @@ const SHAKER_S: f64 = 60.0;
 const DEVICE_S: f64 = 30.0;
 /// Lines 2.4 Hz apart.
 const SEGMENT: usize = 2_048;
-const PANELS: &str = "Transfer functions with their uncertainty";
 const RENDERING: &str = "Rendering that knows its limits";
 
 type Inertance = TransferFunction<Force, Acceleration>;
@@ -35,7 +38,19 @@ type Device = TransferFunction<Drive, Acceleration>;
 struct Measured<H> {
     participant: u64,
     load_n: f64,
+    angle_deg: f64,
     function: H,
+}
+
+/// Whether two numbers of a protocol are one.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-9
+}
+
+impl<H> Measured<H> {
+    fn is_at(&self, angle_deg: f64, load_n: f64) -> bool {
+        same(self.angle_deg, angle_deg) && same(self.load_n, load_n)
+    }
 }
 
 pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
@@ -43,16 +58,19 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let fingers = fingers(replay)?;
     let devices = devices(replay)?;
     let repeats = repeats(replay)?;
+    let panels = Panels::of(&fingers, &devices)?;
+    let mut figures = figures(&control, &fingers, &devices, &repeats);
+    figures.extend(panels.figures());
     let findings = vec![
-        Finding::not_yet(1, PANELS),
-        Finding::not_yet(2, PANELS),
+        panels.all_together(),
+        panels.narrower_with_load(),
         louder_with_load(&fingers, &devices),
-        Finding::not_yet(4, PANELS),
+        panels::angle(&devices),
         antiresonance(&control, &fingers),
         repeatable(&repeats),
         coherent(&repeats),
-        Finding::not_yet(8, PANELS),
-        Finding::not_yet(9, PANELS),
+        panels.widest_condition(),
+        panels.average_inside(),
         Finding::not_yet(22, RENDERING),
         Finding::not_yet(26, "the issue of campaigns"),
     ];
@@ -61,7 +79,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         title: "Transfer functions of finger and device",
         measured: vec![
             format!("On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20° for {SHAKER_S} s of random drive to 1 kHz each; the control measurement had the accelerometer on the plate."),
-            format!("On the device participants 1 to {ON_DEVICE} did so with 0.2 and 0.6 N for {DEVICE_S} s each, and participant 1 six times at 0.2 N, taking the finger off in between."),
+            format!("On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each, and participant 1 six times at 20° and 0.2 N, taking the finger off in between."),
         ],
         findings,
         doubts: said_once(
@@ -69,9 +87,8 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
                 .chain(devices.iter().flat_map(|m| &m.function.doubts).map(|d| ("device", d)))
                 .chain(repeats.iter().flat_map(|r| &r.doubts).map(|d| ("repeats", d))),
         ),
-        figures: figures(&control, &fingers, &devices, &repeats),
+        figures,
         missing: vec![
-            "Figures 68, 69, 70b and 73, 75–77 (bundles, averages, two angles), with Transfer functions with their uncertainty.".into(),
             "Figure 79 (the averaged transfer function), with Rendering that knows its limits; figure 80, with the issue of campaigns.".into(),
         ],
     })
@@ -120,6 +137,7 @@ fn fingers(replay: &Replay) -> Result<Vec<Measured<Inertance>>, ReplayError> {
             all.push(Measured {
                 participant,
                 load_n,
+                angle_deg: ANGLES_DEG[0],
                 function,
             });
         }
@@ -131,12 +149,13 @@ fn devices(replay: &Replay) -> Result<Vec<Measured<Device>>, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=ON_DEVICE {
         let mut bench = device(replay, participant);
-        for load_n in [0.2, 0.6] {
-            let run = resting(&format!("panel {load_n}"), load_n, 20.0);
+        for (angle_deg, load_n) in ANGLES_DEG.into_iter().flat_map(|a| LOADS_N.map(|l| (a, l))) {
+            let run = resting(&format!("panel {angle_deg} {load_n}"), load_n, angle_deg);
             let function = characterised(&mut bench, run, DEVICE_S, replay.seed)?;
             all.push(Measured {
                 participant,
                 load_n,
+                angle_deg,
                 function,
             });
         }
@@ -175,7 +194,7 @@ fn steps<I: Quantity>(panel: &[Measured<TransferFunction<I, Acceleration>>]) -> 
     let of = |participant: u64, load_n: f64| {
         let found = panel
             .iter()
-            .find(|m| m.participant == participant && m.load_n == load_n);
+            .find(|m| m.participant == participant && m.is_at(ANGLES_DEG[0], load_n));
         found.map(|m| levels(&m.function, 20.0, 1000.0))
     };
     let mut people: Vec<u64> = panel.iter().map(|m| m.participant).collect();
@@ -332,7 +351,7 @@ fn coherent(repeats: &[Device]) -> Finding {
 }
 
 /// Magnitudes in one frame.
-fn bundle(
+fn drawn(
     number: &'static str,
     caption: &str,
     unit: &str,
@@ -362,7 +381,7 @@ fn figures(
     const DEVICE: &str = "(m/s²)/full scale";
     let shown = |m: &Measured<Inertance>| levels(&m.function, 20.0, 1000.0);
     let at = |load_n: f64| -> Vec<(String, Vec<(f64, f64)>)> {
-        let chosen = fingers.iter().filter(|m| m.load_n == load_n);
+        let chosen = fingers.iter().filter(|m| same(m.load_n, load_n));
         chosen
             .map(|m| (format!("P{:02}", m.participant), shown(m)))
             .collect()
@@ -375,22 +394,22 @@ fn figures(
     };
     let all = fingers.iter().map(|m| (String::new(), shown(m))).collect();
     let mut figures = vec![
-        bundle(
+        drawn(
             "67a",
             "The finger alone, five participants at 0.2 N.",
             INERTANCE,
             at(0.2),
         ),
-        bundle("67b", "The same at 0.4 N.", INERTANCE, at(0.4)),
-        bundle("67c", "The same at 0.6 N.", INERTANCE, at(0.6)),
-        bundle("67d", "All participants at all loads.", INERTANCE, all),
-        bundle(
+        drawn("67b", "The same at 0.4 N.", INERTANCE, at(0.4)),
+        drawn("67c", "The same at 0.6 N.", INERTANCE, at(0.6)),
+        drawn("67d", "All participants at all loads.", INERTANCE, all),
+        drawn(
             "70a",
             "The finger of participant 1 at three loads.",
             INERTANCE,
             one(1),
         ),
-        bundle(
+        drawn(
             "71a",
             "The control measurement: the accelerometer on the plate.",
             "(m/s²)/V",
@@ -398,29 +417,43 @@ fn figures(
         ),
     ];
     let near = |m: &Measured<Inertance>| (String::new(), levels(&m.function, 200.0, 340.0));
-    figures.push(bundle(
+    figures.push(drawn(
         "71b",
         "All fingers around the antiresonance of the bench.",
         INERTANCE,
         fingers.iter().map(near).collect(),
     ));
     let of_device = |m: &Measured<Device>| levels(&m.function, 20.0, 1000.0);
-    let first = devices.iter().filter(|m| m.participant == 1);
-    figures.push(bundle(
+    let first = devices
+        .iter()
+        .filter(|m| m.participant == 1 && same(m.angle_deg, ANGLES_DEG[0]));
+    figures.push(drawn(
         "74a",
-        "The device with the finger of participant 1 at two loads, 20°.",
+        "The device with the finger of participant 1 at three loads, 20°.",
         DEVICE,
         first
             .map(|m| (format!("{} N", m.load_n), of_device(m)))
             .collect(),
     ));
-    let light = devices.iter().filter(|m| m.load_n == 0.2);
-    figures.push(bundle("76", "The device with the fingers of twenty participants at 20° and 0.2 N; the average comes later.", DEVICE, light.map(|m| (String::new(), of_device(m))).collect()));
+    let at = |angle_deg: f64, load_n: f64| {
+        let found = devices
+            .iter()
+            .find(|m| m.participant == 1 && m.is_at(angle_deg, load_n));
+        found.map(of_device).unwrap_or_default()
+    };
+    let steep = LOADS_N.map(|load_n| (format!("{load_n} N"), at(ANGLES_DEG[1], load_n)));
+    figures.push(drawn("74b", "The same at 40°.", DEVICE, steep.into()));
+    for (number, load_n) in [("75a", 0.2), ("75b", 0.4), ("75c", 0.6)] {
+        let both = ANGLES_DEG.map(|angle_deg| (format!("{angle_deg}°"), at(angle_deg, load_n)));
+        let caption =
+            format!("The device with the finger of participant 1 at two angles, {load_n} N.");
+        figures.push(drawn(number, &caption, DEVICE, both.into()));
+    }
     let repeated = repeats
         .iter()
         .enumerate()
         .map(|(i, r)| (format!("repeat {}", i + 1), levels(r, 20.0, 1000.0)));
-    figures.push(bundle(
+    figures.push(drawn(
         "78a",
         "Six measurements of one finger, taken off and put back.",
         DEVICE,

@@ -1,0 +1,391 @@
+//! Several transfer functions of one kind: how far they lie apart, their average, and what the average costs a new
+//! person.
+
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::{TransferError, TransferFunction};
+use crate::compare::mean_interval;
+use crate::quantity::{Band, Quantity};
+use crate::series::{mean, standard_deviation};
+
+/// How transfer functions lie apart over a band, line by line in dB re 1 unit of `O` per `I`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bundle {
+    /// How many they are.
+    pub count: usize,
+    /// The lines of the band, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// The lowest magnitude of every line, dB.
+    pub lowest_db: Vec<f64>,
+    /// The highest, dB.
+    pub highest_db: Vec<f64>,
+    /// The standard deviation of the magnitudes, dB.
+    pub spread_db: Vec<f64>,
+    /// The largest distance between highest and lowest, dB.
+    pub max_deviation_db: f64,
+    /// Where it is, Hz.
+    pub max_deviation_at_hz: f64,
+}
+
+/// How transfer functions are averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BundleAverage {
+    /// The mean of the complex values: it loses magnitude where phases differ.
+    Complex,
+    /// The mean of the logarithms of the magnitudes and of the phases: it does not.
+    LogMagnitude,
+}
+
+/// What rendering with an average of the others costs one person: the average against the person's own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Penalty {
+    /// The rms over the lines of the band of the difference of the magnitudes, dB.
+    pub db_rms: f64,
+    /// The largest difference, dB.
+    pub db_max: f64,
+}
+
+/// The penalties of everybody, left out in turn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeaveOneOut {
+    /// One for each transfer function, in their order.
+    pub penalties: Vec<Penalty>,
+    /// The mean of the rms penalties, dB.
+    pub mean_db_rms: f64,
+    /// Its 95 % confidence interval over people, dB; absent for fewer than two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_db_rms: Option<[f64; 2]>,
+}
+
+/// Why transfer functions make no bundle or average.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BundleError {
+    /// Too few.
+    #[error("expected at least {expected} transfer functions, found {found}; measure more")]
+    Few {
+        /// What is needed.
+        expected: usize,
+        /// What there is.
+        found: usize,
+    },
+    /// Lines that do not lie on each other.
+    #[error(
+        "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length"
+    )]
+    Lines {
+        /// The step of the first.
+        one_hz: f64,
+        /// The step of another.
+        other_hz: f64,
+    },
+    /// Devices that are not the same.
+    #[error(
+        "cannot average transfer functions: one was measured with {one}, another with {other}; average those apart"
+    )]
+    Device {
+        /// The first.
+        one: String,
+        /// Another.
+        other: String,
+    },
+    /// No line lies in the band.
+    #[error("expected lines within {band}, found none; widen the band")]
+    Empty {
+        /// The band.
+        band: Band,
+    },
+    /// The average is none.
+    #[error("{0}")]
+    Transfer(TransferError),
+}
+
+fn same_lines<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    least: usize,
+) -> Result<(), BundleError> {
+    let Some(first) = functions.first().filter(|_| functions.len() >= least) else {
+        return Err(BundleError::Few {
+            expected: least,
+            found: functions.len(),
+        });
+    };
+    let one_hz = first.resolution_hz;
+    let differs = |f: &&&TransferFunction<I, O>| {
+        (f.resolution_hz / one_hz - 1.0).abs() > 1e-9 || f.response.len() != first.response.len()
+    };
+    match functions.iter().find(differs) {
+        Some(other) => Err(BundleError::Lines {
+            one_hz,
+            other_hz: other.resolution_hz,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn level_db(h: Complex<f64>) -> f64 {
+    20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
+}
+
+/// How far `functions` lie apart within `band`: lowest, highest and spread of the magnitudes of every line, in dB.
+///
+/// Formula: max over lines of max − min over functions of `20·log10|H|`.
+///
+/// Source: L. Felicetti's thesis (2024), section 5.1: the maximum deviation of a bundle of curves.
+///
+/// # Errors
+/// [`BundleError::Few`] for fewer than two, [`BundleError::Lines`] when their lines differ, [`BundleError::Empty`]
+/// when none lies in the band.
+pub fn bundle<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    band: Band,
+) -> Result<Bundle, BundleError> {
+    same_lines(functions, 2)?;
+    let mut bundle = Bundle {
+        count: functions.len(),
+        frequencies_hz: Vec::new(),
+        lowest_db: Vec::new(),
+        highest_db: Vec::new(),
+        spread_db: Vec::new(),
+        max_deviation_db: 0.0,
+        max_deviation_at_hz: f64::NAN,
+    };
+    for (line, frequency_hz) in functions[0].lines_in(band) {
+        let levels: Vec<f64> = functions
+            .iter()
+            .map(|f| level_db(f.response[line]))
+            .collect();
+        let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if highest - lowest > bundle.max_deviation_db || bundle.frequencies_hz.is_empty() {
+            bundle.max_deviation_db = highest - lowest;
+            bundle.max_deviation_at_hz = frequency_hz;
+        }
+        bundle.frequencies_hz.push(frequency_hz);
+        bundle.lowest_db.push(lowest);
+        bundle.highest_db.push(highest);
+        // The sample's, n − 1 in the denominator.
+        let n = levels.len() as f64;
+        bundle
+            .spread_db
+            .push(standard_deviation(&levels) * (n / (n - 1.0)).sqrt());
+    }
+    if bundle.frequencies_hz.is_empty() {
+        return Err(BundleError::Empty { band });
+    }
+    Ok(bundle)
+}
+
+/// The average of `functions`, line by line, in units of `O` per `I`; coherence is their mean, averages their sum.
+///
+/// Formula: complex: (1/n)·ΣH. Log-magnitude: exp(mean ln|H|)·exp(i·φ) with φ the phase of ΣH plus the mean of the
+/// phases relative to it, each within ±π: phases need no unwrapping along the lines.
+///
+/// Source: L. Felicetti's thesis (2024), section 5.2, for the use; log-magnitude averaging as in J. S. Bendat and A. G.
+/// Piersol, *Random Data*, 4th ed., chapter 9, for multiplicative scatter.
+///
+/// # Errors
+/// [`BundleError::Few`] without functions, [`BundleError::Lines`] when their lines differ, [`BundleError::Device`] when
+/// they were measured through different gains or output levels.
+pub fn average<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    averaging: BundleAverage,
+) -> Result<TransferFunction<I, O>, BundleError> {
+    same_lines(functions, 1)?;
+    let first = functions[0];
+    if let Some(other) = functions.iter().find(|f| f.drive != first.drive) {
+        let told = |f: &TransferFunction<I, O>| match &f.drive {
+            Some(setup) => format!(
+                "gain {} and {:.3} V at full scale",
+                setup.gain, setup.volts_per_full_scale
+            ),
+            None => "a device that is not described".into(),
+        };
+        return Err(BundleError::Device {
+            one: told(first),
+            other: told(other),
+        });
+    }
+    let n = functions.len() as f64;
+    let line_of = |line: usize| functions.iter().map(move |f| f.response[line]);
+    let response = (0..first.response.len())
+        .map(|line| {
+            let sum: Complex<f64> = line_of(line).sum();
+            match averaging {
+                BundleAverage::Complex => sum / n,
+                BundleAverage::LogMagnitude => {
+                    let magnitude = line_of(line)
+                        .map(|h| h.norm().max(f64::MIN_POSITIVE).ln())
+                        .sum::<f64>()
+                        / n;
+                    let about = line_of(line).map(|h| (h * sum.conj()).arg()).sum::<f64>() / n;
+                    Complex::from_polar(magnitude.exp(), sum.arg() + about)
+                }
+            }
+        })
+        .collect();
+    let coherence = (0..first.coherence.len())
+        .map(|line| functions.iter().map(|f| f.coherence[line]).sum::<f64>() / n)
+        .collect();
+    let mut averaged = TransferFunction::from_lines(
+        response,
+        coherence,
+        first.resolution_hz,
+        first.rate,
+        first.estimator,
+        functions.iter().map(|f| f.averages).sum(),
+    )
+    .map_err(BundleError::Transfer)?;
+    let told = match averaging {
+        BundleAverage::Complex => "complex mean",
+        BundleAverage::LogMagnitude => "mean of log magnitudes and phases",
+    };
+    averaged.drive.clone_from(&first.drive);
+    averaged.condition = first.condition.clone();
+    averaged.condition.participant = None;
+    averaged.provenance = first
+        .provenance
+        .clone()
+        .then(format!("{told} of {} transfer functions", functions.len()));
+    Ok(averaged)
+}
+
+/// What the average of the others costs everybody, left out in turn, within `band`.
+///
+/// Formula: over lines, `20·log10|H of the others' average| − 20·log10|own H|`: rms and largest magnitude.
+///
+/// Source: leave-one-out, as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd
+/// ed., section 7.10.
+///
+/// # Errors
+/// Those of [`bundle`] and [`average`].
+pub fn leave_one_out<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    averaging: BundleAverage,
+    band: Band,
+) -> Result<LeaveOneOut, BundleError> {
+    same_lines(functions, 2)?;
+    let mut penalties = Vec::with_capacity(functions.len());
+    for (i, own) in functions.iter().enumerate() {
+        let others: Vec<&TransferFunction<I, O>> = functions
+            .iter()
+            .enumerate()
+            .filter(|(j, _)| *j != i)
+            .map(|(_, f)| *f)
+            .collect();
+        let averaged = average(&others, averaging)?;
+        let differences: Vec<f64> = own
+            .lines_in(band)
+            .map(|(line, _)| level_db(averaged.response[line]) - level_db(own.response[line]))
+            .collect();
+        if differences.is_empty() {
+            return Err(BundleError::Empty { band });
+        }
+        penalties.push(Penalty {
+            db_rms: crate::series::rms(&differences),
+            db_max: differences
+                .iter()
+                .fold(0.0, |most: f64, d| most.max(d.abs())),
+        });
+    }
+    let rms: Vec<f64> = penalties.iter().map(|p| p.db_rms).collect();
+    Ok(LeaveOneOut {
+        mean_db_rms: mean(&rms),
+        interval_db_rms: mean_interval(&rms),
+        penalties,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::{Acceleration, Force, Hertz, SampleRate};
+    use crate::transfer::Estimator;
+
+    type H = TransferFunction<Force, Acceleration>;
+
+    fn function(values: &[Complex<f64>]) -> H {
+        let rate = SampleRate::new(1_000.0).unwrap();
+        let coherence = vec![0.9; values.len()];
+        H::from_lines(values.to_vec(), coherence, 10.0, rate, Estimator::H1, 20).unwrap()
+    }
+
+    fn band() -> Band {
+        Band::new(Hertz(10.0), Hertz(40.0)).unwrap()
+    }
+
+    fn flat(levels_db: [f64; 5], phase: f64) -> H {
+        let line = |db: f64| Complex::from_polar(10f64.powf(db / 20.0), phase);
+        function(&levels_db.map(line))
+    }
+
+    #[test]
+    fn a_bundle_has_its_widest_line() {
+        let (a, b, c) = (
+            flat([99.0, 0.0, 1.0, 2.0, 0.0], 0.0),
+            flat([0.0, 3.0, 1.0, -4.0, 0.0], 0.3),
+            flat([0.0, 0.0, 1.0, 0.0, 0.0], -0.3),
+        );
+        let bundle = bundle(&[&a, &b, &c], band()).unwrap();
+        assert_eq!(bundle.frequencies_hz, [10.0, 20.0, 30.0, 40.0]);
+        assert!((bundle.max_deviation_db - 6.0).abs() < 1e-9);
+        assert!((bundle.max_deviation_at_hz - 30.0).abs() < 1e-9);
+        // Of 0, 3 and 0 dB.
+        assert!((bundle.spread_db[0] - 3f64.sqrt()).abs() < 1e-9);
+    }
+
+    /// Two curves of 0 dB, 90° apart: the complex mean has −3 dB, the mean of logarithms 0; both lie between in phase.
+    /// Beyond ±180° the phases do not jump.
+    #[test]
+    fn averages_differ_where_phases_do() {
+        for turn in [0.0, 3.0] {
+            let (a, b) = (
+                flat([0.0; 5], turn - std::f64::consts::FRAC_PI_4),
+                flat([0.0; 5], turn + std::f64::consts::FRAC_PI_4),
+            );
+            let complex = average(&[&a, &b], BundleAverage::Complex).unwrap();
+            let log = average(&[&a, &b], BundleAverage::LogMagnitude).unwrap();
+            assert!((level_db(complex.response[2]) + 3.0103).abs() < 1e-4);
+            assert!(level_db(log.response[2]).abs() < 1e-9);
+            for averaged in [complex, log] {
+                let off = (averaged.response[2] * Complex::from_polar(1.0, -turn)).arg();
+                assert!(off.abs() < 1e-9, "{off}");
+            }
+        }
+    }
+
+    #[test]
+    fn leaving_one_out_costs_what_it_differs() {
+        let (a, b, c) = (
+            flat([0.0; 5], 0.0),
+            flat([0.0; 5], 0.0),
+            flat([6.0; 5], 0.0),
+        );
+        let left = leave_one_out(&[&a, &b, &c], BundleAverage::LogMagnitude, band()).unwrap();
+        // The mean of 0 and 6 dB, and of 0 and 0.
+        let rms: Vec<f64> = left.penalties.iter().map(|p| p.db_rms).collect();
+        assert!((rms[0] - 3.0).abs() < 1e-9 && (rms[2] - 6.0).abs() < 1e-9);
+        assert!((left.mean_db_rms - 4.0).abs() < 1e-9);
+        let [low, high] = left.interval_db_rms.unwrap();
+        // t(0.975, 2) = 4.3027 times √3/√3.
+        assert!((low - (4.0 - 4.3027)).abs() < 1e-3 && (high - (4.0 + 4.3027)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let a = flat([0.0; 5], 0.0);
+        let longer = function(&[Complex::from(1.0); 6]);
+        let few = bundle(&[&a], band()).unwrap_err().to_string();
+        assert!(few.contains("at least 2"), "{few}");
+        assert!(matches!(
+            bundle(&[&a, &longer], band()),
+            Err(BundleError::Lines { .. })
+        ));
+        let far = Band::new(Hertz(900.0), Hertz(950.0)).unwrap();
+        assert!(matches!(
+            bundle(&[&a, &a], far),
+            Err(BundleError::Empty { .. })
+        ));
+    }
+}
