@@ -61,6 +61,12 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let panels = Panels::of(&fingers, &devices)?;
     let mut figures = figures(&control, &fingers, &devices, &repeats);
     figures.extend(panels.figures());
+    figures.sort_by_key(|figure| {
+        let digits = figure
+            .number
+            .trim_end_matches(|c: char| c.is_ascii_alphabetic());
+        digits.parse::<u32>().unwrap_or(u32::MAX)
+    });
     let findings = vec![
         panels.all_together(),
         panels.narrower_with_load(),
