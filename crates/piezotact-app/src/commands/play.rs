@@ -110,21 +110,12 @@ pub(crate) fn play(
     // Refused before a file is begun.
     require_device(bench, drive, setup).map_err(bench_failure)?;
     bench.acquirer.ready(run).map_err(bench_failure)?;
-    let RunStart {
-        rate,
-        channels,
-        condition,
-        provenance,
-    } = announce(bench.acquirer.as_ref(), run);
     let start = StartDocument {
-        format: StartDocument::FORMAT,
-        rate_hz: rate,
-        channels,
-        condition,
-        provenance,
         setup: setup.cloned(),
         rendering: keeping.rendering,
+        ..start_document(announce(bench.acquirer.as_ref(), run))
     };
+    let rate = start.rate_hz;
     let mut journal = keeping
         .record
         .map(|path| JournalWriter::create(path, start))
@@ -143,6 +134,19 @@ pub(crate) fn play(
         say(&kept);
     }
     Ok(recording)
+}
+
+/// What a journal begins with.
+pub(crate) fn start_document(start: RunStart) -> StartDocument {
+    StartDocument {
+        format: StartDocument::FORMAT,
+        rate_hz: start.rate,
+        channels: start.channels,
+        condition: start.condition,
+        provenance: start.provenance,
+        setup: None,
+        rendering: None,
+    }
 }
 
 /// Ends a journal, and says where a recording of the same name was put.

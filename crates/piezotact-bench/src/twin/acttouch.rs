@@ -8,12 +8,11 @@ use piezotact::recording::{Condition, Touch};
 
 use super::RATE_HZ;
 use super::drag::Dragging;
-use super::finger::Placement;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, Session, Stretches, Touching, empty};
+use super::session::{Session, Stretches, Touching, empty, nail_and_forces, quiet};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::{SmoothWander, Wander};
 use crate::random::Random;
@@ -190,9 +189,7 @@ impl Touching for ActTouch {
     }
 
     fn channels(&self) -> Vec<(String, Unit)> {
-        let mut channels = vec![("acceleration".to_owned(), Unit::MetrePerSecondSquared)];
-        channels.extend(["force_x", "force_y", "force_z"].map(|name| (name.into(), Unit::Newton)));
-        channels
+        nail_and_forces()
     }
 
     fn condition(&self) -> Condition {
@@ -241,21 +238,14 @@ impl Touching for ActTouch {
     fn at_rest(&self) -> Vec<Vec<f64>> {
         let (seed, person) = (self.participant.seed, self.participant.number);
         let random = |name: &str| Random::stream(seed, person, name);
-        let mut nail = self.accelerometer(random("acttouch accelerometer at rest"));
-        let mut cell = TriaxialCell::strain_gauge(
+        let nail = self.accelerometer(random("acttouch accelerometer at rest"));
+        let cells = TriaxialCell::strain_gauge(
             &self.parameters.force_cell,
             RATE_HZ,
             self.cell_body(),
-            random("acttouch cell at rest"),
+            random("acttouch cells at rest"),
         );
-        let mut channels = empty(4, CALIBRATION);
-        for _ in 0..CALIBRATION {
-            channels[0].push(nail.read(0.0));
-            for (channel, reading) in channels[1..].iter_mut().zip(cell.read([0.0; 3])) {
-                channel.push(reading);
-            }
-        }
-        channels
+        quiet(nail, cells)
     }
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
@@ -265,13 +255,9 @@ impl Touching for ActTouch {
 
 impl ActTouch {
     fn active_run(&self, run: &RunPlan) -> ActiveRun {
-        let placement = Placement::of(
-            &self.parameters,
-            self.participant.number,
-            self.participant.seed,
-            &self.scene_name(run),
-        );
+        let name = self.scene_name(run);
         let scene = Scene {
+            name: &name,
             parameters: &self.parameters,
             participant: &self.participant,
             sample: &self.sample,
@@ -285,7 +271,7 @@ impl ActTouch {
         let gesture_m_s2 = hand.gesture_least_m_s2
             + (hand.gesture_most_m_s2 - hand.gesture_least_m_s2) * random.uniform();
         ActiveRun {
-            sliding: Sliding::new(scene, placement, self.random(run, "friction")),
+            sliding: Sliding::new(scene, self.random(run, "friction")),
             held: HeldForce::new(hand, scene.load_n, RATE_HZ, self.random(run, "force")),
             haste: Wander::new(
                 hand.speed_spread_within,

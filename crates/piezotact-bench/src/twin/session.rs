@@ -6,7 +6,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
 
 use super::RATE_HZ;
-use super::sensors::at_rest;
+use super::sensors::{Accelerometer, TriaxialCell, at_rest};
 use crate::traits::{Acquire, AcquireDescription, BenchError, Chunk, RunPlan, SensorCalibration};
 
 /// Samples of a chunk: half a second.
@@ -17,6 +17,25 @@ pub(crate) const CALIBRATION: usize = 5_000;
 /// The rate of the acquisition.
 pub(crate) fn rate() -> SampleRate {
     SampleRate::new(RATE_HZ).unwrap_or_else(|_| unreachable!("a constant rate above zero"))
+}
+
+/// The channels of the nail and of the forces on the sample.
+pub(crate) fn nail_and_forces() -> Vec<(String, Unit)> {
+    let mut channels = vec![("acceleration".to_owned(), Unit::MetrePerSecondSquared)];
+    channels.extend(["force_x", "force_y", "force_z"].map(|name| (name.into(), Unit::Newton)));
+    channels
+}
+
+/// A second of these while nothing moves.
+pub(crate) fn quiet(mut nail: Accelerometer, mut cell: TriaxialCell) -> Vec<Vec<f64>> {
+    let mut channels = empty(nail_and_forces().len(), CALIBRATION);
+    for _ in 0..CALIBRATION {
+        let [x, y, z] = cell.read([0.0; 3]);
+        for (channel, reading) in channels.iter_mut().zip([nail.read(0.0), x, y, z]) {
+            channel.push(reading);
+        }
+    }
+    channels
 }
 
 /// Empty lists for `channels`, with room for `samples` each.

@@ -33,6 +33,8 @@ pub(crate) struct Slid {
 /// Which finger slides how over what.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
+    /// What tells the run from others: it draws how the finger lies.
+    pub(crate) name: &'a str,
     pub(crate) parameters: &'a TwinParameters,
     pub(crate) participant: &'a Participant,
     pub(crate) sample: &'a Sample,
@@ -44,8 +46,9 @@ pub(crate) struct Scene<'a> {
 }
 
 impl Sliding {
-    pub(crate) fn new(scene: Scene<'_>, placement: Placement, random: Random) -> Self {
+    pub(crate) fn new(scene: Scene<'_>, random: Random) -> Self {
         let Scene {
+            name,
             parameters,
             participant,
             sample,
@@ -54,6 +57,7 @@ impl Sliding {
             load_n,
             angle_deg,
         } = scene;
+        let placement = Placement::of(parameters, participant.number, participant.seed, name);
         Self {
             texture: Texture::of(parameters, participant, sample, movement, RATE_HZ),
             dragged: Dragged::of(

@@ -9,12 +9,11 @@ use piezotact::recording::{Condition, Touch};
 use super::RATE_HZ;
 use super::acttouch::smooth;
 use super::drag::Dragging;
-use super::finger::Placement;
 use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, Session, Stretches, Touching, empty};
+use super::session::{CALIBRATION, Session, Stretches, Touching, empty, nail_and_forces, quiet};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::Wander;
 use crate::random::Random;
@@ -120,8 +119,7 @@ impl Touching for TriboAir {
     }
 
     fn channels(&self) -> Vec<(String, Unit)> {
-        let mut channels = vec![("acceleration".to_owned(), Unit::MetrePerSecondSquared)];
-        channels.extend(["force_x", "force_y", "force_z"].map(|name| (name.into(), Unit::Newton)));
+        let mut channels = nail_and_forces();
         channels.push(("platform_position".into(), Unit::Metre));
         channels
     }
@@ -159,33 +157,23 @@ impl Touching for TriboAir {
     fn at_rest(&self) -> Vec<Vec<f64>> {
         let (seed, person) = (self.participant.seed, self.participant.number);
         let random = |name: &str| Random::stream(seed, person, name);
-        let mut nail = self.accelerometer(random("triboair accelerometer at rest"));
-        let mut cells = TriaxialCell::piezoelectric(
+        let nail = self.accelerometer(random("triboair accelerometer at rest"));
+        let cells = TriaxialCell::piezoelectric(
             &self.parameters.piezo_cells,
             RATE_HZ,
             self.cell_body(),
             random("triboair cells at rest"),
         );
-        let mut channels = empty(5, CALIBRATION);
-        for _ in 0..CALIBRATION {
-            channels[0].push(nail.read(0.0));
-            for (channel, reading) in channels[1..4].iter_mut().zip(cells.read([0.0; 3])) {
-                channel.push(reading);
-            }
-            channels[4].push(0.0);
-        }
+        let mut channels = quiet(nail, cells);
+        channels.push(vec![0.0; CALIBRATION]);
         channels
     }
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
-        let placement = Placement::of(
-            &self.parameters,
-            self.participant.number,
-            self.participant.seed,
-            &self.scene_name(run),
-        );
+        let name = self.scene_name(run);
         let asked_n = run.load.map_or(0.0, |load| load.0);
         let scene = Scene {
+            name: &name,
             parameters: &self.parameters,
             participant: &self.participant,
             sample: &self.sample,
@@ -196,7 +184,7 @@ impl Touching for TriboAir {
         };
         let hand = &self.parameters.hand;
         Box::new(PassiveRun {
-            sliding: Sliding::new(scene, placement, self.random(run, "friction")),
+            sliding: Sliding::new(scene, self.random(run, "friction")),
             held: HeldForce::new(hand, scene.load_n, RATE_HZ, self.random(run, "force")),
             ripple: Wander::new(
                 self.parameters.triboair.speed_ripple,

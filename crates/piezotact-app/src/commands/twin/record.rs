@@ -11,14 +11,15 @@ use piezotact_bench::twin::{
     ShakerMount, TriboAir, TwinParameters,
 };
 use piezotact_bench::{Acquire, Chunk, RunPlan};
+use piezotact_dataset::JournalWriter;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{JournalWriter, StartDocument};
 use serde_json::json;
 
 use super::has_ending;
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
+use crate::commands::play::start_document;
 use crate::commands::{bench_failure, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::output::{print, print_json, say};
@@ -172,22 +173,7 @@ fn only_where_they_count(args: &Record) -> Outcome {
 
 /// Records into a Parquet file, chunk by chunk.
 fn journal(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
-    let RunStart {
-        rate,
-        channels,
-        condition,
-        provenance,
-    } = announce(acquirer, run);
-    let start = StartDocument {
-        format: StartDocument::FORMAT,
-        rate_hz: rate,
-        channels,
-        condition,
-        provenance,
-        setup: None,
-        rendering: None,
-    };
-    let mut journal = JournalWriter::create(out, start)?;
+    let mut journal = JournalWriter::create(out, start_document(announce(acquirer, run)))?;
     let mut samples = 0;
     let done = acquire(acquirer, run, &mut |chunk: &Chunk| {
         samples += chunk.channels.first().map_or(0, Vec::len);
