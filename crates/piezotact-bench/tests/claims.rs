@@ -168,7 +168,7 @@ fn forty_panels() {
         }
     }
     // The others have less margin than a panel scatters: docs/decisions/0018 says which and why.
-    for claim in [5, 6, 7, 10, 11, 14, 15, 16, 18, 21, 30, 31] {
+    for claim in [4, 5, 6, 7, 9, 10, 11, 14, 15, 16, 18, 21, 30, 31] {
         assert!(
             met[claim] as f64 >= 0.9 * PANELS as f64,
             "claim {claim}: {}",
