@@ -102,6 +102,7 @@ struct SampleRow {
     kind: SampleKind,
     ra_m: Option<f64>,
     grain_m: Option<f64>,
+    correlation_per_grain: Option<f64>,
     dot_height_m: Option<f64>,
     dot_diameter_m: Option<f64>,
     wavelength_m: Option<f64>,
@@ -340,7 +341,10 @@ impl TwinParameters {
             SampleKind::Isotropic => Relief::Isotropic {
                 ra_m: within("ra_m", row.ra_m, 1e-8, 1e-3)?,
                 grain_m: within("grain_m", row.grain_m, 1e-6, 5e-3)?,
-                correlation_per_grain: self.relief.correlation_per_grain,
+                correlation_per_grain: match row.correlation_per_grain {
+                    Some(ratio) => within("correlation_per_grain", Some(ratio), 0.2, 20.0)?,
+                    None => self.relief.correlation_per_grain,
+                },
                 hurst: self.relief.hurst,
                 skewness: self.relief.skewness,
             },
