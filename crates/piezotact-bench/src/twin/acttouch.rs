@@ -128,8 +128,8 @@ impl ActTouch {
     }
 
     fn random(&self, run: &RunPlan, what: &str) -> Random {
-        let (seed, person) = (self.participant.seed, self.participant.number);
-        Random::stream(seed, person, &format!("{} {what}", self.scene_name(run)))
+        self.participant
+            .random(&format!("{} {what}", self.scene_name(run)))
     }
 
     /// What tells a run from others: the sample, how it is touched, and the label.
@@ -236,8 +236,7 @@ impl Touching for ActTouch {
     }
 
     fn at_rest(&self) -> Vec<Vec<f64>> {
-        let (seed, person) = (self.participant.seed, self.participant.number);
-        let random = |name: &str| Random::stream(seed, person, name);
+        let random = |name: &str| self.participant.random(name);
         let nail = self.accelerometer(random("acttouch accelerometer at rest"));
         let cells = TriaxialCell::strain_gauge(
             &self.parameters.force_cell,

@@ -102,14 +102,18 @@ impl Participant {
         format!("P{:02}", self.number)
     }
 
+    /// The stream `name` of this person.
+    pub(crate) fn random(&self, name: &str) -> Random {
+        Random::stream(self.seed, self.number, name)
+    }
+
     /// How loud `sample` is for this person, m/s² rms at 30 mm/s and 0.2 N.
     #[must_use]
     pub fn level_m_s2(&self, sample: &Sample) -> f64 {
         let own = match self.number {
             0 => 1.0,
             _ => {
-                let mut random =
-                    Random::stream(self.seed, self.number, &format!("level of {}", sample.name));
+                let mut random = self.random(&format!("level of {}", sample.name));
                 (sample.loudness_spread * random.person()).exp()
             }
         };

@@ -10,7 +10,6 @@ use super::participant::Participant;
 use super::protocol::Movement;
 use super::session::rate;
 use super::texture::Texture;
-use crate::random::Random;
 
 /// The acceleration of the nail of `participant` for `duration` while `sample` passes under the finger at
 /// `speed_m_s`, above 0, with 0.2 N, for as long as no stroke lasts, without what the person's own finger adds to it on a
@@ -27,11 +26,7 @@ pub fn record_texture(
 ) -> Result<(Series<Acceleration>, Condition, Provenance), SeriesError> {
     let load_n = parameters.texture.reference_load_n;
     let mut texture = Texture::of(parameters, participant, sample, Movement::Proximal, RATE_HZ);
-    let random = Random::stream(
-        participant.seed,
-        participant.number,
-        &format!("texture {}", sample.name),
-    );
+    let random = participant.random(&format!("texture {}", sample.name));
     let mut passage = texture.passage(speed_m_s * duration.0, speed_m_s, random);
     let samples = (0..rate().samples_in(duration))
         .map(|i| passage.next(speed_m_s, load_n, speed_m_s * i as f64 / RATE_HZ))

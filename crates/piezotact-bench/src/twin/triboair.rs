@@ -79,8 +79,8 @@ impl TriboAir {
     }
 
     fn random(&self, run: &RunPlan, what: &str) -> Random {
-        let (seed, person) = (self.participant.seed, self.participant.number);
-        Random::stream(seed, person, &format!("{} {what}", self.scene_name(run)))
+        self.participant
+            .random(&format!("{} {what}", self.scene_name(run)))
     }
 
     /// What tells a run from others: the sample, the speed, the load, and the label.
@@ -155,8 +155,7 @@ impl Touching for TriboAir {
     }
 
     fn at_rest(&self) -> Vec<Vec<f64>> {
-        let (seed, person) = (self.participant.seed, self.participant.number);
-        let random = |name: &str| Random::stream(seed, person, name);
+        let random = |name: &str| self.participant.random(name);
         let nail = self.accelerometer(random("triboair accelerometer at rest"));
         let cells = TriaxialCell::piezoelectric(
             &self.parameters.piezo_cells,

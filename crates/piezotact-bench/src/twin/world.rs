@@ -69,7 +69,7 @@ impl TwinBench {
     }
 
     fn random(&self, name: &str) -> Random {
-        Random::stream(self.participant.seed, self.participant.number, name)
+        self.participant.random(name)
     }
 
     fn name(&self) -> String {

@@ -12,7 +12,7 @@ mod model;
 mod tests;
 
 use piezotact::quantity::{Band, Hertz, Seconds, Unit};
-use piezotact::recording::{BenchKind, Condition, Touch};
+use piezotact::recording::{Condition, Touch};
 
 use model::{Acceleration, Force, Loaded, Standing};
 
@@ -22,11 +22,11 @@ use super::noise::BandNoise;
 use super::parameters::TwinParameters;
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, load_possible, within};
-use super::sensors::{Accelerometer, ChargeCell, HeldForce, SlowHand, at_rest};
-use super::session::{CALIBRATION, CHUNK, rate};
+use super::sensors::{Accelerometer, ChargeCell, HeldForce, SlowHand};
+use super::session::{CALIBRATION, CHUNK, Session, Stretches, Touching};
 use super::varying::VaryingResponse;
 use crate::random::Random;
-use crate::traits::{Acquire, AcquireDescription, BenchError, Chunk, RunPlan, SensorCalibration};
+use crate::traits::{Acquire, BenchError, Chunk, RunPlan};
 
 /// What the accelerometer is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,19 +112,11 @@ impl ShakerBench {
     /// The acquisition, which drives the shaker itself.
     #[must_use]
     pub fn into_acquirer(self) -> Box<dyn Acquire> {
-        Box::new(ShakerAcquirer {
-            bench: self,
-            asked: None,
-            run: None,
-        })
+        Session::boxed(self)
     }
 
     fn random(&self, name: &str) -> Random {
-        Random::stream(
-            self.participant.seed,
-            self.participant.number,
-            &format!("shaker {name}"),
-        )
+        self.participant.random(&format!("shaker {name}"))
     }
 
     fn loaded(&self, run: &RunPlan) -> Loaded {
@@ -159,7 +151,7 @@ impl ShakerBench {
         ChargeCell::new(p.force_noise_n, drift_n, p.drift_s, random)
     }
 
-    fn check(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
         match (self.mount, run.load) {
             (ShakerMount::Finger, _) => {
                 load_possible(run)?;
@@ -273,7 +265,7 @@ impl Run {
     }
 
     /// The next `count` samples, or as many as there are; `None` at the end.
-    fn next(&mut self, count: usize) -> Option<Chunk> {
+    fn take(&mut self, count: usize) -> Option<Chunk> {
         let count = count.min(self.samples - self.at);
         if count == 0 {
             return None;
@@ -303,76 +295,65 @@ impl Run {
     }
 }
 
-struct ShakerAcquirer {
-    bench: ShakerBench,
-    asked: Option<RunPlan>,
-    run: Option<Run>,
+impl Stretches for Run {
+    fn next(&mut self) -> Option<Vec<Vec<f64>>> {
+        Some(self.take(CHUNK)?.channels)
+    }
 }
 
-impl Acquire for ShakerAcquirer {
-    fn describe(&self) -> AcquireDescription {
-        let pseudonym = self.bench.participant.pseudonym();
-        let (on, participant) = match self.bench.mount {
-            ShakerMount::Finger => (format!("participant {pseudonym}"), Some(pseudonym)),
-            ShakerMount::Plate => ("accelerometer on the plate".into(), None),
+impl Touching for ShakerBench {
+    fn name(&self) -> String {
+        let on = match self.mount {
+            ShakerMount::Finger => format!("participant {}", self.participant.pseudonym()),
+            ShakerMount::Plate => "accelerometer on the plate".into(),
         };
-        AcquireDescription {
-            name: format!("digital twin of the shaker bench, {on}"),
-            kind: BenchKind::Twin,
-            rate: rate(),
-            channels: vec![
-                ("drive".into(), Unit::Volt),
-                ("force".into(), Unit::Newton),
-                ("acceleration".into(), Unit::MetrePerSecondSquared),
-            ],
-            condition: Condition {
-                touch: participant.is_some().then_some(Touch::Resting),
-                participant,
+        format!("digital twin of the shaker bench, {on}")
+    }
+
+    fn channels(&self) -> Vec<(String, Unit)> {
+        vec![
+            ("drive".into(), Unit::Volt),
+            ("force".into(), Unit::Newton),
+            ("acceleration".into(), Unit::MetrePerSecondSquared),
+        ]
+    }
+
+    fn condition(&self) -> Condition {
+        match self.mount {
+            ShakerMount::Finger => Condition {
+                touch: Some(Touch::Resting),
+                participant: Some(self.participant.pseudonym()),
                 ..Condition::default()
             },
-            seed: Some(self.bench.participant.seed),
-            steps: vec![self.bench.twin.provenance()],
+            ShakerMount::Plate => Condition::default(),
         }
     }
 
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
-        let mut cell = self.bench.cell("at rest");
+    fn seed(&self) -> u64 {
+        self.participant.seed
+    }
+
+    fn provenance(&self) -> Vec<String> {
+        vec![self.twin.provenance()]
+    }
+
+    fn check(&self, run: &RunPlan) -> Result<(), BenchError> {
+        self.possible(run)
+    }
+
+    fn at_rest(&self) -> Vec<Vec<f64>> {
+        let mut cell = self.cell("at rest");
         let mut accelerometer = Accelerometer::new(
-            &self.bench.twin.accelerometer,
+            &self.twin.accelerometer,
             RATE_HZ,
-            self.bench.random("accelerometer at rest"),
+            self.random("accelerometer at rest"),
         );
         let force = (0..CALIBRATION).map(|_| cell.read(0.0, 0.0)).collect();
         let acceleration = (0..CALIBRATION).map(|_| accelerometer.read(0.0)).collect();
-        Ok(at_rest(&[vec![0.0], force, acceleration]))
+        vec![vec![0.0], force, acceleration]
     }
 
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
-        self.bench.check(run)?;
-        self.run = None;
-        self.asked = Some(run.clone());
-        Ok(())
-    }
-
-    fn start(&mut self) -> Result<(), BenchError> {
-        let run = self.asked.take().ok_or(BenchError::Order {
-            asked: "acquire",
-            before: "made ready",
-        })?;
-        self.run = Some(Run::new(&self.bench, &run));
-        Ok(())
-    }
-
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
-        let run = self.run.as_mut().ok_or(BenchError::Order {
-            asked: "wait",
-            before: "started",
-        })?;
-        Ok(run.next(CHUNK))
-    }
-
-    fn stop(&mut self) {
-        self.asked = None;
-        self.run = None;
+    fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
+        Box::new(Run::new(self, run))
     }
 }

@@ -279,18 +279,18 @@ fn one_seed_one_recording_whatever_comes_between() {
 #[test]
 fn chunks_of_any_length_hold_the_same_samples() {
     let (bench, plan) = (bench(2, ShakerMount::Finger, 3.0), plan("x", 0.3));
-    let whole = Run::new(&bench, &plan).next(15_000).unwrap().channels;
+    let whole = Run::new(&bench, &plan).take(15_000).unwrap().channels;
     let mut run = Run::new(&bench, &plan);
     let mut pieces = vec![Vec::new(); 3];
     for count in [1, 17, 2_500, 5_000, 4_095, 90_000] {
-        let chunk = run.next(count).unwrap();
+        let chunk = run.take(count).unwrap();
         for (all, new) in pieces.iter_mut().zip(chunk.channels) {
             all.extend(new);
         }
         // What is kept is what lies ahead, not what lies behind.
         assert!(run.drive_v.len() <= VaryingResponse::<Force>::LOOKAHEAD);
     }
-    assert!(run.next(1).is_none());
+    assert!(run.take(1).is_none());
     assert!(pieces == whole);
     assert!(recorded(bench, &plan) == whole);
 }
