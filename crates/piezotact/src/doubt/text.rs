@@ -1,0 +1,288 @@
+//! What a [`Doubt`] tells a person: what was seen and what to do.
+
+use std::fmt;
+
+use super::Doubt;
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |share: f64| {
+            let p = share * 100.0;
+            if p >= 1.0 || p <= 0.0 {
+                format!("{p:.0} %")
+            } else {
+                format!("{p:.2} %")
+            }
+        };
+        match self {
+            Self::LowCoherence {
+                asked,
+                lowest,
+                at_hz,
+                share,
+            } => write!(
+                f,
+                "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz): measure longer or louder, or narrow the band",
+                percent(*share)
+            ),
+            Self::ImpossibleCoherence { at_hz, found, lines } => write!(
+                f,
+                "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which no pair of signals can have: do not use such lines, and ask the program that exported them"
+            ),
+            Self::FewAverages {
+                averages,
+                recommended,
+            } => write!(
+                f,
+                "only {averages} segments were averaged: the estimate scatters; record longer or take shorter segments ({recommended} or more)"
+            ),
+            Self::LateResponse { delay_s, segment_s } => write!(
+                f,
+                "the response comes {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; take longer segments or align the channels",
+                delay_s * 1e3,
+                percent(delay_s / segment_s)
+            ),
+            Self::GivenUp { bands, share } => {
+                write!(f, "the inverse gives up {} of the band (", percent(*share))?;
+                for (i, band) in bands.iter().take(4).enumerate() {
+                    write!(f, "{}{band}", if i > 0 { ", " } else { "" })?;
+                }
+                if bands.len() > 4 {
+                    write!(f, " and {} more", bands.len() - 4)?;
+                }
+                f.write_str(
+                    "): the device hardly answers there or was not measured well; what is felt there may be missing or wrong",
+                )
+            }
+            Self::Inverted { correlation } => write!(
+                f,
+                "the measurement follows its target with the sign reversed (correlation {correlation:.3}): check the polarity of sensor and actuator"
+            ),
+            Self::PlaybackIncomplete { played, expected, underruns } => write!(
+                f,
+                "{played} of {expected} samples of the drive were played and the output ran dry {underruns} times: close other programs and play again"
+            ),
+            Self::InterruptedLater { journal } => write!(
+                f,
+                "a later recording of this name was interrupted and stands in {journal}: look whether that is the one you mean"
+            ),
+            Self::Unrelated { median_coherence } => write!(
+                f,
+                "the median coherence of the driven lines is {median_coherence:.3}: drive and response have next to nothing in common; check the channels and the sensor"
+            ),
+            Self::DeviceNotDescribed => f.write_str(
+                "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, the amplifier may clip before; state them when it is made"
+            ),
+            Self::OtherCondition { what, rendered_for, measured } => write!(
+                f,
+                "the drive was rendered for {what} {rendered_for} and measured with {measured}: characterise and render for {measured}"
+            ),
+            Self::OtherTarget { rendered, compared } => write!(
+                f,
+                "the drive was rendered from {rendered} and is compared with {compared}: check that they are one texture"
+            ),
+            Self::RateStated { stated_hz, found_hz } => write!(
+                f,
+                "the rate of {stated_hz} Hz from the command line was used, the time stamps say {found_hz:.4} Hz: check which is right"
+            ),
+            Self::Clipped { what, fraction } => {
+                write!(f, "{} of {what} lies at or beyond the limit: lower the level", percent(*fraction))
+            }
+            Self::SlewLimited {
+                asked_v_per_s,
+                limit_v_per_s,
+            } => write!(
+                f,
+                "the drive asks for {asked_v_per_s:.2e} V/s and the amplifier follows {limit_v_per_s:.2e} V/s into this load: high frequencies will be distorted; lower the level or the band"
+            ),
+            Self::Uncalibrated { channel } => write!(
+                f,
+                "{channel} has no physical scale (full scale = 1): give --scale or a sidecar to get m/s²"
+            ),
+            Self::ScaleOverridden { used, ignored } => write!(
+                f,
+                "the scale {used} from the command line was used, not {ignored} from the sidecar: check which is right"
+            ),
+            Self::RateConverted {
+                what,
+                from_hz,
+                to_hz,
+            } => write!(
+                f,
+                "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz: what lies above 0.45 of the lower rate is weakened, keep the band below"
+            ),
+            Self::RatesDiffer {
+                target_hz,
+                transfer_hz,
+            } => write!(
+                f,
+                "the target is sampled at {target_hz} Hz and the transfer function was measured at {transfer_hz} Hz: the band fits both and is rendered; check that they are meant for each other"
+            ),
+            Self::Guessed { what } => write!(f, "{what}: check it, or state it in the file"),
+            Self::UnevenSampling { worst } => write!(
+                f,
+                "the time steps differ from their mean by up to {}: frequencies are only that exact",
+                percent(*worst)
+            ),
+            Self::Interrupted { read_s } => write!(
+                f,
+                "the recording has no end: it was interrupted or is still running; {read_s:.3} s could be read"
+            ),
+            Self::CoarseQuantisation { channel, rms_in_steps } => write!(
+                f,
+                "{channel} is only {rms_in_steps:.1} converter steps rms, quantisation noise lies {:.0} dB below it: record with more gain",
+                20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
+            ),
+            Self::LoadOffTarget { mean_n, target_n } => write!(
+                f,
+                "the mean normal force was {mean_n:.3} N, the condition says {target_n} N: repeat with the force held"
+            ),
+            Self::NoTargetPower { share } => write!(
+                f,
+                "{} of the band holds next to no target power and was left out of the error: narrow the band to the texture",
+                percent(*share)
+            ),
+            Self::Cut { compared_s, target_s } => write!(
+                f,
+                "target and measurement share {compared_s:.2} s of the target's {target_s:.2} s: record from before the playback until it has ended, and check that they belong together"
+            ),
+            Self::LevelChanged { level_db } => write!(
+                f,
+                "the texture was rendered at {level_db:+.1} dB on purpose and is compared at that level: what is felt is not the recorded level"
+            ),
+            Self::NothingCut => f.write_str(
+                "no channel of force or speed was recorded: the whole recording is taken as one stroke; cut it with --cuts if it holds more"
+            ),
+            Self::NoContact { largest_n, threshold_n } => write!(
+                f,
+                "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N; check the force channel, or state the load with --load"
+            ),
+            Self::SlidingAssumed => f.write_str(
+                "every contact is taken as a stroke: hesitations and stick-slip are not looked for (for want of vibration and tangential force, or as asked)"
+            ),
+            Self::ContactAssumed => f.write_str(
+                "no normal force was recorded: the finger is taken to touch whenever the surface moves"
+            ),
+            Self::ZeroUnknown => f.write_str(
+                "the finger never leaves the surface, or never touches it: the zeros of the forces are taken as 0, and force and friction are only that right; record a lift"
+            ),
+            Self::ForceDrift { from_n, to_n, threshold_n } => write!(
+                f,
+                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero; let the cell warm up, or zero it between trials"
+            ),
+            Self::SignReversed { channel } => write!(
+                f,
+                "{channel} is negative in contact and was taken with its sign reversed: check the polarity"
+            ),
+            Self::HighFriction { coefficient } => write!(
+                f,
+                "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped; check which channel is normal"
+            ),
+            Self::LongStroke {
+                at_s,
+                length_s,
+                usual_s,
+            } => write!(
+                f,
+                "the stroke at {at_s:.2} s lasts {length_s:.1} s, the usual one {usual_s:.1} s: it may be two or a rubbing to and fro without a lift; look, and cut it with --cuts"
+            ),
+            Self::NotCompared { recordings } => write!(
+                f,
+                "nothing to compare with: {recordings} differ from the others in more than what is compared; give recordings that share all else"
+            ),
+            Self::Scattered { group, share } => write!(
+                f,
+                "{group}: the rms of the strokes scatters by {} of its mean, far more than strokes of one texture do: look for a loose sensor or other conditions",
+                percent(*share)
+            ),
+            Self::SpeedOffTarget { mean_m_s, target_m_s } => write!(
+                f,
+                "the speed was {:.2} mm/s and {:.2} mm/s was asked for: frequencies and rms belong to the speed that was reached",
+                mean_m_s * 1e3,
+                target_m_s * 1e3
+            ),
+            Self::DeadChannel { channel } => write!(
+                f,
+                "`{channel}` never changes and is not used: check its cable and its range"
+            ),
+            Self::ShortStrokes { count, needed_s } => write!(
+                f,
+                "{count} stroke(s) shorter than a segment of {needed_s:.3} s are left out: state a shorter one with --segment to keep them"
+            ),
+            Self::FewStrokes { what, kept, recommended } => write!(
+                f,
+                "{what}: strokes kept: {kept}, averages scatter; record {recommended} or more"
+            ),
+            Self::Rejected { count, of, reasons } => write!(
+                f,
+                "{count} of {of} parts that looked like strokes were rejected ({reasons}): look at them in the report, and override with --cuts"
+            ),
+            Self::Pooled { group, what } => write!(
+                f,
+                "{group}: recordings of different {what} are averaged together; group by that, or compare them"
+            ),
+            Self::GestureKept { share, below_hz } => write!(
+                f,
+                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept (only accelerations are filtered unasked): state --high-pass {below_hz} to filter it",
+                percent(*share)
+            ),
+            Self::CutsNotApplied { file, count } => write!(
+                f,
+                "{count} cuts of {file} lie outside the recording and were not applied: check their times"
+            ),
+            Self::NoCommonPeriod { prominence_db } => write!(
+                f,
+                "no spatial period stands out at every speed (the strongest candidate by {prominence_db:.1} dB): the surface may have none, or the speeds stated are not those that were reached"
+            ),
+            Self::NoInterval { what, groups } => write!(
+                f,
+                "{what} comes from {groups} group(s) and has no interval: measure three or more"
+            ),
+            Self::MissingPoints { share } => write!(
+                f,
+                "{} of the points were not measured and are left out: parameters hold for the rest; fill or measure again where they cluster",
+                percent(*share)
+            ),
+            Self::UnevenSteps { worst } => write!(
+                f,
+                "the points are not evenly spaced (steps differ by up to {}): slopes and spacings are only that exact",
+                percent(*worst)
+            ),
+            Self::ShortEvaluation {
+                sections,
+                asked,
+                cutoff_m,
+            } => write!(
+                f,
+                "only {sections} section{} of the cut-off {} mm, the standard asks for {asked}: measure a longer line, or state a shorter cut-off",
+                if *sections == 1 { "" } else { "s" },
+                cutoff_m * 1e3
+            ),
+            Self::UnevenProfile {
+                evaluated_ra_m,
+                whole_ra_m,
+            } => write!(
+                f,
+                "the sections in the middle are not like the rest: their Ra is {:.4} µm, that of the whole line {:.4} µm; cut the line to the surface that is meant, or state a cut-off that takes it in",
+                evaluated_ra_m * 1e6,
+                whole_ra_m * 1e6
+            ),
+            Self::CutoffUnsettled { used_m, ra_m } => write!(
+                f,
+                "no cut-off of the standard's table fits its own Ra (with {} mm Ra is {:.4} µm): state the cut-off",
+                used_m * 1e3,
+                ra_m * 1e6
+            ),
+            Self::LongCorrelation { level, reached_m } => write!(
+                f,
+                "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is left open, and Sal where nothing falls; measure a larger area or take away more form or waviness",
+                reached_m * 1e3
+            ),
+            Self::ShortSignal { segments } => write!(
+                f,
+                "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",
+                4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
+            ),
+        }
+    }
+}

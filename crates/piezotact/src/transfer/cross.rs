@@ -1,0 +1,293 @@
+//! The averaged auto- and cross-spectra of two channels, from one pass over the segments.
+
+use std::marker::PhantomData;
+
+use num_complex::Complex;
+
+use crate::quantity::{Quantity, SampleRate};
+use crate::series::Series;
+use crate::spectrum::{
+    Averaging, EstimateError, Scaling, SegmentTransform, WelchConfig, fold_cross, fold_power,
+    one_sided, segments_in,
+};
+
+/// The averaged one-sided auto- and cross-spectra of a drive x (`I`) and a response y (`O`), segment/2 + 1
+/// values from 0 Hz to half the rate, in units of x², y² and x·y per Hz.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossSpectra<I: Quantity, O: Quantity> {
+    /// Sxx, E[|X|²].
+    pub drive_power: Vec<f64>,
+    /// Syy, E[|Y|²].
+    pub response_power: Vec<f64>,
+    /// Sxy, E[conj(X)·Y].
+    pub cross: Vec<Complex<f64>>,
+    /// The step between values, Hz.
+    pub resolution_hz: f64,
+    /// The number of segments averaged.
+    pub averages: usize,
+    quantities: PhantomData<(I, O)>,
+}
+
+impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
+    /// Spectra that another program averaged, on a uniform axis from 0 Hz.
+    ///
+    /// # Errors
+    /// [`EstimateError::Mismatch`] when they differ in length; [`EstimateError::TooShort`] for fewer than 2
+    /// lines.
+    pub fn from_parts(
+        drive_power: Vec<f64>,
+        response_power: Vec<f64>,
+        cross: Vec<Complex<f64>>,
+        resolution_hz: f64,
+        averages: usize,
+    ) -> Result<Self, EstimateError> {
+        for (name, found) in [
+            ("response power", response_power.len()),
+            ("cross-spectrum", cross.len()),
+        ] {
+            if found != drive_power.len() {
+                return Err(EstimateError::Mismatch {
+                    left: "drive power",
+                    right: name,
+                    what: "the number of lines",
+                    left_value: drive_power.len().to_string(),
+                    right_value: found.to_string(),
+                });
+            }
+        }
+        if drive_power.len() < 2 {
+            return Err(EstimateError::TooShort {
+                expected: 2,
+                found: drive_power.len(),
+            });
+        }
+        Ok(Self {
+            drive_power,
+            response_power,
+            cross,
+            resolution_hz,
+            averages,
+            quantities: PhantomData,
+        })
+    }
+
+    /// H1 = Sxy/Sxx, one complex value a line, in units of y per x; 0 where the drive has no power.
+    #[must_use]
+    pub fn h1(&self) -> Vec<Complex<f64>> {
+        let ratio = |(cross, power): (&Complex<f64>, &f64)| {
+            if *power > 0.0 {
+                cross / power
+            } else {
+                Complex::default()
+            }
+        };
+        self.cross
+            .iter()
+            .zip(&self.drive_power)
+            .map(ratio)
+            .collect()
+    }
+
+    /// H2 = Syy/Syx with Syx = conj(Sxy), in units of y per x; 0 where the two share nothing.
+    #[must_use]
+    pub fn h2(&self) -> Vec<Complex<f64>> {
+        let ratio = |(power, cross): (&f64, &Complex<f64>)| {
+            if cross.norm_sqr() > 0.0 {
+                *power / cross.conj()
+            } else {
+                Complex::default()
+            }
+        };
+        self.response_power
+            .iter()
+            .zip(&self.cross)
+            .map(ratio)
+            .collect()
+    }
+
+    /// Coherence γ² = |Sxy|²/(Sxx·Syy), one value a line, 0–1; 0 where either has no power.
+    #[must_use]
+    pub fn coherence(&self) -> Vec<f64> {
+        self.cross
+            .iter()
+            .zip(&self.drive_power)
+            .zip(&self.response_power)
+            .map(|((cross, x), y)| {
+                if *x > 0.0 && *y > 0.0 {
+                    cross.norm_sqr() / (x * y)
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+}
+
+impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
+    /// The median coherence of the lines that are driven, that is within 40 dB of the strongest; `None` when
+    /// the drive has no power.
+    #[must_use]
+    pub fn driven_coherence(&self) -> Option<f64> {
+        let strongest = self.drive_power.iter().copied().fold(0.0, f64::max);
+        let coherence = self.coherence();
+        let mut driven: Vec<f64> = coherence
+            .into_iter()
+            .zip(&self.drive_power)
+            .filter(|(_, power)| **power > 1e-4 * strongest)
+            .map(|(coherence, _)| coherence)
+            .collect();
+        driven.sort_by(f64::total_cmp);
+        driven.get(driven.len() / 2).copied()
+    }
+}
+
+/// A planned estimate of cross-spectra, made once and used for many pairs of channels.
+#[derive(Clone, Debug)]
+pub struct CrossPlan {
+    transform: SegmentTransform,
+    rate: SampleRate,
+    hop: usize,
+    scale: f64,
+    zx: Vec<Complex<f64>>,
+    zy: Vec<Complex<f64>>,
+    drive_power: Vec<f64>,
+    response_power: Vec<f64>,
+    cross: Vec<Complex<f64>>,
+}
+
+impl CrossPlan {
+    /// A plan for pairs of channels at `rate`.
+    ///
+    /// # Errors
+    /// [`EstimateError::Config`] when the configuration cannot be: the median of a complex cross-spectrum is
+    /// not defined, and ratios of spectra are made of densities.
+    pub fn new(config: &WelchConfig, rate: SampleRate) -> Result<Self, EstimateError> {
+        let hop = config.hop()?;
+        if config.averaging != Averaging::Mean || config.scaling != Scaling::Density {
+            return Err(EstimateError::Config {
+                what: "the mean of densities for a transfer function",
+                found: format!("{:?} of {:?}", config.averaging, config.scaling),
+            });
+        }
+        let n = config.segment;
+        let window = config.window.coefficients(n, config.symmetry);
+        let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
+        Ok(Self {
+            transform: SegmentTransform::new(window, config.detrend),
+            rate,
+            hop,
+            scale,
+            zx: vec![Complex::default(); n],
+            zy: vec![Complex::default(); n],
+            drive_power: vec![0.0; 2 * n],
+            response_power: vec![0.0; 2 * n],
+            cross: vec![Complex::default(); n],
+        })
+    }
+
+    /// The cross-spectra of `drive` and `response`, samples taken together in their SI units.
+    ///
+    /// # Errors
+    /// [`EstimateError::Mismatch`] when they differ in length, [`EstimateError::TooShort`] when they hold no
+    /// segment.
+    pub fn estimate<I: Quantity, O: Quantity>(
+        &mut self,
+        drive: &[f64],
+        response: &[f64],
+    ) -> Result<CrossSpectra<I, O>, EstimateError> {
+        if drive.len() != response.len() {
+            return Err(EstimateError::Mismatch {
+                left: I::NAME,
+                right: O::NAME,
+                what: "the number of samples",
+                left_value: drive.len().to_string(),
+                right_value: response.len().to_string(),
+            });
+        }
+        let n = self.transform.segment();
+        let averages = segments_in(drive.len(), n, self.hop);
+        if averages == 0 {
+            return Err(EstimateError::TooShort {
+                expected: n,
+                found: drive.len(),
+            });
+        }
+        self.drive_power.fill(0.0);
+        self.response_power.fill(0.0);
+        self.cross.fill(Complex::default());
+        for i in (0..averages).step_by(2) {
+            let (a, b) = (i * self.hop, (i + 1) * self.hop);
+            if i + 1 < averages {
+                self.transform
+                    .transform_pair(&drive[a..a + n], &drive[b..b + n], &mut self.zx);
+                self.transform.transform_pair(
+                    &response[a..a + n],
+                    &response[b..b + n],
+                    &mut self.zy,
+                );
+            } else {
+                self.transform
+                    .transform_single(&drive[a..a + n], &mut self.zx);
+                self.transform
+                    .transform_single(&response[a..a + n], &mut self.zy);
+            }
+            self.transform.add_power(&self.zx, &mut self.drive_power);
+            self.transform.add_power(&self.zy, &mut self.response_power);
+            self.transform
+                .add_cross(&self.zx, &self.zy, &mut self.cross);
+        }
+        let scale = self.scale / averages as f64;
+        let mut drive_power = fold_power(&self.drive_power);
+        let mut response_power = fold_power(&self.response_power);
+        one_sided(&mut drive_power, n, scale);
+        one_sided(&mut response_power, n, scale);
+        let mut cross = fold_cross(&self.cross);
+        let last = cross.len() - 1;
+        for (k, value) in cross.iter_mut().enumerate() {
+            let alone = k == 0 || (k == last && n.is_multiple_of(2));
+            *value *= if alone { scale } else { 2.0 * scale };
+        }
+        Ok(CrossSpectra {
+            drive_power,
+            response_power,
+            cross,
+            resolution_hz: self.rate.hz() / n as f64,
+            averages,
+            quantities: PhantomData,
+        })
+    }
+}
+
+/// The cross-spectra of `drive` and `response`, segment/2 + 1 lines from 0 Hz to half the rate.
+///
+/// Source: Bendat and Piersol, Random Data, chapter 7; Sxy = E[conj(X)·Y].
+///
+/// # Errors
+/// [`EstimateError::Mismatch`] when rate or length differ, [`EstimateError::Silent`] when either is silent,
+/// [`EstimateError::TooShort`] when they hold no segment, [`EstimateError::Config`] when the configuration
+/// cannot be.
+pub fn cross_spectra<I: Quantity, O: Quantity>(
+    drive: &Series<I>,
+    response: &Series<O>,
+    config: &WelchConfig,
+) -> Result<CrossSpectra<I, O>, EstimateError> {
+    if drive.rate() != response.rate() {
+        return Err(EstimateError::Mismatch {
+            left: I::NAME,
+            right: O::NAME,
+            what: "the rate",
+            left_value: drive.rate().to_string(),
+            right_value: response.rate().to_string(),
+        });
+    }
+    for (signal, samples) in [
+        ("the drive", drive.samples()),
+        ("the response", response.samples()),
+    ] {
+        if samples.iter().all(|v| *v == samples[0]) {
+            return Err(EstimateError::Silent { signal });
+        }
+    }
+    config.fits(drive.samples().len().min(response.samples().len()))?;
+    CrossPlan::new(config, drive.rate())?.estimate(drive.samples(), response.samples())
+}
