@@ -13,6 +13,6 @@ pub mod twin;
 pub use excitation::{ExcitationConfig, random_excitation};
 pub use spec::BenchSpec;
 pub use traits::{
-    Acquire, AcquireDescription, Bench, BenchError, Chunk, Play, PlayDescription, PlayReport,
-    RunPlan, SensorCalibration,
+    Acquire, AcquireDescription, Bench, BenchError, Chunk, Lying, Play, PlayDescription,
+    PlayReport, RunPlan, SensorCalibration,
 };

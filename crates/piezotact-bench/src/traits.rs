@@ -5,8 +5,7 @@ use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
 
-/// What is asked of one run: who touches how, and what the run is for. A bench on which a person takes the
-/// finger on and off between runs meets another placement of it in every run.
+/// What is asked of one run: who touches how, and what the run is for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunPlan {
     /// What the run is for; it stands in the recording's provenance.
@@ -15,6 +14,29 @@ pub struct RunPlan {
     pub load: Option<Newtons>,
     /// The angle between finger and surface.
     pub angle: Degrees,
+    /// Whether the finger is put down for this run.
+    pub lying: Lying,
+}
+
+/// Where a resting finger lies in a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Lying {
+    /// It was taken off and put down for this run.
+    #[default]
+    Anew,
+    /// It lies as in the run of this label, and was not taken off since.
+    AsIn(String),
+}
+
+impl RunPlan {
+    /// The label of the run for which the finger was put down.
+    #[must_use]
+    pub fn put_down_for(&self) -> &str {
+        match &self.lying {
+            Lying::Anew => &self.label,
+            Lying::AsIn(label) => label,
+        }
+    }
 }
 
 /// The playing half of a bench, as it describes itself.

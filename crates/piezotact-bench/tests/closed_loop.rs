@@ -16,7 +16,7 @@ use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise, play_and_record};
 use piezotact_bench::twin::{Participant, TwinBench, TwinParameters, record_texture};
-use piezotact_bench::{Bench, ExcitationConfig, RunPlan};
+use piezotact_bench::{Bench, ExcitationConfig, Lying, RunPlan};
 
 fn band(low_hz: f64, high_hz: f64) -> Band {
     Band::new(Hertz(low_hz), Hertz(high_hz)).unwrap()
@@ -27,6 +27,7 @@ fn run(label: &str) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
+        lying: Lying::Anew,
     }
 }
 

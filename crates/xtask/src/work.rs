@@ -15,10 +15,10 @@ use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
-use piezotact_bench::RunPlan;
 use piezotact_bench::twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters,
 };
+use piezotact_bench::{Lying, RunPlan};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
 use serde_json::json;
 
@@ -70,6 +70,7 @@ fn t1() -> Result<Prepared> {
         label: "bench".into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
+        lying: Lying::Anew,
     };
     let work = move || -> Result<Vec<f64>> {
         let protocol = ActiveProtocol {

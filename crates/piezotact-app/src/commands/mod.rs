@@ -19,7 +19,7 @@ use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
-use piezotact_bench::{BenchError, RunPlan};
+use piezotact_bench::{BenchError, Lying, RunPlan};
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
 
@@ -163,5 +163,6 @@ fn run_plan(label: &str, finger: &Finger) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(finger.load)),
         angle: Degrees(finger.angle),
+        lying: Lying::Anew,
     }
 }

@@ -12,7 +12,7 @@ use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
 
 use super::{Replay, ReplayError};
 use crate::procedure::record;
-use crate::traits::{Acquire, RunPlan};
+use crate::traits::{Acquire, Lying, RunPlan};
 
 /// What a bench gave.
 #[derive(Clone, Debug)]
@@ -33,6 +33,7 @@ pub(super) fn run(replay: &Replay, label: &str, load_n: Option<f64>) -> RunPlan 
         label: label.into(),
         load: load_n.map(Newtons),
         angle: Degrees(replay.parameters.hand.angle_deg),
+        lying: Lying::Anew,
     }
 }
 

@@ -19,7 +19,7 @@ use crate::excitation::ExcitationConfig;
 use crate::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, Keep, characterise, play_and_record,
 };
-use crate::traits::{Bench, RunPlan};
+use crate::traits::{Bench, Lying, RunPlan};
 use crate::twin::{Participant, TwinBench};
 
 /// The rate of the drive, Hz.
@@ -37,6 +37,7 @@ pub(super) fn resting(label: &str, load_n: f64, angle_deg: f64) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(load_n)),
         angle: Degrees(angle_deg),
+        lying: Lying::Anew,
     }
 }
 

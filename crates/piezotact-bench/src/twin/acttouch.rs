@@ -492,6 +492,7 @@ mod tests {
             label: "cuts".into(),
             load: Some(Newtons(0.2)),
             angle: Degrees(20.0),
+            lying: crate::traits::Lying::Anew,
         }
     }
 

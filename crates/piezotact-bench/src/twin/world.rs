@@ -157,7 +157,12 @@ impl World {
         let person = &bench.participant;
         let mut response = VaryingResponse::new(PressedDevice {
             finger: person.finger.clone(),
-            placement: Placement::of(&bench.parameters, person.number, person.seed, &run.label),
+            placement: Placement::of(
+                &bench.parameters,
+                person.number,
+                person.seed,
+                run.put_down_for(),
+            ),
             angle_deg: run.angle.0,
             latency_s: bench.parameters.actuator.latency_s,
         });

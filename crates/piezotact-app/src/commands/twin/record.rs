@@ -10,7 +10,7 @@ use piezotact_bench::twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinParameters,
 };
-use piezotact_bench::{Acquire, Chunk, RunPlan};
+use piezotact_bench::{Acquire, Chunk, Lying, RunPlan};
 use piezotact_dataset::JournalWriter;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -56,6 +56,7 @@ pub(crate) fn run(args: &Record) -> Outcome {
             TouchBench::Shaker => SHAKER_ANGLE_DEG,
             TouchBench::Acttouch | TouchBench::Triboair => parameters.hand.angle_deg,
         })),
+        lying: Lying::Anew,
     };
     // Refused before a file is begun.
     acquirer.ready(&run).map_err(bench_failure)?;

@@ -70,14 +70,13 @@ impl ShakerExcitation {
 
 /// The twin of the shaker bench.
 ///
-/// In every run the finger lies anew, as the run's label draws it; [`Self::placed`] keeps it where it is.
+/// Where the finger lies is drawn by the label of the run for which it was put down.
 #[derive(Clone, Debug)]
 pub struct ShakerBench {
     twin: TwinParameters,
     participant: Participant,
     mount: ShakerMount,
     excitation: ShakerExcitation,
-    placement: Option<String>,
 }
 
 impl ShakerBench {
@@ -95,17 +94,6 @@ impl ShakerBench {
             participant,
             mount,
             excitation,
-            placement: None,
-        }
-    }
-
-    /// The finger stays on the plate: whatever a run is labelled, it lies as in a run labelled `label`. What the hand
-    /// and the sensors do goes on following each run's own label.
-    #[must_use]
-    pub fn placed(self, label: &str) -> Self {
-        Self {
-            placement: Some(label.into()),
-            ..self
         }
     }
 
@@ -120,7 +108,6 @@ impl ShakerBench {
     }
 
     fn loaded(&self, run: &RunPlan) -> Loaded {
-        let label = self.placement.as_ref().unwrap_or(&run.label);
         Loaded {
             parameters: self.twin.shaker.clone(),
             standing: match self.mount {
@@ -130,7 +117,7 @@ impl ShakerBench {
                         &self.twin,
                         self.participant.number,
                         self.participant.seed,
-                        &format!("shaker {label}"),
+                        &format!("shaker {}", run.put_down_for()),
                     ),
                     angle_deg: run.angle.0,
                 },

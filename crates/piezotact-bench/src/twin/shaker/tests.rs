@@ -10,6 +10,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use super::*;
+use crate::traits::Lying;
 use crate::twin::Finger;
 
 const DRIVE: usize = 0;
@@ -21,6 +22,7 @@ fn plan(label: &str, load_n: f64) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(load_n)),
         angle: Degrees(20.0),
+        lying: Lying::Anew,
     }
 }
 
@@ -298,18 +300,19 @@ fn chunks_of_any_length_hold_the_same_samples() {
 /// Two runs of different labels differ by noise and load alone when the finger stays, and by the placement when not.
 #[test]
 fn a_finger_that_stays_lies_as_it_lay() {
-    let level_db = |bench: ShakerBench, label: &str| {
-        let loaded = bench.loaded(&plan(label, 0.2));
-        db(loaded.acceleration_per_newton(150.0, 0.2))
+    let bench = || bench(2, ShakerMount::Finger, 2.0);
+    let anew = |label: &str| plan(label, 0.2);
+    let kept = |label: &str| RunPlan {
+        lying: Lying::AsIn("first".into()),
+        ..anew(label)
     };
-    let free = || bench(2, ShakerMount::Finger, 2.0);
-    let kept = || free().placed("first");
-    assert_eq!(level_db(kept(), "second"), level_db(free(), "first"));
-    assert_eq!(level_db(kept(), "second"), level_db(kept(), "third"));
-    assert_ne!(level_db(free(), "second"), level_db(free(), "first"));
+    let level_db = |plan: &RunPlan| db(bench().loaded(plan).acceleration_per_newton(150.0, 0.2));
+    assert_eq!(level_db(&kept("second")), level_db(&anew("first")));
+    assert_eq!(level_db(&kept("second")), level_db(&kept("third")));
+    assert_ne!(level_db(&anew("second")), level_db(&anew("first")));
     let (second, third) = (
-        recorded(kept(), &plan("second", 0.2)),
-        recorded(kept(), &plan("third", 0.2)),
+        recorded(bench(), &kept("second")),
+        recorded(bench(), &kept("third")),
     );
     assert!(second[FORCE] != third[FORCE]);
 }
