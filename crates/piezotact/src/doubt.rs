@@ -47,6 +47,29 @@ pub enum Doubt {
         /// The length of a segment in s.
         segment_s: f64,
     },
+    /// The answer comes before the drive.
+    Acausal {
+        /// How much before, s.
+        lead_s: f64,
+    },
+    /// Part of the band was not driven.
+    NotDriven {
+        /// The parts.
+        bands: Vec<Band>,
+        /// Their share of the band, 0–1.
+        share: f64,
+    },
+    /// A resonance that is narrower than segments of this length resolve.
+    UnresolvedResonance {
+        /// Where, Hz.
+        at_hz: f64,
+        /// The lines within its half-power bandwidth.
+        lines: f64,
+        /// The step between lines, Hz.
+        resolution_hz: f64,
+    },
+    /// The force takes power out of the finger: one of two channels has the wrong sign.
+    PolarityInverted,
     /// Frequencies in the band that the inverse gives up.
     GivenUp {
         /// The bands given up.

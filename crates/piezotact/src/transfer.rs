@@ -4,11 +4,14 @@
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
 mod bundle;
+mod confidence;
 mod cross;
+mod judge;
 
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
+pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 
 use std::marker::PhantomData;
@@ -31,6 +34,8 @@ pub enum Estimator {
     H1,
     /// Syy/Syx: unbiased by noise on the drive.
     H2,
+    /// √(Syy/Sxx)·Sxy/|Sxy|: between the two, for noise that has the same share of both.
+    Hv,
 }
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
@@ -46,6 +51,10 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub estimator: Estimator,
     /// The number of segments averaged.
     pub averages: usize,
+    /// The number of independent ones that scatter as much; 0 when not known.
+    pub effective_averages: f64,
+    /// From the lowest to the highest line that was driven; absent when not known.
+    pub driven: Option<Band>,
     /// Who touched how.
     pub condition: Condition,
     /// Gain and level of the device it was measured through; absent for a plant that is no PIEZOTACT.
@@ -89,6 +98,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let response = match estimator {
             Estimator::H1 => spectra.h1(),
             Estimator::H2 => spectra.h2(),
+            Estimator::Hv => spectra.hv(),
         };
         let mut function = Self::from_lines(
             response,
@@ -98,6 +108,10 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             estimator,
             spectra.averages,
         )?;
+        function.effective_averages = spectra.effective_averages;
+        let driven = spectra.driven();
+        function.driven = judge::driven_band(&driven, spectra.resolution_hz);
+        function.doubts.extend(judge::gaps(&driven, &function));
 
         if let Some(median_coherence) = spectra
             .driven_coherence()
@@ -115,6 +129,12 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 segment_s: segment.0,
             });
         }
+        let found = [
+            judge::acausal(&function),
+            judge::unresolved(&function),
+            judge::inverted(&function),
+        ];
+        function.doubts.extend(found.into_iter().flatten());
         Ok(function)
     }
 
@@ -176,6 +196,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             condition: Condition::default(),
             drive: None,
             provenance: Provenance::default(),
+            effective_averages: averages as f64,
+            driven: None,
             doubts,
             quantities: PhantomData,
         })
@@ -226,6 +248,12 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         (0..self.response.len())
             .map(|k| (k, k as f64 * self.resolution_hz))
             .filter(move |(_, frequency_hz)| band.contains(*frequency_hz))
+    }
+
+    /// The doubt about the part of `asked` that was not driven, if there is one.
+    #[must_use]
+    pub fn not_driven(&self, asked: Band) -> Option<Doubt> {
+        judge::outside(self.driven?, asked, self.resolution_hz)
     }
 
     /// The largest magnitude in `band`, in units of `O` per `I`; 0 when no line lies in it.
@@ -332,6 +360,9 @@ pub fn estimate<I: Quantity, O: Quantity>(
 ) -> Result<TransferFunction<I, O>, TransferError> {
     let spectra = cross_spectra(drive, response, config)?;
     let mut function = TransferFunction::from_spectra(&spectra, estimator, drive.rate())?;
+    judge::timing(&mut function, drive, response);
+    function.doubts.extend(judge::clipped(drive));
+    function.doubts.extend(judge::clipped(response));
     function.provenance.steps.push(format!(
         "transfer function {estimator:?}, {} window, segments of {} samples, {} % overlap, {} averages",
         config.window.name(),

@@ -3,6 +3,18 @@
 use std::fmt;
 
 use super::Doubt;
+use crate::quantity::Band;
+
+/// The first four of `bands`, and how many there are beside them.
+fn list(f: &mut fmt::Formatter<'_>, bands: &[Band]) -> fmt::Result {
+    for (i, band) in bands.iter().take(4).enumerate() {
+        write!(f, "{}{band}", if i > 0 { ", " } else { "" })?;
+    }
+    if bands.len() > 4 {
+        write!(f, " and {} more", bands.len() - 4)?;
+    }
+    Ok(())
+}
 
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -42,14 +54,26 @@ impl fmt::Display for Doubt {
                 delay_s * 1e3,
                 percent(delay_s / segment_s)
             ),
+            Self::Acausal { lead_s } => write!(
+                f,
+                "the response comes {:.2} ms before the drive, which nothing can: drive and response are swapped, or their channels are out of step",
+                lead_s * 1e3
+            ),
+            Self::NotDriven { bands, share } => {
+                write!(f, "nothing drives {} of the band (", percent(*share))?;
+                list(f, bands)?;
+                f.write_str("): the transfer function says nothing there; drive the whole band or narrow it")
+            }
+            Self::UnresolvedResonance { at_hz, lines, resolution_hz } => write!(
+                f,
+                "the resonance at {at_hz:.1} Hz has {lines:.1} lines of {resolution_hz:.2} Hz within its half-power bandwidth: its height is underestimated; take longer segments (6 lines or more)"
+            ),
+            Self::PolarityInverted => f.write_str(
+                "the force seems to take power out of the finger: force or acceleration has the wrong sign; check the polarity of both sensors"
+            ),
             Self::GivenUp { bands, share } => {
                 write!(f, "the inverse gives up {} of the band (", percent(*share))?;
-                for (i, band) in bands.iter().take(4).enumerate() {
-                    write!(f, "{}{band}", if i > 0 { ", " } else { "" })?;
-                }
-                if bands.len() > 4 {
-                    write!(f, " and {} more", bands.len() - 4)?;
-                }
+                list(f, bands)?;
                 f.write_str(
                     "): the device hardly answers there or was not measured well; what is felt there may be missing or wrong",
                 )

@@ -91,6 +91,40 @@ impl WelchConfig {
         Self::hann(1024)
     }
 
+    /// The number of independent segments that scatter as much as `segments` overlapping ones, for noise.
+    ///
+    /// Formula: n/(1 + 2·Σₖ(1 − k/n)·ρₖ²) with ρₖ = Σw(t)w(t + k·hop)/Σw².
+    ///
+    /// Source: P. D. Welch (1967), IEEE Trans. Audio Electroacoust. 15(2), equation 7.
+    ///
+    /// # Errors
+    /// Those of [`Self::hop`].
+    ///
+    /// ```
+    /// use piezotact::spectrum::WelchConfig;
+    /// // Hann at 50 %: ρ₁ = 1/6.
+    /// let n = WelchConfig::hann(1024).effective_averages(1_000).unwrap();
+    /// assert!((n - 1_000.0 / (1.0 + 2.0 * 0.999 / 36.0)).abs() < 1e-6);
+    /// ```
+    pub fn effective_averages(&self, segments: usize) -> Result<f64, EstimateError> {
+        let hop = self.hop()?;
+        let window = self.window.coefficients(self.segment, self.symmetry);
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let n = segments as f64;
+        let shared: f64 = (1..segments)
+            .take_while(|k| k * hop < self.segment)
+            .map(|k| {
+                let both: f64 = window
+                    .iter()
+                    .zip(&window[k * hop..])
+                    .map(|(a, b)| a * b)
+                    .sum();
+                (1.0 - k as f64 / n) * (both / power).powi(2)
+            })
+            .sum();
+        Ok(n / (1.0 + 2.0 * shared))
+    }
+
     /// Checks, before anything is planned, that `samples` hold a segment.
     pub(crate) fn fits(&self, samples: usize) -> Result<(), EstimateError> {
         self.hop()?;

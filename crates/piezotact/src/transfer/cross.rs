@@ -25,6 +25,8 @@ pub struct CrossSpectra<I: Quantity, O: Quantity> {
     pub resolution_hz: f64,
     /// The number of segments averaged.
     pub averages: usize,
+    /// The number of independent ones that scatter as much.
+    pub effective_averages: f64,
     quantities: PhantomData<(I, O)>,
 }
 
@@ -67,6 +69,7 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             cross,
             resolution_hz,
             averages,
+            effective_averages: averages as f64,
             quantities: PhantomData,
         })
     }
@@ -105,13 +108,46 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             .collect()
     }
 
-    /// Coherence γ² = |Sxy|²/(Sxx·Syy), one value a line, 0–1; 0 where either has no power.
+    /// Hv, the total least squares of noise on both channels, in units of y per x; 0 where the two share nothing.
+    /// `noise_ratio` is the power of the noise on the response over that on the drive, in (units of y per x)².
+    ///
+    /// Formula: (Syy − κ·Sxx + √((κ·Sxx − Syy)² + 4κ·|Sxy|²))/(2·Syx).
+    ///
+    /// Source: K. Shin and J. K. Hammond (2008), *Fundamentals of Signal Processing*, section 9.3; as pyFRF.
     #[must_use]
-    pub fn coherence(&self) -> Vec<f64> {
+    pub fn hv_for(&self, noise_ratio: f64) -> Vec<Complex<f64>> {
+        let ratio = |((cross, x), y): ((&Complex<f64>, &f64), &f64)| {
+            total_least_squares(*cross, *x, *y, noise_ratio)
+        };
+        self.lines().map(ratio).collect()
+    }
+
+    /// Hv where noise has the same share of both channels' power on every line: the geometric mean of H1 and H2, which
+    /// depends on no choice of units; 0 where the two share nothing.
+    ///
+    /// Formula: [`Self::hv_for`] with κ = Syy/Sxx, that is √(Syy/Sxx)·Sxy/|Sxy|.
+    ///
+    /// Source: as [`Self::hv_for`].
+    #[must_use]
+    pub fn hv(&self) -> Vec<Complex<f64>> {
+        self.lines()
+            .map(|((cross, x), y)| {
+                total_least_squares(*cross, *x, *y, if *x > 0.0 { y / x } else { 0.0 })
+            })
+            .collect()
+    }
+
+    fn lines(&self) -> impl Iterator<Item = ((&Complex<f64>, &f64), &f64)> {
         self.cross
             .iter()
             .zip(&self.drive_power)
             .zip(&self.response_power)
+    }
+
+    /// Coherence γ² = |Sxy|²/(Sxx·Syy), one value a line, 0–1; 0 where either has no power.
+    #[must_use]
+    pub fn coherence(&self) -> Vec<f64> {
+        self.lines()
             .map(|((cross, x), y)| {
                 if *x > 0.0 && *y > 0.0 {
                     cross.norm_sqr() / (x * y)
@@ -123,27 +159,100 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     }
 }
 
+/// Lines this far below the strongest are not driven: 40 dB.
+const DRIVEN: f64 = 1e-4;
+
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
-    /// The median coherence of the lines that are driven, that is within 40 dB of the strongest; `None` when
-    /// the drive has no power.
+    /// Whether each line is driven, that is within 40 dB of the strongest.
+    #[must_use]
+    pub fn driven(&self) -> Vec<bool> {
+        let strongest = self.drive_power.iter().copied().fold(0.0, f64::max);
+        let least = DRIVEN * strongest;
+        self.drive_power.iter().map(|p| *p > least).collect()
+    }
+
+    /// The median coherence of the lines that are driven; `None` when the drive has no power.
     #[must_use]
     pub fn driven_coherence(&self) -> Option<f64> {
-        let strongest = self.drive_power.iter().copied().fold(0.0, f64::max);
-        let coherence = self.coherence();
-        let mut driven: Vec<f64> = coherence
-            .into_iter()
-            .zip(&self.drive_power)
-            .filter(|(_, power)| **power > 1e-4 * strongest)
-            .map(|(coherence, _)| coherence)
-            .collect();
+        let lines = self.coherence().into_iter().zip(self.driven());
+        let mut driven: Vec<f64> = lines.filter(|(_, d)| *d).map(|(c, _)| c).collect();
         driven.sort_by(f64::total_cmp);
         driven.get(driven.len() / 2).copied()
+    }
+
+    /// Estimates of one system under one drive as one: every spectrum weighted by its averages.
+    ///
+    /// # Errors
+    /// [`EstimateError::Mismatch`] when their lines differ; [`EstimateError::TooShort`] for none.
+    pub fn pooled(all: &[Self]) -> Result<Self, EstimateError> {
+        let Some(first) = all.first() else {
+            return Err(EstimateError::TooShort {
+                expected: 1,
+                found: 0,
+            });
+        };
+        let mut pooled = Self {
+            averages: 0,
+            effective_averages: 0.0,
+            ..first.clone()
+        };
+        pooled.drive_power.fill(0.0);
+        pooled.response_power.fill(0.0);
+        pooled.cross.fill(Complex::default());
+        let averages: usize = all.iter().map(|s| s.averages).sum();
+        for spectra in all {
+            if spectra.cross.len() != first.cross.len()
+                || (spectra.resolution_hz / first.resolution_hz - 1.0).abs() > 1e-9
+            {
+                return Err(EstimateError::Mismatch {
+                    left: "one estimate",
+                    right: "another",
+                    what: "the step between lines",
+                    left_value: format!("{} Hz", first.resolution_hz),
+                    right_value: format!("{} Hz", spectra.resolution_hz),
+                });
+            }
+            let weight = spectra.averages as f64 / averages.max(1) as f64;
+            for (sum, value) in pooled.drive_power.iter_mut().zip(&spectra.drive_power) {
+                *sum += weight * value;
+            }
+            for (sum, value) in pooled
+                .response_power
+                .iter_mut()
+                .zip(&spectra.response_power)
+            {
+                *sum += weight * value;
+            }
+            for (sum, value) in pooled.cross.iter_mut().zip(&spectra.cross) {
+                *sum += value * weight;
+            }
+            pooled.averages += spectra.averages;
+            pooled.effective_averages += spectra.effective_averages;
+        }
+        Ok(pooled)
+    }
+}
+
+fn total_least_squares(cross: Complex<f64>, x: f64, y: f64, noise_ratio: f64) -> Complex<f64> {
+    if cross.norm_sqr() <= 0.0 {
+        return Complex::default();
+    }
+    let difference = noise_ratio * x - y;
+    let root = difference
+        .mul_add(difference, 4.0 * noise_ratio * cross.norm_sqr())
+        .sqrt();
+    // Of the two forms of the root, the one without cancellation.
+    if difference <= 0.0 {
+        (root - difference) / (2.0 * cross.conj())
+    } else {
+        2.0 * noise_ratio * cross / (root + difference)
     }
 }
 
 /// A planned estimate of cross-spectra, made once and used for many pairs of channels.
 #[derive(Clone, Debug)]
 pub struct CrossPlan {
+    config: WelchConfig,
     transform: SegmentTransform,
     rate: SampleRate,
     hop: usize,
@@ -174,6 +283,7 @@ impl CrossPlan {
         let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
         Ok(Self {
             transform: SegmentTransform::new(window, config.detrend),
+            config: config.clone(),
             rate,
             hop,
             scale,
@@ -253,6 +363,7 @@ impl CrossPlan {
             cross,
             resolution_hz: self.rate.hz() / n as f64,
             averages,
+            effective_averages: self.config.effective_averages(averages)?,
             quantities: PhantomData,
         })
     }
