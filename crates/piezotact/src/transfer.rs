@@ -264,16 +264,24 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     }
 
     /// How late the response comes: the time of the largest value of the impulse response, each line weighted
-    /// with its coherence so that what is not driven has no say; 0 when the largest value lies at a negative
-    /// time.
+    /// with its coherence, and those that are known not to be driven with nothing; 0 when the largest value lies at a
+    /// negative time.
     #[must_use]
     pub fn delay(&self) -> Seconds {
         let n = 2 * (self.response.len() - 1);
+        let driven = |hz: f64| self.driven.is_none_or(|band| band.contains(hz));
         let weighted = self
             .response
             .iter()
             .zip(&self.coherence)
-            .map(|(h, coherence)| h * coherence.clamp(0.0, 1.0))
+            .enumerate()
+            .map(|(line, (h, coherence))| {
+                if driven(line as f64 * self.resolution_hz) {
+                    h * coherence.clamp(0.0, 1.0)
+                } else {
+                    Complex::default()
+                }
+            })
             .collect();
         let impulse = fourier::RealTransform::new(n).inverse(weighted);
         let largest = (0..n)

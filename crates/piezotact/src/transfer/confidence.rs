@@ -115,7 +115,8 @@ fn rice_limits(share: f64) -> (f64, f64) {
     } else {
         limit(0.975)
     };
-    (low, limit(0.025))
+    // An estimate far below its own noise happens to be small: it does not make the truth smaller than the noise.
+    (low, limit(0.025).max(share))
 }
 
 /// The probability that noncentral χ² with 2 degrees of freedom is at most `x`.
