@@ -68,6 +68,13 @@ pub enum Doubt {
         /// The step between lines, Hz.
         resolution_hz: f64,
     },
+    /// The device distorts.
+    Nonlinear {
+        /// Distortion re the answer, dB.
+        level_db: f64,
+        /// Where it is loudest.
+        band_hz: Band,
+    },
     /// The force takes power out of the finger: one of two channels has the wrong sign.
     PolarityInverted,
     /// Frequencies in the band that the inverse gives up.

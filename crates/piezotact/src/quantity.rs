@@ -190,6 +190,31 @@ impl Band {
         (low_hz < high_hz).then_some(Self { low_hz, high_hz })
     }
 
+    /// The third-octave bands that lie in this one, cut at its ends; from the lowest up. Below 1 Hz there are none.
+    ///
+    /// Formula: centres 10^(n/10) Hz, ends 10^(±1/20) of a centre.
+    ///
+    /// Source: IEC 61260-1:2014, base 10.
+    ///
+    /// ```
+    /// use piezotact::quantity::{Band, Hertz};
+    /// let bands = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap().third_octaves();
+    /// assert_eq!(bands.len(), 18);
+    /// assert!((bands[1].low().0 - 22.387).abs() < 1e-3 && bands[17].high().0 == 1000.0);
+    /// ```
+    #[must_use]
+    pub fn third_octaves(self) -> Vec<Self> {
+        let edge = |n: i32| 10f64.powf((f64::from(n) - 0.5) / 10.0);
+        (0..=60)
+            .filter_map(|n| {
+                self.common(Self {
+                    low_hz: edge(n),
+                    high_hz: edge(n + 1),
+                })
+            })
+            .collect()
+    }
+
     /// The weight of a frequency: 1 in the band, 0 outside, with raised-cosine edges that lie *outside*
     /// the band and are `edge_ratio` of the band's end wide, so that the band itself is untouched.
     ///

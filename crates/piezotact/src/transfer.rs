@@ -7,12 +7,16 @@ mod bundle;
 mod confidence;
 mod cross;
 mod judge;
+mod multisine;
+mod periodic;
 
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
+pub use multisine::{BestLinear, Distortion, DistortionLevels, best_linear};
+pub use periodic::{Blocks, estimate_sweeps};
 
 use std::marker::PhantomData;
 
@@ -135,6 +139,20 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             judge::inverted(&function),
         ];
         function.doubts.extend(found.into_iter().flatten());
+        Ok(function)
+    }
+
+    /// The transfer function that `spectra` estimate of the two signals they come from.
+    fn estimated(
+        spectra: &CrossSpectra<I, O>,
+        estimator: Estimator,
+        drive: &Series<I>,
+        response: &Series<O>,
+    ) -> Result<Self, TransferError> {
+        let mut function = Self::from_spectra(spectra, estimator, drive.rate())?;
+        judge::timing(&mut function, drive, response);
+        function.doubts.extend(judge::clipped(drive));
+        function.doubts.extend(judge::clipped(response));
         Ok(function)
     }
 
@@ -367,10 +385,7 @@ pub fn estimate<I: Quantity, O: Quantity>(
     estimator: Estimator,
 ) -> Result<TransferFunction<I, O>, TransferError> {
     let spectra = cross_spectra(drive, response, config)?;
-    let mut function = TransferFunction::from_spectra(&spectra, estimator, drive.rate())?;
-    judge::timing(&mut function, drive, response);
-    function.doubts.extend(judge::clipped(drive));
-    function.doubts.extend(judge::clipped(response));
+    let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
     function.provenance.steps.push(format!(
         "transfer function {estimator:?}, {} window, segments of {} samples, {} % overlap, {} averages",
         config.window.name(),
