@@ -3,6 +3,7 @@
 //! which one it runs on.
 
 mod excitation;
+mod gate;
 pub mod procedure;
 mod random;
 pub mod replay;
@@ -10,7 +11,8 @@ mod spec;
 mod traits;
 pub mod twin;
 
-pub use excitation::{ExcitationConfig, random_excitation};
+pub use excitation::{Excitation, ExcitationConfig, excitation};
+pub use gate::{Breach, Gate, GateConfig};
 pub use spec::BenchSpec;
 pub use traits::{
     Acquire, AcquireDescription, Bench, BenchError, Chunk, Lying, Play, PlayDescription,

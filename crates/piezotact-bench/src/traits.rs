@@ -226,6 +226,16 @@ pub enum BenchError {
         /// What should have come before.
         before: &'static str,
     },
+    /// A repeat did not pass the gate.
+    #[error("repeat {repeat} was refused in {attempts} attempts; the last time {breach}")]
+    Refused {
+        /// Which repeat.
+        repeat: usize,
+        /// How often it was tried.
+        attempts: usize,
+        /// Why it was refused the last time.
+        breach: crate::gate::Breach,
+    },
     /// What was acquired could not be kept.
     #[error("the recording could not be kept: {0}")]
     Keep(Box<dyn std::error::Error + Send + Sync>),

@@ -16,7 +16,7 @@ use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise, play_and_record};
 use piezotact_bench::twin::{Participant, TwinBench, TwinParameters, record_texture};
-use piezotact_bench::{Bench, ExcitationConfig, Lying, RunPlan};
+use piezotact_bench::{Bench, Excitation, ExcitationConfig, Lying, RunPlan};
 
 fn band(low_hz: f64, high_hz: f64) -> Band {
     Band::new(Hertz(low_hz), Hertz(high_hz)).unwrap()
@@ -38,6 +38,7 @@ fn characterised(
 ) -> TransferFunction<Drive, Acceleration> {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
+            kind: Excitation::Random,
             band: band(2.0, 1200.0),
             duration: Seconds(seconds),
             peak: 0.8,

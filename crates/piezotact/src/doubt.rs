@@ -68,6 +68,11 @@ pub enum Doubt {
         /// The step between lines, Hz.
         resolution_hz: f64,
     },
+    /// Repeats of one measurement differ.
+    RepeatsScatter {
+        /// How far the two that differ most lie apart, dB rms.
+        db_rms: f64,
+    },
     /// The device distorts.
     Nonlinear {
         /// Distortion re the answer, dB.

@@ -9,6 +9,7 @@ mod cross;
 mod judge;
 mod multisine;
 mod periodic;
+mod repeats;
 
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
@@ -17,6 +18,7 @@ pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
+pub use repeats::{farthest_apart_db, pooled};
 
 use std::marker::PhantomData;
 

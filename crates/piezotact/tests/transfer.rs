@@ -12,10 +12,10 @@ use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, SampleRate};
 use piezotact::series::Series;
-use piezotact::spectrum::WelchConfig;
+use piezotact::spectrum::{Detrend, WelchConfig};
 use piezotact::transfer::{
     Blocks, CrossPlan, CrossSpectra, Estimator, TransferFunction, best_linear, estimate,
-    estimate_sweeps,
+    estimate_sweeps, farthest_apart_db, pooled,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -412,27 +412,46 @@ fn a_resonance_that_segments_do_not_resolve_is_named() {
     );
 }
 
+/// Two stretches under drives of one spectrum, pooled, are the estimate over both.
 #[test]
-fn estimates_of_one_system_pool_as_one() {
-    let (x, y) = (Noise::new(1).take(40_000), Noise::new(2).take(40_000));
-    let mut plan = CrossPlan::new(
-        &WelchConfig {
-            overlap: 0.0,
-            ..WelchConfig::hann(1000)
-        },
-        rate(),
-    )
-    .unwrap();
-    let mut of = |range: std::ops::Range<usize>| -> CrossSpectra<Drive, Acceleration> {
-        plan.estimate(&x[range.clone()], &y[range]).unwrap()
+fn repeats_under_one_drive_pool_as_one() {
+    let (x, mut noise) = (Noise::new(1).take(20_000), Noise::new(2));
+    let mut answer = || -> Vec<f64> {
+        filtered(&PLANT, &x)
+            .iter()
+            .map(|y| y + 0.5 * noise.next())
+            .collect()
     };
-    let (whole, first, second) = (of(0..40_000), of(0..10_000), of(10_000..40_000));
-    let pooled = CrossSpectra::pooled(&[first, second]).unwrap();
-    assert_eq!(pooled.averages, 40);
-    for (a, b) in pooled.cross.iter().zip(&whole.cross) {
-        assert!((a - b).norm() < 1e-15, "{a} {b}");
+    let (first, second) = (answer(), answer());
+    let config = WelchConfig {
+        overlap: 0.0,
+        detrend: Detrend::None,
+        ..WelchConfig::hann(1000)
+    };
+    let of = |drive: Vec<f64>, response: Vec<f64>| {
+        estimate(
+            &series::<Drive>(drive),
+            &series::<Acceleration>(response),
+            &config,
+            Estimator::H1,
+        )
+        .unwrap()
+    };
+    let whole = of(x.repeat(2), [first.clone(), second.clone()].concat());
+    let (a, b) = (of(x.clone(), first), of(x, second));
+    let one = pooled(&[&a, &b]).unwrap();
+    assert_eq!(one.averages, 40);
+    for line in 0..=500 {
+        assert!((one.response()[line] - whole.response()[line]).norm() < 1e-12);
+        assert!(
+            (one.coherence()[line] - whole.coherence()[line]).abs() < 1e-12,
+            "{line}"
+        );
     }
-    assert!(CrossSpectra::<Drive, Acceleration>::pooled(&[]).is_err());
+    let band = Band::new(Hertz(20.0), Hertz(2_000.0)).unwrap();
+    let apart = farthest_apart_db(&[&a, &b], band).unwrap();
+    assert!((0.2..2.0).contains(&apart), "{apart}");
+    assert!(pooled::<Drive, Acceleration>(&[]).is_err());
 }
 
 /// What a device with a quadratic distortion answers to periods of `drive`, without noise: the drive through PLANT, and a
@@ -493,9 +512,8 @@ fn rms_of_even_lines(period: &[f64], band: Band) -> f64 {
     let mut plan = rustfft::FftPlanner::new();
     let mut bins: Vec<Complex<f64>> = period.iter().map(|x| Complex::from(*x)).collect();
     plan.plan_fft_forward(PERIOD).process(&mut bins);
-    let lines = (1..PERIOD / 2).filter(|k| {
-        k.is_multiple_of(2) && band.contains(*k as f64 * RATE_HZ / PERIOD as f64)
-    });
+    let lines = (1..PERIOD / 2)
+        .filter(|k| k.is_multiple_of(2) && band.contains(*k as f64 * RATE_HZ / PERIOD as f64));
     let powers: Vec<f64> = lines
         .map(|k| bins[k].norm_sqr() * 2.0 / (PERIOD * PERIOD) as f64)
         .collect();

@@ -7,7 +7,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::Estimator;
 use piezotact_bench::procedure::{self, Characterisation, CharacteriseConfig};
 use piezotact_bench::twin::TwinParameters;
-use piezotact_bench::{Bench, ExcitationConfig};
+use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
 
@@ -20,6 +20,7 @@ use crate::output::{doubts_json, print, print_json, say_doubts};
 pub(crate) fn run(args: &Characterise) -> Outcome {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
+            kind: Excitation::Random,
             band: args.band,
             duration: Seconds(args.seconds),
             peak: args.peak,
@@ -91,9 +92,5 @@ pub(crate) fn characterise(
             what: &what,
         },
     )?;
-    let function = procedure::transfer_of(&recording, &setup, config)?;
-    Ok(Characterisation {
-        recording,
-        function,
-    })
+    Ok(procedure::transfer_of(recording, &setup, config)?)
 }

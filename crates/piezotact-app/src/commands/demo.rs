@@ -14,7 +14,7 @@ use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::twin::{Participant, TwinParameters, record_texture};
-use piezotact_bench::{Bench, BenchSpec, ExcitationConfig};
+use piezotact_bench::{Bench, BenchSpec, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
@@ -178,6 +178,7 @@ fn transfer_function(
 ) -> Outcome<TransferFunction<Drive, Acceleration>> {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
+            kind: Excitation::Random,
             band: band(2.0, 1200.0)?,
             duration: Seconds(60.0),
             peak: 0.8,

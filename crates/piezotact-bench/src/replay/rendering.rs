@@ -15,7 +15,7 @@ use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 
 use super::measured::Taken;
 use super::{Replay, ReplayError};
-use crate::excitation::ExcitationConfig;
+use crate::excitation::{Excitation, ExcitationConfig};
 use crate::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, Keep, characterise, play_and_record,
 };
@@ -55,6 +55,7 @@ pub(super) fn characterised(
 ) -> Result<TransferFunction<Drive, Acceleration>, ReplayError> {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
+            kind: Excitation::Random,
             band: Band::new(Hertz(2.0), Hertz(1200.0))?,
             duration: Seconds(seconds),
             peak: 0.8,

@@ -68,6 +68,10 @@ impl fmt::Display for Doubt {
                 f,
                 "the resonance at {at_hz:.1} Hz has {lines:.1} lines of {resolution_hz:.2} Hz within its half-power bandwidth: its height is underestimated; take longer segments (6 lines or more)"
             ),
+            Self::RepeatsScatter { db_rms } => write!(
+                f,
+                "repeats lie up to {db_rms:.1} dB rms apart: the finger moved or pressed otherwise, or somebody else's is among them; measure again"
+            ),
             Self::Nonlinear { level_db, band_hz } => write!(
                 f,
                 "distortion reaches {level_db:.0} dB of the answer at {band_hz}: the transfer function holds for this level of drive only; characterise at the level that will be played"

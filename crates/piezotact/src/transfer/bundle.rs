@@ -101,7 +101,7 @@ pub enum BundleError {
     Transfer(TransferError),
 }
 
-fn same_lines<I: Quantity, O: Quantity>(
+pub(super) fn same_lines<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     least: usize,
 ) -> Result<(), BundleError> {
@@ -124,7 +124,7 @@ fn same_lines<I: Quantity, O: Quantity>(
     }
 }
 
-fn level_db(h: Complex<f64>) -> f64 {
+pub(super) fn level_db(h: Complex<f64>) -> f64 {
     20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
 }
 

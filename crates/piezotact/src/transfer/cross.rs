@@ -179,58 +179,6 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
         driven.sort_by(f64::total_cmp);
         driven.get(driven.len() / 2).copied()
     }
-
-    /// Estimates of one system under one drive as one: every spectrum weighted by its averages.
-    ///
-    /// # Errors
-    /// [`EstimateError::Mismatch`] when their lines differ; [`EstimateError::TooShort`] for none.
-    pub fn pooled(all: &[Self]) -> Result<Self, EstimateError> {
-        let Some(first) = all.first() else {
-            return Err(EstimateError::TooShort {
-                expected: 1,
-                found: 0,
-            });
-        };
-        let mut pooled = Self {
-            averages: 0,
-            effective_averages: 0.0,
-            ..first.clone()
-        };
-        pooled.drive_power.fill(0.0);
-        pooled.response_power.fill(0.0);
-        pooled.cross.fill(Complex::default());
-        let averages: usize = all.iter().map(|s| s.averages).sum();
-        for spectra in all {
-            if spectra.cross.len() != first.cross.len()
-                || (spectra.resolution_hz / first.resolution_hz - 1.0).abs() > 1e-9
-            {
-                return Err(EstimateError::Mismatch {
-                    left: "one estimate",
-                    right: "another",
-                    what: "the step between lines",
-                    left_value: format!("{} Hz", first.resolution_hz),
-                    right_value: format!("{} Hz", spectra.resolution_hz),
-                });
-            }
-            let weight = spectra.averages as f64 / averages.max(1) as f64;
-            for (sum, value) in pooled.drive_power.iter_mut().zip(&spectra.drive_power) {
-                *sum += weight * value;
-            }
-            for (sum, value) in pooled
-                .response_power
-                .iter_mut()
-                .zip(&spectra.response_power)
-            {
-                *sum += weight * value;
-            }
-            for (sum, value) in pooled.cross.iter_mut().zip(&spectra.cross) {
-                *sum += value * weight;
-            }
-            pooled.averages += spectra.averages;
-            pooled.effective_averages += spectra.effective_averages;
-        }
-        Ok(pooled)
-    }
 }
 
 fn total_least_squares(cross: Complex<f64>, x: f64, y: f64, noise_ratio: f64) -> Complex<f64> {

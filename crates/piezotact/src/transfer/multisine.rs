@@ -64,6 +64,34 @@ impl Distortion {
     }
 }
 
+impl Distortion {
+    /// What several measurements of one grid say together: the root of the mean powers; `None` for none.
+    #[must_use]
+    pub fn together(all: &[Self]) -> Option<Self> {
+        let mut one = all.first()?.clone();
+        for (i, level) in one.levels.iter_mut().enumerate() {
+            let mean = |of: &dyn Fn(&DistortionLevels) -> Option<f64>| {
+                let powers: Vec<f64> = all
+                    .iter()
+                    .filter_map(|d| of(d.levels.get(i)?))
+                    .map(|v| v * v)
+                    .collect();
+                (!powers.is_empty()).then(|| crate::series::mean(&powers).sqrt())
+            };
+            *level = DistortionLevels {
+                band_hz: level.band_hz,
+                linear: mean(&|l| Some(l.linear)).unwrap_or(0.0),
+                noise: mean(&|l| Some(l.noise)).unwrap_or(0.0),
+                odd: mean(&|l| l.odd),
+                even: mean(&|l| l.even),
+                stochastic: mean(&|l| Some(l.stochastic)).unwrap_or(0.0),
+            };
+        }
+        one.realisations = all.iter().map(|d| d.realisations).sum();
+        Some(one)
+    }
+}
+
 /// What multisines say of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestLinear<I: Quantity, O: Quantity> {

@@ -1,14 +1,17 @@
 //! What is done with a bench, whichever it is: play a drive and keep what comes back, characterise a device.
 
+mod characterise;
+mod repeats;
+
+pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
+pub use repeats::{Attempt, Gating, Measure, Refused, RepeatConfig, Repeated, repeated};
+
 use piezotact::Doubt;
 use piezotact::Series;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Force, Hertz, SampleRate, Unit};
+use piezotact::quantity::{Drive, Force, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
-use crate::excitation::{ExcitationConfig, random_excitation};
 use crate::traits::{
     Acquire, Bench, BenchError, Chunk, PlayDescription, PlayReport, RunPlan, SensorCalibration,
 };
@@ -21,10 +24,6 @@ pub const ACCELERATION_CHANNEL: &str = "acceleration";
 pub const FORCE_CHANNEL: &str = "normal_force";
 /// The potential at full scale may depart by this share from what a drive was made for: 0.4 dB.
 const OUTPUT_TOLERANCE: f64 = 0.05;
-/// Below this frequency no device of this kind answers, and low coherence is no finding.
-const LOWEST_JUDGED: Hertz = Hertz(20.0);
-/// Coherence below this in the band that was driven is said.
-const LEAST_COHERENCE: f64 = 0.8;
 /// The mean force may depart by this share from what was asked for.
 const FORCE_TOLERANCE: f64 = 0.1;
 
@@ -257,125 +256,4 @@ fn force_doubt(recording: &Recording, run: &RunPlan) -> Option<Doubt> {
     let mean_n = piezotact::series::mean(force.samples());
     ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
         .then_some(Doubt::LoadOffTarget { mean_n, target_n })
-}
-
-/// How a device is characterised.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CharacteriseConfig {
-    /// The drive, its peak relative to what the device can play.
-    pub excitation: ExcitationConfig,
-    /// How the spectra are estimated.
-    pub welch: WelchConfig,
-    /// Which ratio estimates the transfer function.
-    pub estimator: Estimator,
-    /// Who touches how.
-    pub run: RunPlan,
-}
-
-/// A device with a finger on it, characterised.
-#[derive(Clone, Debug)]
-pub struct Characterisation {
-    /// What was recorded.
-    pub recording: Recording,
-    /// From the digital drive to the nail's acceleration.
-    pub function: TransferFunction<Drive, Acceleration>,
-}
-
-/// The random drive that characterises the device on `bench`, and the set-up it goes through.
-///
-/// # Errors
-/// Those of [`random_excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
-/// the acquisition, or the recording would hold no segment.
-pub fn excite(
-    bench: &mut Bench,
-    config: &CharacteriseConfig,
-) -> Result<(Series<Drive>, DriveSetup), BenchError> {
-    let setup = bench.player.calibrate()?;
-    let acquisition = bench.acquirer.describe().rate;
-    let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
-        expected,
-        found,
-        todo: todo.into(),
-    };
-    if config.excitation.band.high().0 >= acquisition.nyquist().0 {
-        return Err(wrong(
-            format!("a band below half of the acquisition's {acquisition}"),
-            config.excitation.band.to_string(),
-            "lower its end",
-        ));
-    }
-    // Checked as it was asked for, then brought to what the device can play.
-    let drive = random_excitation(&config.excitation, bench.player.describe().rate)?;
-    let holds = acquisition.samples_in(config.excitation.duration);
-    if config.welch.hop().is_err() || config.welch.segment > holds {
-        return Err(wrong(
-            format!(
-                "a segment from 2 to {holds} samples, as {} hold",
-                config.excitation.duration
-            ),
-            config.welch.segment.to_string(),
-            "2048 is usual",
-        ));
-    }
-
-    let limited = drive.amplified(Decibels::from_amplitude_ratio(setup.drive_limit()));
-    Ok((limited, setup))
-}
-
-/// Sends a random drive to the device and estimates the transfer function from the drive to the nail's
-/// acceleration, with the gain, the level and the condition that it holds for.
-///
-/// Source: thesis 2.5.3.
-///
-/// # Errors
-/// Those of [`excite`], [`play_and_record`] and [`transfer_of`].
-pub fn characterise(
-    bench: &mut Bench,
-    config: &CharacteriseConfig,
-    keep: Keep<'_>,
-) -> Result<Characterisation, BenchError> {
-    let (drive, setup) = excite(bench, config)?;
-    let recording = play_and_record(bench, &drive, Some(&setup), &config.run, keep)?;
-    let function = transfer_of(&recording, &setup, config)?;
-    Ok(Characterisation {
-        recording,
-        function,
-    })
-}
-
-/// The transfer function that a recording of a random drive gives, with all that it holds for.
-///
-/// # Errors
-/// [`BenchError::Recording`] when it lacks a channel, [`BenchError::Transfer`] when nothing comes through.
-pub fn transfer_of(
-    recording: &Recording,
-    setup: &DriveSetup,
-    config: &CharacteriseConfig,
-) -> Result<TransferFunction<Drive, Acceleration>, BenchError> {
-    let mut function = estimate(
-        &recording.series::<Drive>(Some(DRIVE_CHANNEL))?,
-        &recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?,
-        &config.welch,
-        config.estimator,
-    )?;
-    let estimated = std::mem::take(&mut function.provenance.steps);
-    let excitation = &config.excitation;
-    function.provenance = recording.provenance.clone().then(format!(
-        "random drive over {}, {}, peak {:.3} of full scale, seed {}",
-        excitation.band,
-        excitation.duration,
-        excitation.peak * setup.drive_limit(),
-        excitation.seed
-    ));
-    function.provenance.steps.extend(estimated);
-    function.condition = recording.condition.clone();
-    function.drive = Some(setup.clone());
-    function.doubts.extend(recording.doubts.clone());
-    let judged = Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
-        .ok()
-        .and_then(|band| excitation.band.common(band));
-    function
-        .doubts
-        .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
-    Ok(function)
 }

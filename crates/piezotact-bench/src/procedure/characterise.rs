@@ -1,0 +1,158 @@
+//! A device with a finger on it, characterised: a drive goes in, a transfer function comes out.
+
+use piezotact::Series;
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz};
+use piezotact::recording::Recording;
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{
+    Distortion, Estimator, TransferFunction, best_linear, estimate, estimate_sweeps,
+};
+
+use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, Keep, play_and_record};
+use crate::excitation::{ExcitationConfig, excitation};
+use crate::traits::{Bench, BenchError, RunPlan};
+
+/// Below this frequency no device of this kind answers, and low coherence is no finding.
+pub(super) const LOWEST_JUDGED: Hertz = Hertz(20.0);
+/// Coherence below this in the band that was driven is said.
+const LEAST_COHERENCE: f64 = 0.8;
+
+/// How a device is characterised.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CharacteriseConfig {
+    /// The drive, its peak relative to what the device can play.
+    pub excitation: ExcitationConfig,
+    /// How the spectra are estimated.
+    pub welch: WelchConfig,
+    /// Which ratio estimates the transfer function.
+    pub estimator: Estimator,
+    /// Who touches how.
+    pub run: RunPlan,
+}
+
+/// A device with a finger on it, characterised.
+#[derive(Clone, Debug)]
+pub struct Characterisation {
+    /// What was recorded.
+    pub recording: Recording,
+    /// From the digital drive to the nail's acceleration.
+    pub function: TransferFunction<Drive, Acceleration>,
+    /// Noise and distortion told apart; only multisines can.
+    pub distortion: Option<Distortion>,
+}
+
+/// The drive that characterises the device on `bench`, and the set-up it goes through.
+///
+/// # Errors
+/// Those of [`excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
+/// the acquisition, or the recording would hold no segment.
+pub fn excite(
+    bench: &mut Bench,
+    config: &CharacteriseConfig,
+) -> Result<(Series<Drive>, DriveSetup), BenchError> {
+    let setup = bench.player.calibrate()?;
+    let acquisition = bench.acquirer.describe().rate;
+    let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
+        expected,
+        found,
+        todo: todo.into(),
+    };
+    if config.excitation.band.high().0 >= acquisition.nyquist().0 {
+        return Err(wrong(
+            format!("a band below half of the acquisition's {acquisition}"),
+            config.excitation.band.to_string(),
+            "lower its end",
+        ));
+    }
+    // Checked as it was asked for, then brought to what the device can play.
+    let drive = excitation(&config.excitation, bench.player.describe().rate)?;
+    let blocks = config.excitation.blocks(acquisition)?;
+    let holds = blocks.map_or(
+        acquisition.samples_in(config.excitation.duration),
+        |blocks| blocks.length,
+    );
+    if config.welch.hop().is_err() || config.welch.segment > holds {
+        return Err(wrong(
+            format!(
+                "a segment from 2 to {holds} samples, as {} hold",
+                acquisition.duration_of(holds)
+            ),
+            config.welch.segment.to_string(),
+            "2048 is usual",
+        ));
+    }
+
+    let limited = drive.amplified(Decibels::from_amplitude_ratio(setup.drive_limit()));
+    Ok((limited, setup))
+}
+
+/// Sends a drive to the device and estimates the transfer function from the drive to the nail's
+/// acceleration, with the gain, the level and the condition that it holds for.
+///
+/// Source: thesis 2.5.3.
+///
+/// # Errors
+/// Those of [`excite`], [`play_and_record`] and [`transfer_of`].
+pub fn characterise(
+    bench: &mut Bench,
+    config: &CharacteriseConfig,
+    keep: Keep<'_>,
+) -> Result<Characterisation, BenchError> {
+    let (drive, setup) = excite(bench, config)?;
+    let recording = play_and_record(bench, &drive, Some(&setup), &config.run, keep)?;
+    transfer_of(recording, &setup, config)
+}
+
+/// The transfer function that a recording of the drive gives, with all that it holds for.
+///
+/// # Errors
+/// [`BenchError::Recording`] when it lacks a channel, [`BenchError::Transfer`] when nothing comes through.
+pub fn transfer_of(
+    recording: Recording,
+    setup: &DriveSetup,
+    config: &CharacteriseConfig,
+) -> Result<Characterisation, BenchError> {
+    let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL))?;
+    let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
+    let CharacteriseConfig {
+        excitation,
+        welch,
+        estimator,
+        ..
+    } = config;
+    let (mut function, distortion) = match excitation.blocks(recording.rate())? {
+        None => (estimate(&drive, &response, welch, *estimator)?, None),
+        Some(blocks) if blocks.in_a_row == 1 => (
+            estimate_sweeps(&drive, &response, blocks, welch.segment, *estimator)?,
+            None,
+        ),
+        Some(blocks) => {
+            let found = best_linear(&drive, &response, blocks, welch.segment)?;
+            (found.function, Some(found.distortion))
+        }
+    };
+    let estimated = std::mem::take(&mut function.provenance.steps);
+    function.provenance = recording
+        .provenance
+        .clone()
+        .then(excitation.told(setup.drive_limit()));
+    function.provenance.steps.extend(estimated);
+    function.condition = recording.condition.clone();
+    function.drive = Some(setup.clone());
+    function.doubts.extend(recording.doubts.clone());
+    let judged = Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
+        .ok()
+        .and_then(|band| excitation.band.common(band));
+    function
+        .doubts
+        .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
+    function
+        .doubts
+        .extend(judged.and_then(|band| function.not_driven(band)));
+    Ok(Characterisation {
+        recording,
+        function,
+        distortion,
+    })
+}

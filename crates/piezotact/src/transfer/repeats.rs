@@ -1,0 +1,100 @@
+//! Repeats of one measurement: one estimate of all, and how far they lie apart.
+
+use num_complex::Complex;
+
+use super::bundle::{level_db, same_lines};
+use super::{BundleError, TransferFunction};
+use crate::quantity::{Band, Quantity};
+use crate::series::rms;
+
+/// Repeats under one drive as one estimate: what they would give had they been recorded in one go. Coherence falls where
+/// they disagree. Condition, device and provenance are those of the first.
+///
+/// Formula: H = Σw·Hᵢ, γ² = |H|²/Σ(w·|Hᵢ|²/γᵢ²), with w the share of the averages, as the drive's power is the same.
+///
+/// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2.4, with Syy = |H|²·Sxx/γ².
+///
+/// # Errors
+/// [`BundleError::Few`] for none, [`BundleError::Lines`] when their lines differ.
+pub fn pooled<I: Quantity, O: Quantity>(
+    repeats: &[&TransferFunction<I, O>],
+) -> Result<TransferFunction<I, O>, BundleError> {
+    same_lines(repeats, 1)?;
+    let first = repeats[0];
+    let all: f64 = repeats.iter().map(|r| r.averages.max(1) as f64).sum();
+    let lines = first.response.len();
+    let (mut response, mut power) = (vec![Complex::default(); lines], vec![0.0; lines]);
+    for repeat in repeats {
+        let weight = repeat.averages.max(1) as f64 / all;
+        for (line, (h, coherence)) in repeat.response.iter().zip(&repeat.coherence).enumerate() {
+            response[line] += h * weight;
+            if *coherence > 0.0 {
+                power[line] += weight * h.norm_sqr() / coherence;
+            }
+        }
+    }
+    let coherence = response
+        .iter()
+        .zip(&power)
+        .map(|(h, power)| {
+            if *power > 0.0 {
+                h.norm_sqr() / power
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let mut one = TransferFunction::from_lines(
+        response,
+        coherence,
+        first.resolution_hz,
+        first.rate,
+        first.estimator,
+        repeats.iter().map(|r| r.averages).sum(),
+    )
+    .map_err(BundleError::Transfer)?;
+    one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
+    one.driven = first.driven;
+    one.condition.clone_from(&first.condition);
+    one.drive.clone_from(&first.drive);
+    one.provenance.clone_from(&first.provenance);
+    for doubt in repeats.iter().flat_map(|r| &r.doubts) {
+        if !one.doubts.contains(doubt) {
+            one.doubts.push(doubt.clone());
+        }
+    }
+    if repeats.len() > 1 {
+        one.provenance = one
+            .provenance
+            .then(format!("{} repeats as one estimate", repeats.len()));
+    }
+    Ok(one)
+}
+
+/// How far the two of `repeats` that differ most lie apart within `band`: the rms over the lines of the difference of their
+/// magnitudes, dB; `None` for fewer than two, lines that differ, or none in the band.
+///
+/// Formula: max over pairs of √(mean (20·log10|Hᵢ/Hⱼ|)²).
+///
+/// Source: L. Felicetti's thesis (2024), section 5.1.2 and figure 78a, as a number.
+#[must_use]
+pub fn farthest_apart_db<I: Quantity, O: Quantity>(
+    repeats: &[&TransferFunction<I, O>],
+    band: Band,
+) -> Option<f64> {
+    same_lines(repeats, 2).ok()?;
+    let levels: Vec<Vec<f64>> = repeats
+        .iter()
+        .map(|r| {
+            r.lines_in(band)
+                .map(|(line, _)| level_db(r.response[line]))
+                .collect()
+        })
+        .collect();
+    let apart = levels.iter().enumerate().flat_map(|(i, a)| {
+        levels[..i]
+            .iter()
+            .map(|b| rms(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>()))
+    });
+    apart.reduce(f64::max).filter(|_| !levels[0].is_empty())
+}
