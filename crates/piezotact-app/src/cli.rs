@@ -1,18 +1,20 @@
 //! The command line.
 
+pub(crate) mod device;
 pub(crate) mod twin;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use piezotact::device::AmplifierGain;
 use piezotact::filter::HighPass;
-use piezotact::quantity::{Band, Hertz, Measure, Unit};
+use piezotact::quantity::{Hertz, Measure, Unit};
 use piezotact::spectrum::Window;
 use piezotact::surface::{Form, ShortWaves};
-use piezotact_bench::BenchSpec;
 use piezotact_dataset::NamePattern;
 
+pub(crate) use device::{
+    Characterise, EstimatorName, Finger, Gate, OnOff, Play, Render, Transfer, Verify,
+};
 pub(crate) use twin::Replay;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
@@ -44,7 +46,7 @@ pub(crate) enum Command {
     Spectrum(Spectrum),
     /// Measures the transfer function of a device with a finger on it.
     #[command(
-        after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json"
+        after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json\n  piezotact characterise --bench twin:participant=1,seed=7 --excitation multisine --repeats 3 --out tf.json"
     )]
     Characterise(Characterise),
     /// Estimates the transfer function between two channels of a recording.
@@ -336,195 +338,6 @@ pub(crate) struct Spectrum {
         allow_negative_numbers = true
     )]
     pub(crate) max_frequency: Option<f64>,
-}
-
-/// How the finger is asked to lie.
-#[derive(Debug, Args)]
-pub(crate) struct Finger {
-    /// The normal force that the participant holds, in N.
-    #[arg(long, default_value_t = 0.2, allow_negative_numbers = true)]
-    pub(crate) load: f64,
-    /// The angle between finger and surface, in degrees.
-    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
-    pub(crate) angle: f64,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Characterise {
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
-    #[arg(long)]
-    pub(crate) bench: BenchSpec,
-    /// How long the random drive lasts, in s.
-    #[arg(long, default_value_t = 60.0)]
-    pub(crate) seconds: f64,
-    #[command(flatten)]
-    pub(crate) finger: Finger,
-    /// The band that is driven, in Hz.
-    #[arg(long, default_value = "2..1200")]
-    pub(crate) band: Band,
-    /// The peak of the drive, as a share of what the device can play.
-    #[arg(long, default_value_t = 0.8)]
-    pub(crate) peak: f64,
-    /// Samples in a segment.
-    #[arg(long, default_value_t = 2048)]
-    pub(crate) segment: usize,
-    /// Draws the random drive.
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Keeps the recording too.
-    #[arg(long, value_name = "RAW.parquet")]
-    pub(crate) record: Option<PathBuf>,
-    /// The transfer function to write.
-    #[arg(long)]
-    pub(crate) out: PathBuf,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum EstimatorName {
-    /// Sxy/Sxx, unbiased by noise on the response.
-    H1,
-    /// Syy/Syx, unbiased by noise on the drive.
-    H2,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Transfer {
-    /// A recording that holds both channels.
-    pub(crate) recording: PathBuf,
-    /// The channel of the drive.
-    #[arg(long)]
-    pub(crate) drive: String,
-    /// The channel of the response.
-    #[arg(long)]
-    pub(crate) response: String,
-    #[command(flatten)]
-    pub(crate) reading: Reading,
-    /// Samples in a segment.
-    #[arg(long, default_value_t = 2048)]
-    pub(crate) segment: usize,
-    /// Which ratio of spectra.
-    #[arg(long, value_enum, default_value = "h1")]
-    pub(crate) estimator: EstimatorName,
-    /// The gain set on the amplifier, B1–B4; together with --volts-per-full-scale it describes the device.
-    #[arg(long, requires = "volts_per_full_scale")]
-    pub(crate) gain: Option<AmplifierGain>,
-    /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
-    /// brought to full scale = 1.
-    #[arg(long, value_name = "V", requires = "gain")]
-    pub(crate) volts_per_full_scale: Option<f64>,
-    /// The capacitance of the actuator, in nF.
-    #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
-    pub(crate) load_nf: f64,
-    /// The transfer function to write.
-    #[arg(long)]
-    pub(crate) out: PathBuf,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Render {
-    /// The texture: a recording in m/s².
-    pub(crate) target: PathBuf,
-    /// The transfer function of the device with the finger on it.
-    #[arg(long)]
-    pub(crate) transfer: PathBuf,
-    /// The drive to write (WAV, 32-bit float); its sidecar goes beside it.
-    #[arg(long)]
-    pub(crate) out: PathBuf,
-    /// The band that is rendered, in Hz.
-    #[arg(long, default_value = "20..1000")]
-    pub(crate) band: Band,
-    /// The channel of the texture; not needed when there is one, or one of acceleration.
-    #[arg(long)]
-    pub(crate) channel: Option<String>,
-    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
-    #[arg(long, value_name = "VALUE UNIT")]
-    pub(crate) scale: Option<Measure>,
-    /// The rate of a table without a time column, in Hz.
-    #[arg(long, value_name = "HZ")]
-    pub(crate) target_rate: Option<f64>,
-    /// The gain set on the amplifier; must be the one the transfer function was measured with.
-    #[arg(long)]
-    pub(crate) gain: Option<AmplifierGain>,
-    /// Renders the texture louder or softer by this many dB.
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DB",
-        allow_negative_numbers = true
-    )]
-    pub(crate) level: f64,
-    /// The rate of the drive, in Hz.
-    #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
-    pub(crate) rate: u32,
-    /// Writes a drive that clips, instead of refusing it.
-    #[arg(long)]
-    pub(crate) allow_clipping: bool,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Play {
-    /// The drive (WAV) that `render` wrote.
-    pub(crate) drive: PathBuf,
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
-    #[arg(long)]
-    pub(crate) bench: BenchSpec,
-    /// The recording to write (Parquet).
-    #[arg(long)]
-    pub(crate) record: PathBuf,
-    /// The gain that a drive without a sidecar is meant for.
-    #[arg(long)]
-    pub(crate) gain: Option<AmplifierGain>,
-    #[command(flatten)]
-    pub(crate) finger: Finger,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Verify {
-    /// The texture that was rendered.
-    #[arg(long)]
-    pub(crate) target: PathBuf,
-    /// What was measured while it played.
-    #[arg(long)]
-    pub(crate) measured: PathBuf,
-    /// The channel of the target; not needed when there is one, or one of acceleration.
-    #[arg(long)]
-    pub(crate) channel: Option<String>,
-    /// The channel of the measurement; not needed when there is one, or one of acceleration.
-    #[arg(long)]
-    pub(crate) measured_channel: Option<String>,
-    /// What a sample of 1 stands for in the measurement, where it differs from --scale.
-    #[arg(long, value_name = "VALUE UNIT")]
-    pub(crate) measured_scale: Option<Measure>,
-    /// The drive (WAV) that was played, when the measurement does not hold it itself: its level and its
-    /// achievable band count.
-    #[arg(long)]
-    pub(crate) drive: Option<PathBuf>,
-    /// The band over which they are compared, in Hz.
-    #[arg(long, default_value = "20..1000")]
-    pub(crate) band: Band,
-    /// The transfer function, for its figure in the report.
-    #[arg(long)]
-    pub(crate) transfer: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) reading: Reading,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Which standard says what is averaged along a profile.

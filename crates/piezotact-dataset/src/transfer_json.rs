@@ -4,9 +4,9 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Quantity, SampleRate, Unit};
+use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::{Condition, Provenance};
-use piezotact::transfer::{Estimator, TransferFunction};
+use piezotact::transfer::{Distortion, Estimator, TransferFunction};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ReadError, WriteError};
@@ -27,6 +27,12 @@ pub struct TransferDocument {
     /// The number of segments averaged; 0 when not known.
     #[serde(default)]
     pub averages: usize,
+    /// The number of independent averages that scatter as much; `averages` where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effective_averages: Option<f64>,
+    /// From the lowest to the highest line that was driven.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven_hz: Option<Band>,
     /// The rate of the recording it was estimated from, Hz; twice the highest frequency when absent.
     #[serde(default)]
     pub rate_hz: Option<SampleRate>,
@@ -50,6 +56,9 @@ pub struct TransferDocument {
     pub imaginary: Vec<f64>,
     /// The coherence of every line.
     pub coherence: Vec<f64>,
+    /// Noise and distortion told apart, where multisines did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<Distortion>,
 }
 
 fn full_scale() -> Unit {
@@ -77,6 +86,8 @@ impl TransferDocument {
             response_unit,
             estimator: function.estimator,
             averages: function.averages,
+            effective_averages: Some(function.effective_averages),
+            driven_hz: function.driven,
             rate_hz: Some(function.rate),
             condition: function.condition.clone(),
             drive: function.drive.clone(),
@@ -86,6 +97,7 @@ impl TransferDocument {
             real: function.response().iter().map(|h| h.re).collect(),
             imaginary: function.response().iter().map(|h| h.im).collect(),
             coherence: function.coherence().to_vec(),
+            distortion: None,
         }
     }
 
@@ -178,6 +190,13 @@ impl TransferDocument {
             path: path.into(),
             source,
         })?;
+        if let Some(effective) = self
+            .effective_averages
+            .filter(|n| n.is_finite() && *n >= 0.0)
+        {
+            function.effective_averages = effective;
+        }
+        function.driven = self.driven_hz;
         // What was doubted when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.doubts);
         function.doubts.clone_from(&self.doubts);

@@ -2,25 +2,28 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::Estimator;
-use piezotact_bench::procedure::{self, Characterisation, CharacteriseConfig};
+use piezotact::transfer::{Distortion, Estimator};
+use piezotact_bench::procedure::{
+    self, Attempt, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
+};
 use piezotact_bench::twin::TwinParameters;
-use piezotact_bench::{Bench, Excitation, ExcitationConfig};
+use piezotact_bench::{Bench, ExcitationConfig, Gate, GateConfig};
 use piezotact_dataset::{TransferDocument, write_transfer};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::play::{Keeping, play};
 use super::{bench_failure, outputs, recording_files, run_plan};
-use crate::cli::Characterise;
-use crate::failure::Outcome;
-use crate::output::{doubts_json, print, print_json, say_doubts};
+use crate::cli::{Characterise, Gate as GateArgs, OnOff};
+use crate::failure::{Outcome, usage};
+use crate::output::{doubts_json, print, print_json, say, say_doubts};
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
-            kind: Excitation::Random,
+            kind: args.excitation,
             band: args.band,
             duration: Seconds(args.seconds),
             peak: args.peak,
@@ -30,29 +33,55 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         estimator: Estimator::H1,
         run: run_plan("characterise", &args.finger),
     };
-    let recording = args
-        .record
-        .iter()
-        .flat_map(|record| recording_files(record));
-    let written: Vec<PathBuf> = std::iter::once(args.out.clone()).chain(recording).collect();
+    let repeats = RepeatConfig {
+        repeats: usize::from(args.repeats),
+        attempts: usize::from(args.gate.attempts),
+        gating: gating(&args.gate)?,
+    };
+    let record = |attempt: &Attempt| {
+        let record = args.record.as_deref();
+        record.map(|record| numbered(record, repeats.repeats, attempt.repeat, attempt.attempt))
+    };
+    let recordings = (1..=repeats.repeats).filter_map(|repeat| {
+        let record = args.record.as_deref()?;
+        Some(recording_files(&numbered(
+            record,
+            repeats.repeats,
+            repeat,
+            1,
+        )))
+    });
+    let written: Vec<PathBuf> = std::iter::once(args.out.clone())
+        .chain(recordings.flatten())
+        .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
-    let done = characterise(
-        &mut args.bench.open(&TwinParameters::built_in()),
-        &config,
-        args.record.as_deref(),
-    )?;
+    let mut bench = args.bench.open(&TwinParameters::built_in());
+    let done = repeated(&mut bench, &config, &repeats, &record)?;
     let function = &done.function;
-    write_transfer(
-        &args.out,
-        &TransferDocument::of(function, Drive::UNIT, Acceleration::UNIT),
-    )?;
+    let each: Vec<Distortion> = done
+        .each
+        .iter()
+        .filter_map(|c| c.distortion.clone())
+        .collect();
+    let distortion = Distortion::together(&each);
+    let document = TransferDocument {
+        distortion: distortion.clone(),
+        ..TransferDocument::of(function, Drive::UNIT, Acceleration::UNIT)
+    };
+    write_transfer(&args.out, &document)?;
     if args.json {
         return print_json(&json!({
             "out": args.out,
             "averages": function.averages,
+            "effective_averages": function.effective_averages,
             "resolution_hz": function.resolution_hz(),
             "band_hz": args.band,
+            "driven_hz": function.driven,
+            "repeats": done.each.len(),
+            "repeats_apart_db_rms": done.apart_db,
+            "refused": refused_json(&done.refused),
+            "distortion": distortion,
             "drive_setup": function.drive,
             "condition": function.condition,
             "provenance": function.provenance,
@@ -67,30 +96,145 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         function.resolution_hz(),
         function.averages,
         function.provenance.source
-    ))
+    ))?;
+    if let Some(apart_db) = done.apart_db {
+        print(&format!(
+            "{} repeats, any two at most {apart_db:.2} dB rms apart",
+            done.each.len()
+        ))?;
+    }
+    distortion.map_or(Ok(()), |distortion| print(&told(&distortion)))
 }
 
-/// Runs a characterisation, with its progress shown, keeping the recording in `record` when there is one.
+/// Levels of noise and distortion re the answer, one line a band.
+fn told(distortion: &Distortion) -> String {
+    let mut text = format!(
+        "re the answer, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
+        distortion.realisations, distortion.periods, "band", "noise", "even", "odd"
+    );
+    for level in &distortion.levels {
+        let db = |value: Option<f64>| match value {
+            Some(value) if value > 0.0 && level.linear > 0.0 => {
+                format!("{:.1}", 20.0 * (value / level.linear).log10())
+            }
+            Some(_) => "in noise".into(),
+            None => "–".into(),
+        };
+        text.push_str(&format!(
+            "\n{:>14}  {:>8}  {:>8}  {:>8}",
+            level.band_hz.to_string(),
+            db(Some(level.noise)),
+            db(level.even),
+            db(level.odd)
+        ));
+    }
+    text
+}
+
+fn refused_json(refused: &[Refused]) -> Vec<Value> {
+    refused
+        .iter()
+        .map(
+            |r| json!({ "repeat": r.repeat, "attempt": r.attempt, "reason": r.breach.to_string() }),
+        )
+        .collect()
+}
+
+/// What the options ask of every measurement.
+pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
+    let within = |what: &str, value: f64| {
+        if value > 0.0 && value < 1.0 {
+            return Ok(value);
+        }
+        Err(usage(anyhow!(
+            "expected {what} between 0 and 1, found {value}; leave it out for the usual"
+        )))
+    };
+    match args.gating {
+        OnOff::Off => Ok(Gating::Open),
+        OnOff::On => Ok(Gating::Judged(GateConfig {
+            force_share: within("--force-tolerance", args.force_tolerance)?,
+            least_coherence: within("--least-coherence", args.least_coherence)?,
+            ..GateConfig::usual()
+        })),
+    }
+}
+
+/// The recording of one attempt at one repeat: `raw.parquet`, `raw-2.parquet`, `raw-2-again-1.parquet`.
+fn numbered(record: &Path, repeats: usize, repeat: usize, attempt: usize) -> PathBuf {
+    let stem = record.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = record
+        .extension()
+        .map(|e| format!(".{}", e.to_string_lossy()))
+        .unwrap_or_default();
+    let number = if repeats > 1 {
+        format!("-{repeat}")
+    } else {
+        String::new()
+    };
+    let again = if attempt > 1 {
+        format!("-again-{}", attempt - 1)
+    } else {
+        String::new()
+    };
+    record.with_file_name(format!("{stem}{number}{again}{ending}"))
+}
+
+/// Characterises `repeats` times, with the progress and every refusal shown, keeping each recording where `record` says.
+pub(crate) fn repeated(
+    bench: &mut Bench,
+    config: &CharacteriseConfig,
+    repeats: &RepeatConfig,
+    record: &dyn Fn(&Attempt) -> Option<PathBuf>,
+) -> Outcome<Repeated> {
+    let (drive, setup) = procedure::excite(bench, config).map_err(bench_failure)?;
+    let of = |attempt: &Attempt| match repeats.repeats {
+        1 => String::new(),
+        all => format!(", {} of {all}", attempt.repeat),
+    };
+    procedure::repeated(
+        bench,
+        (config, &setup),
+        repeats,
+        &mut |bench: &mut Bench, attempt: &Attempt, gate: Option<&mut Gate>| {
+            let what = format!(
+                "characterising with {} of {:.1}{}",
+                config.excitation.kind.name(),
+                drive.duration(),
+                of(attempt)
+            );
+            let record = record(attempt);
+            let keeping = Keeping {
+                record: record.as_deref(),
+                rendering: None,
+                what: &what,
+                gate,
+            };
+            play(bench, &drive, Some(&setup), &attempt.run, keeping)
+        },
+        &mut |refused| {
+            say(&format!(
+                "repeat {}, attempt {} is refused: {}",
+                refused.repeat, refused.attempt, refused.breach
+            ));
+        },
+    )
+}
+
+/// Runs a characterisation that takes what comes, with its progress shown, keeping the recording in `record` when there is
+/// one.
 pub(crate) fn characterise(
     bench: &mut Bench,
     config: &CharacteriseConfig,
     record: Option<&Path>,
 ) -> Outcome<Characterisation> {
-    let (drive, setup) = procedure::excite(bench, config).map_err(bench_failure)?;
-    let what = format!(
-        "characterising with a random drive of {}",
-        config.excitation.duration
-    );
-    let recording = play(
-        bench,
-        &drive,
-        Some(&setup),
-        &config.run,
-        Keeping {
-            record,
-            rendering: None,
-            what: &what,
-        },
-    )?;
-    Ok(procedure::transfer_of(recording, &setup, config)?)
+    let once = RepeatConfig {
+        repeats: 1,
+        attempts: 1,
+        gating: Gating::Open,
+    };
+    let done = repeated(bench, config, &once, &|_| record.map(Path::to_owned))?;
+    let mut each = done.each.into_iter();
+    each.next()
+        .ok_or_else(|| anyhow!("the characterisation gave no measurement; report this").into())
 }

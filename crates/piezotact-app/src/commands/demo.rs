@@ -243,6 +243,7 @@ fn played(
             record: Some(path),
             rendering,
             what: &what,
+            gate: None,
         },
     )
 }

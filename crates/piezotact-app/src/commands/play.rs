@@ -11,7 +11,7 @@ use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
 use piezotact_bench::twin::TwinParameters;
-use piezotact_bench::{Bench, Chunk, RunPlan};
+use piezotact_bench::{Bench, Chunk, Gate, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
@@ -55,6 +55,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
         record: Some(&args.record),
         rendering: contents.rendering.clone(),
         what: &format!("playing {:.1} of drive", drive.duration()),
+        gate: None,
     };
     let mut recording = play(&mut bench, &drive, Some(&setup), &run, keeping)?;
     let clipped = headroom(drive.samples(), drive.rate(), Some(&setup)).clipped_fraction;
@@ -97,6 +98,8 @@ pub(crate) struct Keeping<'a> {
     pub(crate) rendering: Option<Rendering>,
     /// What the progress bar says.
     pub(crate) what: &'a str,
+    /// What judges the run while it runs.
+    pub(crate) gate: Option<&'a mut Gate>,
 }
 
 /// Plays `drive` and records what comes of it, with its progress shown.
@@ -105,7 +108,7 @@ pub(crate) fn play(
     drive: &Series<Drive>,
     setup: Option<&DriveSetup>,
     run: &RunPlan,
-    keeping: Keeping<'_>,
+    mut keeping: Keeping<'_>,
 ) -> Outcome<Recording> {
     // Refused before a file is begun.
     require_device(bench, drive, setup).map_err(bench_failure)?;
@@ -124,9 +127,13 @@ pub(crate) fn play(
     let done = play_and_record(bench, drive, setup, run, &mut |chunk: &Chunk| {
         let frames = chunk.channels.first().map_or(0, Vec::len);
         bar.inc((frames as f64 / rate.hz() * 10.0).round() as u64);
-        journal.as_mut().map_or(Ok(()), |journal| {
-            journal.append(&chunk.channels).map_err(Into::into)
-        })
+        if let Some(journal) = journal.as_mut() {
+            journal.append(&chunk.channels)?;
+        }
+        match keeping.gate.as_deref_mut() {
+            Some(gate) => gate.admit(chunk).map_err(Into::into),
+            None => Ok(()),
+        }
     });
     bar.finish_and_clear();
     let recording = done.map_err(bench_failure)?;

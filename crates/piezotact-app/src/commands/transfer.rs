@@ -45,6 +45,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let estimator = match args.estimator {
         EstimatorName::H1 => Estimator::H1,
         EstimatorName::H2 => Estimator::H2,
+        EstimatorName::Hv => Estimator::Hv,
     };
     let mut function = estimate(
         &drive,
@@ -73,6 +74,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             "drive_unit": document.drive_unit,
             "response_unit": document.response_unit,
             "averages": function.averages,
+            "driven_hz": function.driven,
             "resolution_hz": function.resolution_hz(),
             "doubts": doubts_json(&function.doubts)?,
         }));

@@ -70,7 +70,8 @@ pub struct Attempt {
 }
 
 /// What plays and records one attempt.
-pub type Measure<'a, E> = &'a mut dyn FnMut(&Attempt, Option<&mut Gate>) -> Result<Recording, E>;
+pub type Measure<'a, E> =
+    &'a mut dyn FnMut(&mut Bench, &Attempt, Option<&mut Gate>) -> Result<Recording, E>;
 
 /// Characterises a device several times with the finger lying as it lies, asking for a measurement again whose force or
 /// coherence leaves what was agreed. `measure` plays and records one attempt and hands every chunk to the gate, when there
@@ -80,7 +81,7 @@ pub type Measure<'a, E> = &'a mut dyn FnMut(&Attempt, Option<&mut Gate>) -> Resu
 /// [`BenchError::Refused`] when a repeat does not pass in as many attempts as it has; those of [`transfer_of`] and of
 /// `measure`.
 pub fn repeated<E: From<BenchError>>(
-    bench: &Bench,
+    bench: &mut Bench,
     (config, setup): (&CharacteriseConfig, &DriveSetup),
     repeats: &RepeatConfig,
     measure: Measure<'_, E>,
@@ -106,7 +107,7 @@ pub fn repeated<E: From<BenchError>>(
             Gating::Open => None,
             Gating::Judged(gate) => Some(gate_of(bench, config, gate)?),
         };
-        let recording = measure(&tried, gate.as_mut());
+        let recording = measure(bench, &tried, gate.as_mut());
         let mut breach = gate.as_mut().and_then(|gate| {
             gate.finish();
             gate.breach().cloned()

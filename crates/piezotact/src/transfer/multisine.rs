@@ -21,10 +21,11 @@ pub struct DistortionLevels {
     pub linear: f64,
     /// What differs from period to period.
     pub noise: f64,
-    /// What repeats on odd lines that are not driven; absent where no such line lies in the band.
+    /// What repeats on odd lines that are not driven; 0 where it does not stand out of the noise, absent where no such
+    /// line lies in the band.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub odd: Option<f64>,
-    /// What repeats on even lines; absent where no such line lies in the band.
+    /// What repeats on even lines, likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub even: Option<f64>,
     /// What differs from one realisation to another on the driven lines beyond noise: the distortion that looks like noise.
@@ -103,6 +104,9 @@ pub struct BestLinear<I: Quantity, O: Quantity> {
 
 /// A line is driven when it holds this share of the strongest: 40 dB below.
 const DRIVEN: f64 = 1e-4;
+
+/// What repeats counts as distortion when it exceeds the noise's share by so many of its standard deviations.
+const STANDS_OUT: f64 = 4.0;
 
 /// Sums of powers over the lines of one band.
 #[derive(Clone, Copy, Default)]
@@ -266,6 +270,15 @@ fn distortion(
         }
     }
     let root = |power: f64, count: usize| (power / count.max(1) as f64).max(0.0).sqrt();
+    // What noise alone leaves scatters by its own mean over the root of how often it was seen.
+    let beyond = |power: f64, count: usize, noise: f64| {
+        let scatter = noise / periods / (count as f64 * rows).sqrt();
+        if power / count as f64 > STANDS_OUT * scatter {
+            root(power, count)
+        } else {
+            0.0
+        }
+    };
     let levels = bands
         .iter()
         .zip(&sums)
@@ -274,8 +287,10 @@ fn distortion(
             band_hz: *band_hz,
             linear: root(s.linear, s.driven),
             noise: root(s.noise, s.noise_lines),
-            odd: (s.odd.1 > 0).then(|| root(s.odd.0, s.odd.1)),
-            even: (s.even.1 > 0).then(|| root(s.even.0, s.even.1)),
+            odd: (s.odd.1 > 0)
+                .then(|| beyond(s.odd.0, s.odd.1, s.noise / s.noise_lines.max(1) as f64)),
+            even: (s.even.1 > 0)
+                .then(|| beyond(s.even.0, s.even.1, s.noise / s.noise_lines.max(1) as f64)),
             stochastic: root(s.stochastic, s.driven),
         })
         .collect();

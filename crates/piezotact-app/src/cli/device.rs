@@ -1,0 +1,246 @@
+//! The options of what characterises a device and renders on it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use piezotact::device::AmplifierGain;
+use piezotact::quantity::{Band, Measure};
+use piezotact_bench::{BenchSpec, Excitation};
+
+use super::Reading;
+
+/// How the finger is asked to lie.
+#[derive(Debug, Args)]
+pub(crate) struct Finger {
+    /// The normal force that the participant holds, in N.
+    #[arg(long, default_value_t = 0.2, allow_negative_numbers = true)]
+    pub(crate) load: f64,
+    /// The angle between finger and surface, in degrees.
+    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
+    pub(crate) angle: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Characterise {
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    #[arg(long)]
+    pub(crate) bench: BenchSpec,
+    /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which tells
+    /// noise from distortion.
+    #[arg(long, default_value = "random")]
+    pub(crate) excitation: Excitation,
+    /// How long the drive lasts at most, in s.
+    #[arg(long, default_value_t = 60.0)]
+    pub(crate) seconds: f64,
+    /// Measures so often with the finger lying as it lies, and estimates from all.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) repeats: u16,
+    #[command(flatten)]
+    pub(crate) gate: Gate,
+    #[command(flatten)]
+    pub(crate) finger: Finger,
+    /// The band that is driven, in Hz.
+    #[arg(long, default_value = "2..1200")]
+    pub(crate) band: Band,
+    /// The peak of the drive, as a share of what the device can play.
+    #[arg(long, default_value_t = 0.8)]
+    pub(crate) peak: f64,
+    /// Samples in a segment.
+    #[arg(long, default_value_t = 2048)]
+    pub(crate) segment: usize,
+    /// Draws the drive.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Keeps the recording too; several are numbered.
+    #[arg(long, value_name = "RAW.parquet")]
+    pub(crate) record: Option<PathBuf>,
+    /// The transfer function to write.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What every measurement must keep to while it runs.
+#[derive(Debug, Args)]
+pub(crate) struct Gate {
+    /// Whether a measurement that leaves its load or its coherence ends and is asked for again.
+    #[arg(long = "gate", value_enum, default_value = "on")]
+    pub(crate) gating: OnOff,
+    /// The mean force of every ten seconds may depart from the load by this share.
+    #[arg(
+        long,
+        default_value_t = 0.1,
+        value_name = "SHARE",
+        allow_negative_numbers = true
+    )]
+    pub(crate) force_tolerance: f64,
+    /// The median coherence of every ten seconds over the driven lines.
+    #[arg(
+        long,
+        default_value_t = 0.9,
+        value_name = "COHERENCE",
+        allow_negative_numbers = true
+    )]
+    pub(crate) least_coherence: f64,
+    /// How often a measurement may be tried.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) attempts: u16,
+}
+
+/// Whether something is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum OnOff {
+    /// It is.
+    On,
+    /// It is not.
+    Off,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum EstimatorName {
+    /// Sxy/Sxx, unbiased by noise on the response.
+    H1,
+    /// Syy/Syx, unbiased by noise on the drive.
+    H2,
+    /// Their geometric mean, for noise on both.
+    Hv,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Transfer {
+    /// A recording that holds both channels.
+    pub(crate) recording: PathBuf,
+    /// The channel of the drive.
+    #[arg(long)]
+    pub(crate) drive: String,
+    /// The channel of the response.
+    #[arg(long)]
+    pub(crate) response: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Samples in a segment.
+    #[arg(long, default_value_t = 2048)]
+    pub(crate) segment: usize,
+    /// Which ratio of spectra.
+    #[arg(long, value_enum, default_value = "h1")]
+    pub(crate) estimator: EstimatorName,
+    /// The gain set on the amplifier, B1–B4; together with --volts-per-full-scale it describes the device.
+    #[arg(long, requires = "volts_per_full_scale")]
+    pub(crate) gain: Option<AmplifierGain>,
+    /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
+    /// brought to full scale = 1.
+    #[arg(long, value_name = "V", requires = "gain")]
+    pub(crate) volts_per_full_scale: Option<f64>,
+    /// The capacitance of the actuator, in nF.
+    #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
+    pub(crate) load_nf: f64,
+    /// The transfer function to write.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    /// The texture: a recording in m/s².
+    pub(crate) target: PathBuf,
+    /// The transfer function of the device with the finger on it.
+    #[arg(long)]
+    pub(crate) transfer: PathBuf,
+    /// The drive to write (WAV, 32-bit float); its sidecar goes beside it.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// The band that is rendered, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    pub(crate) band: Band,
+    /// The channel of the texture; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) scale: Option<Measure>,
+    /// The rate of a table without a time column, in Hz.
+    #[arg(long, value_name = "HZ")]
+    pub(crate) target_rate: Option<f64>,
+    /// The gain set on the amplifier; must be the one the transfer function was measured with.
+    #[arg(long)]
+    pub(crate) gain: Option<AmplifierGain>,
+    /// Renders the texture louder or softer by this many dB.
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DB",
+        allow_negative_numbers = true
+    )]
+    pub(crate) level: f64,
+    /// The rate of the drive, in Hz.
+    #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
+    pub(crate) rate: u32,
+    /// Writes a drive that clips, instead of refusing it.
+    #[arg(long)]
+    pub(crate) allow_clipping: bool,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Play {
+    /// The drive (WAV) that `render` wrote.
+    pub(crate) drive: PathBuf,
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    #[arg(long)]
+    pub(crate) bench: BenchSpec,
+    /// The recording to write (Parquet).
+    #[arg(long)]
+    pub(crate) record: PathBuf,
+    /// The gain that a drive without a sidecar is meant for.
+    #[arg(long)]
+    pub(crate) gain: Option<AmplifierGain>,
+    #[command(flatten)]
+    pub(crate) finger: Finger,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// The texture that was rendered.
+    #[arg(long)]
+    pub(crate) target: PathBuf,
+    /// What was measured while it played.
+    #[arg(long)]
+    pub(crate) measured: PathBuf,
+    /// The channel of the target; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// The channel of the measurement; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) measured_channel: Option<String>,
+    /// What a sample of 1 stands for in the measurement, where it differs from --scale.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) measured_scale: Option<Measure>,
+    /// The drive (WAV) that was played, when the measurement does not hold it itself: its level and its
+    /// achievable band count.
+    #[arg(long)]
+    pub(crate) drive: Option<PathBuf>,
+    /// The band over which they are compared, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    pub(crate) band: Band,
+    /// The transfer function, for its figure in the report.
+    #[arg(long)]
+    pub(crate) transfer: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
