@@ -214,9 +214,9 @@ impl ExcitationConfig {
         Ok(each_s)
     }
 
-    /// What it is, for the provenance; `limit` is the largest drive that the device can play.
+    /// What it is, for the provenance, where it was played with a peak of `peak` of full scale.
     #[must_use]
-    pub fn told(&self, limit: f64) -> String {
+    pub fn told(&self, peak: f64) -> String {
         let kind = match (self.kind, Filling::of(self.duration)) {
             (Excitation::Multisine, Ok(filling)) => format!(
                 "{} random-phase multisines of {} periods of {PERIOD_S} s on odd lines, one of {GROUP} left out,",
@@ -226,11 +226,8 @@ impl ExcitationConfig {
             _ => "random drive".into(),
         };
         format!(
-            "{kind} over {}, {}, peak {:.3} of full scale, seed {}",
-            self.band,
-            self.duration,
-            self.peak * limit,
-            self.seed
+            "{kind} over {}, {}, peak {peak:.3} of full scale, seed {}",
+            self.band, self.duration, self.seed
         )
     }
 }

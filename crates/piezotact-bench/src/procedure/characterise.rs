@@ -4,6 +4,7 @@ use piezotact::Series;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz};
 use piezotact::recording::Recording;
+use piezotact::render::headroom;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
     Distortion, Estimator, TransferFunction, best_linear, estimate, estimate_sweeps,
@@ -83,8 +84,14 @@ pub fn excite(
         ));
     }
 
-    let limited = drive.amplified(Decibels::from_amplitude_ratio(setup.drive_limit()));
-    Ok((limited, setup))
+    // No steeper than the amplifier follows into the actuator: beyond, it bends what it plays.
+    let slope = headroom(drive.samples(), drive.rate(), Some(&setup)).slope_v_per_s;
+    let followed = slope.map_or(1.0, |slope| setup.slew_limit_v_per_s() / slope);
+    let playable = setup.drive_limit().min(followed);
+    Ok((
+        drive.amplified(Decibels::from_amplitude_ratio(playable)),
+        setup,
+    ))
 }
 
 /// Sends a drive to the device and estimates the transfer function from the drive to the nail's
@@ -136,7 +143,7 @@ pub fn transfer_of(
     function.provenance = recording
         .provenance
         .clone()
-        .then(excitation.told(setup.drive_limit()));
+        .then(excitation.told(drive.peak()));
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
     function.drive = Some(setup.clone());
