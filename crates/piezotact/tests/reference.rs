@@ -251,6 +251,97 @@ fn a_symmetric_window_gives_pyfrf() {
     );
 }
 
+/// Within the drive's own band, 20–1000 Hz, rounding has nothing to feed on: 1e-12 for SciPy and for pyFRF.
+#[test]
+fn transfer_functions_equal_scipy_and_pyfrf_closely_where_they_are_driven() {
+    let Some(mut npz) = Npz::open("reference/transfer.npz") else {
+        return;
+    };
+    let (x, y) = (npz.real("x"), npz.real("y"));
+    for n in [2048, 4096] {
+        for (program, symmetry) in [("", Symmetry::Periodic), ("pyfrf_", Symmetry::Symmetric)] {
+            let config = WelchConfig {
+                symmetry,
+                ..WelchConfig::hann(n)
+            };
+            let spectra: CrossSpectra<Drive, Acceleration> = CrossPlan::new(&config, rate())
+                .unwrap()
+                .estimate(&x, &y)
+                .unwrap();
+            let coherence = |values: Vec<f64>| values.into_iter().map(Complex::from).collect();
+            let all: [(String, Vec<Complex<f64>>, Vec<Complex<f64>>); 3] = [
+                (
+                    format!("{program}H1_{n}"),
+                    spectra.h1(),
+                    npz.complex(&format!("{program}H1_{n}")),
+                ),
+                (
+                    format!("{program}H2_{n}"),
+                    spectra.h2(),
+                    npz.complex(&format!("{program}H2_{n}")),
+                ),
+                (
+                    format!("{program}coh_{n}"),
+                    coherence(spectra.coherence()),
+                    coherence(npz.real(&format!("{program}coh_{n}"))),
+                ),
+            ];
+            for (what, got, expected) in all {
+                let worst = got
+                    .iter()
+                    .zip(&expected)
+                    .enumerate()
+                    .filter(|(k, _)| (20.0..=1000.0).contains(&(*k as f64 * spectra.resolution_hz)))
+                    .map(|(_, (a, b))| (a - b).norm() / b.norm())
+                    .fold(0.0, f64::max);
+                eprintln!("{what}: worst relative error {worst:.1e} within 20–1000 Hz");
+                assert!(worst <= 1e-12, "{what}: {worst:e}");
+            }
+        }
+    }
+}
+
+/// `golden/transfer.py`: pyFRF 1.5.0, whose ratio of noise powers is 1.
+#[test]
+fn hv_equals_pyfrf() {
+    let Some(mut npz) = Npz::open("reference/transfer.npz") else {
+        return;
+    };
+    let config = WelchConfig {
+        symmetry: Symmetry::Symmetric,
+        ..WelchConfig::hann(2048)
+    };
+    let spectra: CrossSpectra<Drive, Acceleration> = CrossPlan::new(&config, rate())
+        .unwrap()
+        .estimate(&npz.real("x"), &npz.real("y"))
+        .unwrap();
+    let found = spectra.hv_for(1.0);
+    for (line, re, im) in [
+        (10, 1.659_076_379_468_274_4, -0.226_835_576_400_272_52),
+        (41, 1.737_324_301_377_832, -1.176_677_904_137_629_6),
+        (100, -0.428_123_222_077_803_84, 0.238_081_376_966_623_63),
+        (200, -1.295_422_328_951_892_2, -0.640_376_504_617_945_4),
+        (400, -0.037_453_950_779_440_34, -0.390_040_787_581_334_5),
+    ] {
+        let expected = Complex::new(re, im);
+        let error = (found[line] - expected).norm() / expected.norm();
+        // pyFRF adds two nearly opposite numbers where the response is the weaker; ours does not.
+        assert!(error < 1e-10, "line {line}: {} {error:e}", found[line]);
+    }
+    // The form without units is the geometric mean of H1 and H2.
+    for ((hv, h1), h2) in spectra
+        .hv()
+        .iter()
+        .zip(spectra.h1())
+        .zip(spectra.h2())
+        .skip(10)
+        .take(390)
+    {
+        assert!((hv.norm() / (h1.norm() * h2.norm()).sqrt() - 1.0).abs() < 1e-12);
+        assert!((hv / hv.norm() - h1 / h1.norm()).norm() < 1e-12);
+    }
+}
+
 #[test]
 fn the_drive_equals_numpy() {
     let Some(mut npz) = Npz::open("reference/render.npz") else {
