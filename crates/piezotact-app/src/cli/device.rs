@@ -57,6 +57,9 @@ pub(crate) struct Characterise {
     /// The transfer function to write.
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Prints a summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -139,6 +142,9 @@ pub(crate) struct Transfer {
     /// The transfer function to write.
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Prints a summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,

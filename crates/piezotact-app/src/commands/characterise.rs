@@ -18,7 +18,8 @@ use super::play::{Keeping, play};
 use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say, say_doubts};
+use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
+use crate::report::transfer;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     let config = CharacteriseConfig {
@@ -52,6 +53,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         )))
     });
     let written: Vec<PathBuf> = std::iter::once(args.out.clone())
+        .chain(args.report.clone())
         .chain(recordings.flatten())
         .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
@@ -70,6 +72,18 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         ..TransferDocument::of(function, Drive::UNIT, Acceleration::UNIT)
     };
     write_transfer(&args.out, &document)?;
+    if let Some(report) = &args.report {
+        let page = transfer::Page {
+            title: format!("Transfer function: {}", function.provenance.source),
+            function,
+            unit: format!("({})/{}", Acceleration::UNIT, Drive::UNIT),
+            response_unit: Acceleration::UNIT.to_string(),
+            distortion: distortion.as_ref(),
+            repeats: done.apart_db.map(|db| (done.each.len(), db)),
+            refused: done.refused.iter().map(ToString::to_string).collect(),
+        };
+        write_text(report, &transfer::render(&page)?)?;
+    }
     if args.json {
         return print_json(&json!({
             "out": args.out,
@@ -213,10 +227,7 @@ pub(crate) fn repeated(
             play(bench, &drive, Some(&setup), &attempt.run, keeping)
         },
         &mut |refused| {
-            say(&format!(
-                "repeat {}, attempt {} is refused: {}",
-                refused.repeat, refused.attempt, refused.breach
-            ));
+            say(&refused.to_string());
         },
     )
 }

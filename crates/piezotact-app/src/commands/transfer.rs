@@ -1,5 +1,7 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::anyhow;
 use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
@@ -13,10 +15,15 @@ use serde_json::json;
 use super::{outputs, read};
 use crate::cli::{EstimatorName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts};
+use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::report::transfer::{Page, render};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
-    outputs(&[&args.recording], &[&args.out])?;
+    let written: Vec<&Path> = std::iter::once(&args.out)
+        .chain(&args.report)
+        .map(PathBuf::as_path)
+        .collect();
+    outputs(&[&args.recording], &written)?;
     let contents = read(&args.recording, &args.reading)?;
     let recording = &contents.recording;
     let named = |error: RecordingError| {
@@ -68,6 +75,18 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function.doubts.extend(recording.doubts.clone());
     let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
     write_transfer(&args.out, &document)?;
+    if let Some(report) = &args.report {
+        let page = Page {
+            title: format!("Transfer function: {} → {}", args.drive, args.response),
+            function: &function,
+            unit: format!("({})/{}", document.response_unit, document.drive_unit),
+            response_unit: document.response_unit.to_string(),
+            distortion: None,
+            repeats: None,
+            refused: Vec::new(),
+        };
+        write_text(report, &render(&page)?)?;
+    }
     if args.json {
         return print_json(&json!({
             "out": args.out,

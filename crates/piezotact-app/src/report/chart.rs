@@ -93,6 +93,8 @@ pub(crate) struct Line {
     pub(crate) mark: Mark,
     /// x, and from where to where the value is spread.
     pub(crate) spread: Vec<(f64, f64, f64)>,
+    /// The same as an area behind the line.
+    pub(crate) ribbon: Vec<(f64, f64, f64)>,
 }
 
 impl Line {
@@ -104,6 +106,7 @@ impl Line {
             points,
             mark: Mark::Line,
             spread: Vec::new(),
+            ribbon: Vec::new(),
         }
     }
 
@@ -119,6 +122,11 @@ impl Line {
 
     pub(crate) fn marked(mut self, mark: Mark) -> Self {
         self.mark = mark;
+        self
+    }
+
+    pub(crate) fn ribbon(mut self, ribbon: Vec<(f64, f64, f64)>) -> Self {
+        self.ribbon = ribbon;
         self
     }
 
@@ -263,6 +271,9 @@ impl Chart {
                 .map_err(plot_failed)?;
         }
         for line in &self.lines {
+            self.draw_ribbon(&mut chart, line)?;
+        }
+        for line in &self.lines {
             self.draw_line(&mut chart, line)?;
         }
         self.draw_notes(&mut chart, &font)?;
@@ -278,6 +289,28 @@ impl Chart {
                 .background_style(WHITE.mix(0.85))
                 .label_font(font)
                 .draw()
+                .map_err(plot_failed)?;
+        }
+        Ok(())
+    }
+
+    /// The area between the limits of a line.
+    fn draw_ribbon<'a, 'b: 'a>(
+        &'b self,
+        chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
+        line: &Line,
+    ) -> Outcome {
+        let inside = || {
+            let within = |x: f64| x >= self.x.low && x <= self.x.high;
+            line.ribbon.iter().filter(move |(x, ..)| within(*x))
+        };
+        let upper = inside().map(|(x, _, high)| self.at((*x, *high)));
+        let lower = inside().rev().map(|(x, low, _)| self.at((*x, *low)));
+        let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
+        if outline.len() > 2 {
+            let area = Polygon::new(outline, line.colour.mix(0.25).filled());
+            chart
+                .draw_series(std::iter::once(area))
                 .map_err(plot_failed)?;
         }
         Ok(())

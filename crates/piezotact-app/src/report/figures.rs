@@ -2,12 +2,12 @@
 
 use piezotact::quantity::{Band, Decibels, Drive, Quantity};
 use piezotact::series::Series;
-use piezotact::transfer::TransferFunction;
+use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
 use piezotact::verify::Verification;
 use plotters::style::RGBColor;
 
 use super::axis::Axis;
-use super::chart::{Chart, Corner, HEIGHT, Line, WIDTH, range};
+use super::chart::{Chart, Corner, HEIGHT, Line, Mark, WIDTH, range};
 use crate::failure::Outcome;
 use crate::report::Straight;
 
@@ -196,17 +196,18 @@ pub(crate) fn waveforms(verification: &Verification) -> Outcome<String> {
     .svg(HEIGHT - 20)
 }
 
-/// Magnitude, phase and coherence of a transfer function: three figures over one axis.
+/// Magnitude, phase and coherence of a transfer function in `unit`: three figures over one axis, the first two with their
+/// 95 % confidence where it is known.
 pub(crate) fn transfer<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
+    unit: &str,
 ) -> Outcome<Vec<String>> {
     let (from, to) = span(band);
     let f = function.frequencies_hz();
+    let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
     let lines = || f.iter().copied().zip(function.response()).skip(1);
-    let magnitude: Vec<(f64, f64)> = lines()
-        .map(|(f, h)| (f, Decibels::from_amplitude_ratio(h.norm()).0))
-        .collect();
+    let magnitude: Vec<(f64, f64)> = lines().map(|(f, h)| (f, db(h.norm()))).collect();
     let phase: Vec<(f64, f64)> = lines().map(|(f, h)| (f, h.arg().to_degrees())).collect();
     let coherence = f
         .iter()
@@ -215,35 +216,78 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         .skip(1)
         .collect();
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
+    let limits = function.confidence();
+    let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
+    if let Some(limits) = &limits {
+        for (line, hz) in f.iter().copied().enumerate().skip(1) {
+            magnitudes.push((hz, db(limits.low[line]), db(limits.high[line])));
+            let (at, reach) = (phase[line - 1].1, limits.phase_reach_rad[line].to_degrees());
+            phases.push((hz, at - reach, at + reach));
+        }
+    }
     // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
     let lowest = function
         .coherence_in(band)
         .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
     let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
-    let chart =
-        |label: &str, low: f64, high: f64, colour: RGBColor, points: Vec<(f64, f64)>| Chart {
-            title: String::new(),
-            x: Axis::log("frequency, Hz", from, to),
-            y: Axis::new(label, low, high),
-            shaded: vec![(band.low().0, band.high().0)],
-            levels: Vec::new(),
-            rejected: Vec::new(),
-            notes: Vec::new(),
-            legend: Corner::UpperRight,
-            lines: vec![Line::new("", colour, points)],
-        };
+    let chart = |label: &str, (low, high): (f64, f64), line: Line| Chart {
+        shaded: vec![(band.low().0, band.high().0)],
+        ..Chart::new(
+            Axis::log("frequency, Hz", from, to),
+            Axis::new(label, low, high),
+            vec![line.thin()],
+        )
+    };
     Ok(vec![
-        chart("|H|, dB re 1 (m/s²)/FS", low, high, MEASURED, magnitude).svg(HEIGHT - 20)?,
-        chart("phase with delay, °", -180.0, 180.0, TARGET, phase).svg(HEIGHT - 80)?,
+        chart(
+            &format!("|H|, dB re 1 {unit}"),
+            (low, high),
+            Line::new("", MEASURED, magnitude).ribbon(magnitudes),
+        )
+        .svg(HEIGHT - 20)?,
+        chart(
+            "phase with delay, °",
+            (-180.0, 180.0),
+            Line::new("", TARGET, phase).ribbon(phases),
+        )
+        .svg(HEIGHT - 80)?,
         chart(
             "coherence",
-            floor,
-            1.0 + 0.05 * (1.0 - floor),
-            OTHER,
-            coherence,
+            (floor, 1.0 + 0.05 * (1.0 - floor)),
+            Line::new("", OTHER, coherence),
         )
         .svg(HEIGHT - 80)?,
     ])
+}
+
+/// The answer, noise and distortion by third octave.
+pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Outcome<String> {
+    let levels = &distortion.levels;
+    let centre = |l: &DistortionLevels| (l.band_hz.low().0 * l.band_hz.high().0).sqrt();
+    let of = |value: &dyn Fn(&DistortionLevels) -> Option<f64>| -> Vec<(f64, f64)> {
+        let told = levels.iter().filter_map(|l| Some((centre(l), value(l)?)));
+        told.filter(|(_, v)| *v > 0.0)
+            .map(|(f, v)| (f, Decibels::from_amplitude_ratio(v).0))
+            .collect()
+    };
+    let lines = vec![
+        Line::new("answer", MEASURED, of(&|l| Some(l.linear))).marked(Mark::Joined),
+        Line::new("noise of one period", UNDER, of(&|l| Some(l.noise))).marked(Mark::Joined),
+        Line::new("even distortion", OTHER, of(&|l| l.even)).marked(Mark::Joined),
+        Line::new("odd distortion", TARGET, of(&|l| l.odd)).marked(Mark::Joined),
+    ];
+    let (from, to) = match (levels.first(), levels.last()) {
+        (Some(first), Some(last)) => (first.band_hz.low().0, last.band_hz.high().0),
+        _ => (20.0, 1000.0),
+    };
+    let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
+    let (low, high) = range(&points, from, to, 10.0, 120.0);
+    Chart::new(
+        Axis::log("frequency, Hz", from, to),
+        Axis::new(format!("level of a line, dB re 1 {unit} rms"), low, high),
+        lines,
+    )
+    .svg(HEIGHT + 20)
 }
 
 /// The drive with the level at which the device clips.

@@ -9,6 +9,7 @@ pub(crate) mod replay;
 pub(crate) mod roughness;
 pub(crate) mod spectrogram;
 pub(crate) mod touch;
+pub(crate) mod transfer;
 
 use std::path::Path;
 
@@ -236,7 +237,7 @@ fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
         .map_or(page.verification.band_hz, |rendering| {
             rendering.config.inverse.band
         });
-    let figures = figures::transfer(function, shown)?;
+    let figures = figures::transfer(function, shown, "(m/s²)/FS")?;
     Ok(html! {
         section {
             h2 { "Transfer function of the device with the finger on it" }
@@ -247,7 +248,7 @@ fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
                 }
                 "."
             }
-            @for (svg, caption) in figures.iter().zip(["Magnitude.", "Phase.", "Coherence: how much of the response the drive explains."]) {
+            @for (svg, caption) in figures.iter().zip(transfer::CAPTIONS) {
                 (figure(svg, caption))
             }
         }

@@ -1,5 +1,7 @@
 //! Repeats of a characterisation, each judged while it runs and asked for again when it does not pass.
 
+use std::fmt;
+
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Drive};
@@ -43,6 +45,20 @@ pub struct Refused {
     pub attempt: usize,
     /// Why.
     pub breach: Breach,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            repeat,
+            attempt,
+            breach,
+        } = self;
+        write!(
+            f,
+            "repeat {repeat}, attempt {attempt} was refused: {breach}"
+        )
+    }
 }
 
 /// Repeats of one characterisation.

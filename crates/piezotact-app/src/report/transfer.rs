@@ -1,0 +1,161 @@
+//! The report of one transfer function.
+
+use maud::{Markup, html};
+use piezotact::Doubt;
+use piezotact::quantity::{Band, Hertz, Quantity};
+use piezotact::recording::BenchKind;
+use piezotact::transfer::{Distortion, TransferFunction};
+
+use super::{document, figure, figures};
+use crate::failure::Outcome;
+
+/// What magnitude, phase and coherence say.
+pub(crate) const CAPTIONS: [&str; 3] = [
+    "Magnitude. The area behind the line: its 95 % confidence, line by line.",
+    "Phase. The area behind the line: its 95 % confidence.",
+    "Coherence: how much of the response the drive explains.",
+];
+
+/// What a report of a transfer function shows.
+pub(crate) struct Page<'a, I: Quantity, O: Quantity> {
+    pub(crate) title: String,
+    pub(crate) function: &'a TransferFunction<I, O>,
+    /// The unit of its values.
+    pub(crate) unit: String,
+    /// The unit of the response.
+    pub(crate) response_unit: String,
+    pub(crate) distortion: Option<&'a Distortion>,
+    /// How many repeats there are, and how far the two that differ most lie apart, dB rms.
+    pub(crate) repeats: Option<(usize, f64)>,
+    /// What was refused, and why.
+    pub(crate) refused: Vec<String>,
+}
+
+/// The report as HTML text.
+pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome<String> {
+    let function = page.function;
+    let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()))?;
+    let shown = function.driven.unwrap_or(whole);
+    let judged = Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown);
+    let figures = figures::transfer(function, shown, &page.unit)?;
+    let distortion = page
+        .distortion
+        .map(|d| figures::distortion(d, &page.response_unit))
+        .transpose()?;
+    let body = html! {
+        h1 { (page.title) }
+        p.soft { (bench_line(function)) }
+        (numbers(page, judged))
+        (doubts(&function.doubts, &page.refused))
+        section {
+            h2 { "Transfer function" }
+            @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
+            p.soft { "Shaded: the band that was driven. Outside it the lines say nothing." }
+        }
+        @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
+            section {
+                h2 { "Is the device linear?" }
+                p { (linear_words(distortion)) }
+                (figure(svg, "Levels of single lines, as the root of their mean power within third octaves. Distortion that does not stand out of the noise is not drawn."))
+                p.soft { (format!("{} realisations of {} periods; lines {:.2} Hz apart. Noise is what differs from period to period; distortion is what repeats on lines that nothing drives.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
+            }
+        }
+        (origin(function))
+    };
+    Ok(document(&page.title, &body))
+}
+
+fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
+    let kind = match function.provenance.bench {
+        Some(BenchKind::Twin) => "Digital twin: no hardware and no person took part.",
+        Some(BenchKind::Hardware) => "Measured on hardware.",
+        None => "The recording does not say which bench it comes from.",
+    };
+    match function.condition.to_string() {
+        nothing if nothing.is_empty() => kind.into(),
+        known => format!("{kind} Measured with {known}."),
+    }
+}
+
+/// The median of half the width of the confidence limits over the lines of `band`, dB.
+fn usual_reach_db<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+) -> Option<f64> {
+    let limits = function.confidence()?;
+    let mut reach: Vec<f64> = function
+        .lines_in(band)
+        .map(|(line, _)| {
+            10.0 * (limits.high[line] / limits.low[line].max(f64::MIN_POSITIVE)).log10()
+        })
+        .collect();
+    reach.sort_by(f64::total_cmp);
+    reach.get(reach.len() / 2).copied()
+}
+
+fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Markup {
+    let function = page.function;
+    let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
+    html! {
+        section.verdict {
+            strong { (format!("{:?} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
+            div.numbers {
+                @if let Some(reach_db) = usual_reach_db(function, judged) {
+                    (number(format!("± {reach_db:.2} dB"), &format!("95 % confidence of the median line over {judged}")))
+                }
+                @if let Some(coherence) = function.coherence_in(judged) {
+                    (number(format!("{:.3}", coherence.median), "median coherence"))
+                    (number(format!("{:.3}", coherence.lowest), &format!("lowest, at {:.0} Hz", coherence.lowest_at_hz)))
+                }
+                (number(format!("{:.2} ms", function.delay().0 * 1e3), "from the drive to the response"))
+                @if let Some((repeats, apart_db)) = page.repeats {
+                    (number(format!("{apart_db:.2} dB"), &format!("rms between the two of {repeats} repeats that differ most")))
+                }
+                @if let Some((level_db, band)) = page.distortion.and_then(Distortion::worst) {
+                    (number(format!("{level_db:.0} dB"), &format!("largest distortion re the answer, {band}")))
+                }
+            }
+        }
+    }
+}
+
+fn linear_words(distortion: &Distortion) -> String {
+    match distortion.worst() {
+        Some((level_db, band)) if level_db > -200.0 => format!(
+            "At the level of this drive distortion reaches {level_db:.0} dB of the answer at {band}; even lines show what squares and other even powers make, odd ones what odd powers make."
+        ),
+        _ => "At the level of this drive no distortion stands out of the noise.".into(),
+    }
+}
+
+fn doubts(doubts: &[Doubt], refused: &[String]) -> Markup {
+    html! {
+        section {
+            h2 { "Doubts" }
+            @if doubts.is_empty() && refused.is_empty() {
+                p.soft { "None: nothing had to be clamped, guessed or left out." }
+            } @else {
+                ul.doubts {
+                    @for doubt in doubts { li { (doubt) } }
+                    @for refusal in refused { li { (refusal) } }
+                }
+            }
+        }
+    }
+}
+
+fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Markup {
+    html! {
+        section {
+            h2 { "Where it comes from" }
+            table {
+                tr { th { "source" } td { (function.provenance.source) } }
+                tr { th { "steps" } td { ol { @for step in &function.provenance.steps { li { (step) } } } } }
+                @if let Some(setup) = &function.drive {
+                    tr { th { "device" } td { (format!("gain {}, {:.3} V at full scale, {:.0} nF", setup.gain, setup.volts_per_full_scale, setup.load_f * 1e9)) } }
+                }
+                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
+            }
+        }
+    }
+}
