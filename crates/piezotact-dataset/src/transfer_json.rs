@@ -9,8 +9,7 @@ use piezotact::recording::{Condition, Provenance};
 use piezotact::transfer::{Estimator, TransferFunction};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ReadError, WriteError};
-use crate::sidecar::write_json;
+use crate::error::ReadError;
 
 /// A transfer function as it stands in a file: four columns, and what they hold for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -193,34 +192,18 @@ impl TransferDocument {
     }
 }
 
-/// Reads the JSON file of a transfer function.
-///
-/// # Errors
-/// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else.
-pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        if error.kind() == std::io::ErrorKind::InvalidData {
-            not_a_transfer_function(path, "a file that is no text")
-        } else {
-            ReadError::io(path, &error)
-        }
-    })?;
-    serde_json::from_str(&text).map_err(|error| not_a_transfer_function(path, &error.to_string()))
-}
-
-fn not_a_transfer_function(path: &Path, found: &str) -> ReadError {
-    ReadError::content(
-        path,
-        "the JSON of a transfer function (frequency_hz, real, imaginary, coherence)",
-        found,
-        "make one with `piezotact characterise` or `piezotact transfer`",
-    )
-}
-
-/// Writes a transfer function as JSON, whole or not at all.
-///
-/// # Errors
-/// [`WriteError`] when it cannot be written.
-pub fn write_transfer(path: &Path, document: &TransferDocument) -> Result<(), WriteError> {
-    write_json(path, document)
+/// The document in the JSON of a transfer function.
+pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, ReadError> {
+    let not_one = |found: &str| {
+        ReadError::content(
+            path,
+            "the JSON of a transfer function (frequency_hz, real, imaginary, coherence)",
+            found,
+            "make one with `piezotact characterise` or `piezotact transfer`, or give a universal or a MATLAB file",
+        )
+    };
+    match std::str::from_utf8(bytes) {
+        Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string())),
+        Err(_) => Err(not_one("a file that is no text")),
+    }
 }
