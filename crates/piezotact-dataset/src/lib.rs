@@ -16,6 +16,7 @@ mod open;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;
+mod stored;
 pub mod topography;
 mod transfer_file;
 mod transfer_json;

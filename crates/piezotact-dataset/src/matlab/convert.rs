@@ -308,7 +308,7 @@ pub(crate) fn holds_transfer(file: &MatFile) -> bool {
     complex_response(&variables).is_some() && by_name(&variables, &FREQUENCIES).is_some()
 }
 
-fn complex_response<'a>(variables: &[(String, &'a MatValue)]) -> Option<Vec<Complex<f64>>> {
+fn complex_response(variables: &[(String, &MatValue)]) -> Option<Vec<Complex<f64>>> {
     RESPONSES.iter().find_map(|wanted| {
         variables.iter().find_map(|(name, value)| match value {
             MatValue::Numbers(numbers) if is_called(name, &[wanted]) && numbers.is_vector() => {

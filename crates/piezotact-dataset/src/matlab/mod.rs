@@ -75,7 +75,7 @@ pub enum MatValue {
         /// The length in every dimension.
         dims: Vec<usize>,
         /// The cells.
-        values: Vec<MatValue>,
+        values: Vec<Self>,
     },
     /// A structure or an array of them; an object of the old kind too.
     Struct {
@@ -86,7 +86,7 @@ pub enum MatValue {
         /// The names of the fields.
         fields: Vec<String>,
         /// The fields of the first element, then those of the next.
-        values: Vec<MatValue>,
+        values: Vec<Self>,
     },
     /// A sparse matrix: what is not listed is 0.
     Sparse {
@@ -176,7 +176,7 @@ impl MatFile {
 pub fn looks_like_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB")
         || is_hdf5(bytes)
-        || v5::little_endian(bytes).is_some()
+        || v5::order(bytes).is_some()
         || v4::looks_like(bytes)
 }
 
@@ -203,8 +203,8 @@ pub fn parse_mat(path: &Path, bytes: &[u8]) -> Result<MatFile, ReadError> {
         ));
     }
     let source = Source { path };
-    if let Some(little) = v5::little_endian(bytes) {
-        v5::read(&source, bytes, little)
+    if let Some(order) = v5::order(bytes) {
+        v5::read(&source, bytes, order)
     } else if v4::looks_like(bytes) {
         v4::read(&source, bytes)
     } else {

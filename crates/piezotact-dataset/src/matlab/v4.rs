@@ -5,55 +5,55 @@ use super::{
     rows_of_text,
 };
 use crate::error::ReadError;
+use crate::stored::{ByteOrder, Stored};
 
 /// The header of one matrix.
 struct Header {
-    little: bool,
-    /// 0 double, 1 single, 2 int32, 3 int16, 4 uint16, 5 uint8.
-    precision: usize,
+    order: ByteOrder,
+    stored: Stored,
+    class: NumberClass,
     /// 0 full, 1 text, 2 sparse.
-    kind: usize,
+    kind: u64,
     rows: usize,
     columns: usize,
     complex: bool,
     name_length: usize,
 }
 
-const WIDTHS: [usize; 6] = [8, 4, 4, 2, 2, 1];
+const TYPES: [(Stored, NumberClass); 6] = [
+    (Stored::F64, NumberClass::Double),
+    (Stored::F32, NumberClass::Single),
+    (Stored::I32, NumberClass::Int(32)),
+    (Stored::I16, NumberClass::Int(16)),
+    (Stored::U16, NumberClass::Uint(16)),
+    (Stored::U8, NumberClass::Uint(8)),
+];
 
 impl Header {
     fn of(bytes: &[u8]) -> Option<Self> {
-        let fields: [u8; 20] = bytes.get(..20)?.try_into().ok()?;
-        let field = |k: usize, little: bool| {
-            let four = [
-                fields[4 * k],
-                fields[4 * k + 1],
-                fields[4 * k + 2],
-                fields[4 * k + 3],
-            ];
-            if little {
-                i32::from_le_bytes(four)
-            } else {
-                i32::from_be_bytes(four)
-            }
-        };
-        let little = (0..=4052).contains(&field(0, true)) && field(0, true) / 1000 == 0;
-        let kind = usize::try_from(field(0, little)).ok()?;
-        let (machine, zero, precision, kind) =
-            (kind / 1000, kind / 100 % 10, kind / 10 % 10, kind % 10);
-        let stands = machine == usize::from(!little) && zero == 0 && precision < 6 && kind < 3;
-        let complex = field(3, little);
-        let name_length = usize::try_from(field(4, little)).ok()?;
-        (stands && (0..=1).contains(&complex) && (1..=256).contains(&name_length)).then_some(())?;
-        Some(Self {
-            little,
-            precision,
-            kind,
-            rows: usize::try_from(field(1, little)).ok()?,
-            columns: usize::try_from(field(2, little)).ok()?,
-            complex: complex == 1,
-            name_length,
-        })
+        let header = bytes.get(..20)?;
+        // Thousands of the first number say the machine: 0 little endian, 1 big endian.
+        [(ByteOrder::Little, 0), (ByteOrder::Big, 1)]
+            .into_iter()
+            .find_map(|(order, machine)| {
+                let mut fields = header.chunks_exact(4).map(|four| order.unsigned(four));
+                let kind = fields.next()?;
+                let (rows, columns) = (fields.next()?, fields.next()?);
+                let (complex, name_length) = (fields.next()?, fields.next()?);
+                let (stored, class) = *TYPES.get(usize::try_from(kind / 10 % 10).ok()?)?;
+                let stands = kind / 1000 == machine && kind / 100 % 10 == 0 && kind % 10 < 3;
+                (stands && complex <= 1 && (1..=256).contains(&name_length)).then_some(())?;
+                Some(Self {
+                    order,
+                    stored,
+                    class,
+                    kind: kind % 10,
+                    rows: usize::try_from(rows).ok()?,
+                    columns: usize::try_from(columns).ok()?,
+                    complex: complex == 1,
+                    name_length: usize::try_from(name_length).ok()?,
+                })
+            })
     }
 }
 
@@ -85,7 +85,7 @@ pub(super) fn read(source: &Source<'_>, bytes: &[u8]) -> Result<MatFile, ReadErr
             )
         };
         let elements = count(&[header.rows, header.columns]).ok_or_else(cut)?;
-        let width = WIDTHS[header.precision];
+        let width = header.stored.width();
         let parts = 1 + usize::from(header.complex);
         let start = 20 + header.name_length;
         let end = elements
@@ -98,10 +98,10 @@ pub(super) fn read(source: &Source<'_>, bytes: &[u8]) -> Result<MatFile, ReadErr
             return Err(source.wrong(format!("at most {MOST_NUMBERS} numbers"), "more"));
         }
         let (real, imaginary) = rest[start..end].split_at(elements * width);
-        let real = decode(real, header.precision, header.little);
+        let real = header.stored.values(real, header.order);
         let imaginary = header
             .complex
-            .then(|| decode(imaginary, header.precision, header.little));
+            .then(|| header.stored.values(imaginary, header.order));
         rest = &rest[end..];
         let value = match header.kind {
             1 => {
@@ -111,14 +111,7 @@ pub(super) fn read(source: &Source<'_>, bytes: &[u8]) -> Result<MatFile, ReadErr
             2 => sparse(source, &header, &real)?,
             _ => MatValue::Numbers(MatNumbers {
                 dims: vec![header.rows, header.columns],
-                class: match header.precision {
-                    0 => NumberClass::Double,
-                    1 => NumberClass::Single,
-                    2 => NumberClass::Int(32),
-                    3 => NumberClass::Int(16),
-                    4 => NumberClass::Uint(16),
-                    _ => NumberClass::Uint(8),
-                },
+                class: header.class,
                 real,
                 imaginary,
                 exact: true,
@@ -127,27 +120,6 @@ pub(super) fn read(source: &Source<'_>, bytes: &[u8]) -> Result<MatFile, ReadErr
         file.variables.push(MatVariable { name, value });
     }
     Ok(file)
-}
-
-fn decode(bytes: &[u8], precision: usize, little: bool) -> Vec<f64> {
-    bytes
-        .chunks_exact(WIDTHS[precision])
-        .map(|chunk| {
-            let mut le = [0; 8];
-            for (k, byte) in chunk.iter().enumerate() {
-                le[if little { k } else { chunk.len() - 1 - k }] = *byte;
-            }
-            let four = [le[0], le[1], le[2], le[3]];
-            match precision {
-                0 => f64::from_le_bytes(le),
-                1 => f32::from_le_bytes(four).into(),
-                2 => i32::from_le_bytes(four).into(),
-                3 => i16::from_le_bytes([le[0], le[1]]).into(),
-                4 => u16::from_le_bytes([le[0], le[1]]).into(),
-                _ => le[0].into(),
-            }
-        })
-        .collect()
 }
 
 /// Rows of row, column, value (and imaginary part), from 1; the last row is the shape.

@@ -9,11 +9,16 @@ use super::{
     Source, count, rows_of_text,
 };
 use crate::error::ReadError;
+use crate::stored::{ByteOrder, Stored};
 
 /// Arrays within arrays go no deeper than this.
 const DEEPEST: usize = 64;
 /// What deflate makes of one byte at most, and a little more.
 const MOST_OF_ONE_BYTE: usize = 1040;
+
+/// Flags of an array.
+const COMPLEX: u32 = 0x800;
+const LOGICAL: u32 = 0x200;
 
 const INT8: u32 = 1;
 const UINT8: u32 = 2;
@@ -32,32 +37,29 @@ const UTF16: u32 = 17;
 const UTF32: u32 = 18;
 
 /// The version in the header, 1 or (for HDF5) 2.
-pub(super) fn version(bytes: &[u8]) -> Option<u16> {
-    let little = little_endian(bytes)?;
-    let two = [*bytes.get(124)?, *bytes.get(125)?];
-    Some(
-        if little {
-            u16::from_le_bytes(two)
-        } else {
-            u16::from_be_bytes(two)
-        } >> 8,
-    )
+pub(super) fn version(bytes: &[u8]) -> Option<u64> {
+    let order = order(bytes)?;
+    Some(order.unsigned(bytes.get(124..126)?) >> 8)
 }
 
-/// Whether the header says little endian; `None` when it is no header.
-pub(super) fn little_endian(bytes: &[u8]) -> Option<bool> {
+/// The order of bytes that the header says; `None` when it is no header.
+pub(super) fn order(bytes: &[u8]) -> Option<ByteOrder> {
     let (version, order) = (bytes.get(124..126)?, bytes.get(126..128)?);
     match (order, version) {
-        (b"IM", [_, 1 | 2]) => Some(true),
-        (b"MI", [1 | 2, _]) => Some(false),
+        (b"IM", [_, 1 | 2]) => Some(ByteOrder::Little),
+        (b"MI", [1 | 2, _]) => Some(ByteOrder::Big),
         _ => None,
     }
 }
 
-pub(super) fn read(source: &Source<'_>, bytes: &[u8], little: bool) -> Result<MatFile, ReadError> {
+pub(super) fn read(
+    source: &Source<'_>,
+    bytes: &[u8],
+    order: ByteOrder,
+) -> Result<MatFile, ReadError> {
     let mut reader = Reader {
         source,
-        little,
+        order,
         unpacked: 0,
         numbers: 0,
     };
@@ -90,7 +92,7 @@ struct Element<'a> {
 
 struct Reader<'s> {
     source: &'s Source<'s>,
-    little: bool,
+    order: ByteOrder,
     /// Bytes unpacked so far.
     unpacked: usize,
     /// Numbers decoded so far.
@@ -103,12 +105,8 @@ impl Reader<'_> {
     }
 
     fn word(&self, bytes: &[u8], at: usize) -> Option<u32> {
-        let four = <[u8; 4]>::try_from(bytes.get(at..at.checked_add(4)?)?).ok()?;
-        Some(if self.little {
-            u32::from_le_bytes(four)
-        } else {
-            u32::from_be_bytes(four)
-        })
+        let four = bytes.get(at..at.checked_add(4)?)?;
+        u32::try_from(self.order.unsigned(four)).ok()
     }
 
     /// The element at the start of `bytes`, and what follows it.
@@ -209,7 +207,6 @@ impl Reader<'_> {
             _ if name.data.is_ascii() => latin(name.data),
             _ => return Err(self.wrong("a name of plain letters", "other bytes")),
         };
-        let (complex, logical) = (flags & 0x800 != 0, flags & 0x200 != 0);
         let value = match class {
             1 => self.cells(dims, rest, depth)?,
             2 => self.structure(dims, None, rest, depth)?,
@@ -218,8 +215,8 @@ impl Reader<'_> {
                 self.structure(dims, Some(latin(class.data)), rest, depth)?
             }
             4 => self.characters(&dims, rest)?,
-            5 => self.sparse(&dims, complex, rest)?,
-            6..=15 => self.numbers(dims, class, complex, logical, rest)?,
+            5 => self.sparse(&dims, flags, rest)?,
+            6..=15 => self.numbers(dims, flags, rest)?,
             16 => MatValue::Unreadable("a function".into()),
             other => MatValue::Unreadable(format!("an array of class {other}")),
         };
@@ -331,14 +328,7 @@ impl Reader<'_> {
             UINT16 | INT16 | UTF16 => element
                 .data
                 .chunks_exact(2)
-                .map(|two| {
-                    let two = [two[0], two[1]];
-                    if self.little {
-                        u16::from_le_bytes(two)
-                    } else {
-                        u16::from_be_bytes(two)
-                    }
-                })
+                .map(|two| self.order.unsigned(two) as u16)
                 .collect(),
             UTF32 | UINT32 | INT32 => {
                 let text: String = element
@@ -374,21 +364,19 @@ impl Reader<'_> {
     fn numbers(
         &mut self,
         dims: Vec<usize>,
-        class: u32,
-        complex: bool,
-        logical: bool,
+        flags: u32,
         rest: &[u8],
     ) -> Result<MatValue, ReadError> {
         let wanted = self.elements(&dims)?;
         let mut exact = true;
         let (real, rest) = self.part(wanted, rest, &mut exact)?;
-        let imaginary = if complex {
+        let imaginary = if flags & COMPLEX != 0 {
             Some(self.part(wanted, rest, &mut exact)?.0)
         } else {
             None
         };
-        let class = match class {
-            _ if logical => NumberClass::Logical,
+        let class = match flags & 0xFF {
+            _ if flags & LOGICAL != 0 => NumberClass::Logical,
             6 => NumberClass::Double,
             7 => NumberClass::Single,
             other => {
@@ -431,57 +419,38 @@ impl Reader<'_> {
     }
 
     fn decode(&mut self, element: &Element<'_>, exact: &mut bool) -> Result<Vec<f64>, ReadError> {
-        let width = match element.kind {
-            INT8 | UINT8 => 1,
-            INT16 | UINT16 => 2,
-            INT32 | UINT32 | SINGLE => 4,
-            DOUBLE | INT64 | UINT64 => 8,
+        let stored = match element.kind {
+            INT8 => Stored::I8,
+            UINT8 => Stored::U8,
+            INT16 => Stored::I16,
+            UINT16 => Stored::U16,
+            INT32 => Stored::I32,
+            UINT32 => Stored::U32,
+            SINGLE => Stored::F32,
+            DOUBLE => Stored::F64,
+            INT64 => Stored::I64,
+            UINT64 => Stored::U64,
             other => return Err(self.wrong("numbers", format!("data of type {other}"))),
         };
-        if element.data.len() % width != 0 {
+        let width = stored.width();
+        if !element.data.len().is_multiple_of(width) {
             return Err(self.wrong(
                 format!("numbers of {width} bytes"),
                 format!("{} bytes", element.data.len()),
             ));
         }
         self.claim(element.data.len() / width)?;
-        let (little, kind) = (self.little, element.kind);
-        let value = |chunk: &[u8]| {
-            let mut le = [0; 8];
-            for (k, byte) in chunk.iter().enumerate() {
-                le[if little { k } else { chunk.len() - 1 - k }] = *byte;
-            }
-            let (two, four) = ([le[0], le[1]], [le[0], le[1], le[2], le[3]]);
-            match kind {
-                INT8 => f64::from(le[0] as i8),
-                UINT8 => le[0].into(),
-                INT16 => i16::from_le_bytes(two).into(),
-                UINT16 => u16::from_le_bytes(two).into(),
-                INT32 => i32::from_le_bytes(four).into(),
-                UINT32 => u32::from_le_bytes(four).into(),
-                SINGLE => f32::from_le_bytes(four).into(),
-                DOUBLE => f64::from_le_bytes(le),
-                INT64 => {
-                    let whole = i64::from_le_bytes(le);
-                    *exact &= (whole as f64) as i128 == i128::from(whole);
-                    whole as f64
-                }
-                _ => {
-                    let whole = u64::from_le_bytes(le);
-                    *exact &= (whole as f64) as u128 == u128::from(whole);
-                    whole as f64
-                }
-            }
-        };
-        Ok(element.data.chunks_exact(width).map(value).collect())
+        let values = stored.values(element.data, self.order);
+        if matches!(stored, Stored::I64 | Stored::U64) {
+            // 2⁵³ itself may already be another number rounded.
+            *exact &= values
+                .iter()
+                .all(|value| value.abs() < 9_007_199_254_740_992.0);
+        }
+        Ok(values)
     }
 
-    fn sparse(
-        &mut self,
-        dims: &[usize],
-        complex: bool,
-        rest: &[u8],
-    ) -> Result<MatValue, ReadError> {
+    fn sparse(&mut self, dims: &[usize], flags: u32, rest: &[u8]) -> Result<MatValue, ReadError> {
         let &[rows, columns] = dims else {
             return Err(self.wrong("a sparse matrix of two dimensions", format!("{dims:?}")));
         };
@@ -492,6 +461,7 @@ impl Reader<'_> {
         let starts = self.decode(&starts, &mut exact)?;
         let (real, rest) = self.element(rest)?;
         let real = self.decode(&real, &mut exact)?;
+        let complex = flags & COMPLEX != 0;
         let imaginary = if complex {
             let (imaginary, _) = self.element(rest)?;
             self.decode(&imaginary, &mut exact)?
@@ -507,8 +477,9 @@ impl Reader<'_> {
             if !(0.0 <= range[0] && range[0] <= range[1] && range[1] <= row_of.len() as f64) {
                 return Err(broken());
             }
-            for k in range[0] as usize..range[1] as usize {
-                let row = row_of[k];
+            let from = range[0] as usize;
+            let rows_here = row_of.iter().enumerate().take(range[1] as usize).skip(from);
+            for (k, &row) in rows_here {
                 let (Some(real), true) = (real.get(k), row >= 0.0 && row < rows as f64) else {
                     return Err(broken());
                 };

@@ -7,6 +7,7 @@ use num_complex::Complex;
 
 use super::{UffAbscissa, UffAxis, UffData, UffFunction, UffKind, UffPoint};
 use crate::error::ReadError;
+use crate::stored::{ByteOrder, Stored};
 
 /// The mark that opens and closes a dataset: -1 in columns 5 and 6, alone on its line.
 const MARK: &[u8] = b"    -1";
@@ -188,7 +189,7 @@ impl<'a> Lines<'a> {
 
 /// What the second line of a binary dataset says.
 struct Binary {
-    little: bool,
+    order: ByteOrder,
     bytes: usize,
 }
 
@@ -294,7 +295,11 @@ impl<'a> File<'a> {
             return Err(self.wrong("11 lines of header", lines));
         }
         Ok(Some(Binary {
-            little: order == 1,
+            order: if order == 1 {
+                ByteOrder::Little
+            } else {
+                ByteOrder::Big
+            },
             bytes,
         }))
     }
@@ -468,7 +473,8 @@ impl<'a> File<'a> {
             let is_place = !layout.even && k % layout.per_point() == 0;
             let width = if is_place { first } else { width };
             let (taken, more) = rest.split_at(width.min(rest.len()));
-            values.push(float(taken, binary.little));
+            let stored = if width == 8 { Stored::F64 } else { Stored::F32 };
+            values.push(stored.value(taken, binary.order));
             (rest, k) = (more, k + 1);
         }
         Ok(values)
@@ -494,7 +500,7 @@ impl<'a> File<'a> {
             }
             values.truncate(wanted);
         }
-        if values.is_empty() || values.len() % per_point != 0 {
+        if values.is_empty() || !values.len().is_multiple_of(per_point) {
             return Err(self.wrong(
                 format!("{wanted} numbers, {per_point} for each value"),
                 format!("{}", values.len()),
@@ -531,15 +537,4 @@ fn number_of_one(word: &str) -> Option<f64> {
     word.parse()
         .ok()
         .or_else(|| word.replace(['D', 'd'], "E").parse().ok())
-}
-
-/// Four or eight bytes.
-fn float(bytes: &[u8], little: bool) -> f64 {
-    match (<[u8; 4]>::try_from(bytes), <[u8; 8]>::try_from(bytes)) {
-        (Ok(four), _) if little => f32::from_le_bytes(four).into(),
-        (Ok(four), _) => f32::from_be_bytes(four).into(),
-        (_, Ok(eight)) if little => f64::from_le_bytes(eight),
-        (_, Ok(eight)) => f64::from_be_bytes(eight),
-        _ => f64::NAN,
-    }
 }
