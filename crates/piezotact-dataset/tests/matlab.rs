@@ -175,8 +175,8 @@ fn every_class_in_every_version() {
                 (dims.as_slice(), fields.as_slice()),
                 (&[1, 2][..], &["one".to_owned(), "two".into()][..])
             );
-            assert_eq!(values[2].scalar(), Some(2.0));
-            assert_eq!(values[3].text(), Some("number 2"));
+            assert_eq!(values[1].scalar(), Some(2.0));
+            assert_eq!(values[2].text(), Some("number 1"));
         }
         other => unreachable!("{other:?}"),
     });
@@ -262,7 +262,8 @@ fn case1() -> Option<Case1> {
     })
 }
 
-/// An analyser computes in singles: half of their last place is 6e-8.
+/// An analyser stores singles: half of their last place is 6e-8. H·Gxx is rounded once; the coherence has the roundings
+/// of two spectra in it, less than a whole last place.
 #[test]
 fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
     let Some(case) = case1() else { return };
@@ -282,7 +283,7 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
         worst_coherence = worst_coherence.max((computed[k] / case.coherence[k] - 1.0).abs());
     }
     assert!(worst_h < 6e-8, "{worst_h:e}");
-    assert!(worst_coherence < 6.1e-8, "{worst_coherence:e}");
+    assert!(worst_coherence < 1.2e-7, "{worst_coherence:e}");
     assert!(
         (case.coherence[0] - 1.246_222_6).abs() < 1e-6,
         "{}",

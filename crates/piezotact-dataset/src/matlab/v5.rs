@@ -459,7 +459,11 @@ impl Reader<'_> {
         let row_of = self.decode(&row_of, &mut exact)?;
         let (starts, rest) = self.element(rest)?;
         let starts = self.decode(&starts, &mut exact)?;
-        let (real, rest) = self.element(rest)?;
+        let (mut real, rest) = self.element(rest)?;
+        if flags & LOGICAL != 0 && real.data.len() == row_of.len() {
+            // MATLAB calls the bytes of a logical matrix doubles.
+            real.kind = UINT8;
+        }
         let real = self.decode(&real, &mut exact)?;
         let complex = flags & COMPLEX != 0;
         let imaginary = if complex {
