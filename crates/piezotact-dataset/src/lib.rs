@@ -9,7 +9,7 @@ mod csv_table;
 mod cuts_file;
 mod error;
 mod journal;
-mod lvm;
+pub mod lvm;
 pub mod matlab;
 mod naming;
 mod open;

@@ -16,7 +16,8 @@ const MAGIC: &str = "LabVIEW Measurement";
 const END: &str = "***End_of_Header***";
 
 /// Whether `bytes` begin as a LabVIEW measurement file does.
-pub(crate) fn looks_like_lvm(bytes: &[u8]) -> bool {
+#[must_use]
+pub fn looks_like_lvm(bytes: &[u8]) -> bool {
     bytes
         .strip_prefix(b"\xEF\xBB\xBF")
         .unwrap_or(bytes)
@@ -51,12 +52,13 @@ struct Segment {
     rows: usize,
 }
 
-/// Reads a measurement file. All rows are read, whatever number of samples the header promises.
-pub(crate) fn read_lvm(
-    path: &Path,
-    bytes: &[u8],
-    options: &ReadOptions,
-) -> Result<Recording, ReadError> {
+/// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
+/// a doubt says so. `path` is what a refusal names.
+///
+/// # Errors
+/// [`ReadError::Content`] when a header, a row or a rate is missing, a cell is no number, channels differ in length or
+/// rate, or segments do not follow each other; [`ReadError::Quantity`] when the rate is impossible.
+pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
         Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),

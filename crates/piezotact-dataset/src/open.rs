@@ -13,7 +13,7 @@ use piezotact::verify::flat_top_fraction;
 use crate::csv_table::read_table;
 use crate::error::ReadError;
 use crate::journal::journal_path;
-use crate::lvm::{looks_like_lvm, read_lvm};
+use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
 use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
@@ -112,7 +112,7 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
                 return from_wav(path, &bytes, options);
             }
             let (recording, kind) = if looks_like_lvm(&bytes) {
-                (read_lvm(path, &bytes, options)?, FileKind::Lvm)
+                (parse_lvm(path, &bytes, options)?, FileKind::Lvm)
             } else if uff::looks_like_uff(&bytes) {
                 let functions = uff::parse_uff(path, &bytes)?;
                 let recording = uff::recording_of(path, &functions, options)?;

@@ -8,13 +8,14 @@
 mod shared_data;
 mod support;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
 use piezotact::quantity::{Measure, SampleRate, Unit};
 use piezotact::recording::Recording;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, estimate};
+use piezotact_dataset::lvm::parse_lvm;
 use piezotact_dataset::{FileKind, ReadError, ReadOptions, read_recording};
 use support::Lcg;
 
@@ -246,11 +247,8 @@ fn damage_is_an_error_and_no_panic() {
     let text = header("Tab", ",", "No")
         + &segment("10:00:00,5", "0,0E+0", "\t1,5\tgood\r\n\t2,5\r\n\r\n")
         + &segment("10:00:01,5", "0,0", "\t3,5\r\n\t4,5\r\n");
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.lvm");
     let look = |bytes: &[u8]| {
-        std::fs::write(&path, bytes).unwrap();
-        if let Err(error) = read_recording(&path, &ReadOptions::default()) {
+        if let Err(error) = parse_lvm(Path::new("a.lvm"), bytes, &ReadOptions::default()) {
             assert!(
                 error.to_string().contains(';')
                     || matches!(
@@ -267,7 +265,7 @@ fn damage_is_an_error_and_no_panic() {
     let mut random = Lcg(9);
     let mut damaged = text.clone().into_bytes();
     for round in 0..4000 {
-        let at = 19 + random.below(damaged.len() - 19);
+        let at = random.below(damaged.len());
         damaged[at] = random.below(256) as u8;
         look(&damaged);
         if round % 3 == 0 {

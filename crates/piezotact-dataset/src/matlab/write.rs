@@ -116,11 +116,17 @@ fn numbers(into: &mut Vec<u8>, name: &str, real: &[f64], imaginary: Option<&[f64
     element(into, 14, &whole);
 }
 
+/// A row of characters as UTF-16; marked as plain uint16, SciPy would take them for bytes of the system. Letters that
+/// need two units are counted once by SciPy and twice by MATLAB: text with them goes in as UTF-8, as SciPy writes it.
 fn text(into: &mut Vec<u8>, name: &str, value: &str) {
     let units: Vec<u16> = value.encode_utf16().collect();
-    let rows = usize::from(!units.is_empty());
-    let mut whole = array(4, rows, units.len(), name);
-    let bytes: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
-    element(&mut whole, 4, &bytes);
+    let letters = value.chars().count();
+    let mut whole = array(4, usize::from(letters > 0), letters, name);
+    if letters == units.len() {
+        let bytes: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+        element(&mut whole, 17, &bytes);
+    } else {
+        element(&mut whole, 16, value.as_bytes());
+    }
     element(into, 14, &whole);
 }
