@@ -99,7 +99,7 @@ pub(crate) enum Command {
 /// The recordings, and what a person adds to what they say of themselves.
 #[derive(Debug, Args)]
 pub(crate) struct Takes {
-    /// Recordings (WAV, CSV, TSV, Parquet).
+    /// Recordings (WAV, CSV, TSV, Parquet, LVM, UFF, MAT).
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
@@ -283,7 +283,7 @@ pub(crate) struct Reading {
 
 #[derive(Debug, Args)]
 pub(crate) struct Info {
-    /// A recording (WAV, CSV, TSV, Parquet) or a transfer function (JSON).
+    /// A recording (WAV, CSV, TSV, Parquet, LVM, UFF, MAT) or a transfer function (JSON, UFF, MAT).
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -374,7 +374,7 @@ pub(crate) struct Characterise {
     /// Keeps the recording too.
     #[arg(long, value_name = "RAW.parquet")]
     pub(crate) record: Option<PathBuf>,
-    /// The transfer function to write.
+    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Prints a summary as JSON.
@@ -418,7 +418,7 @@ pub(crate) struct Transfer {
     /// The capacitance of the actuator, in nF.
     #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
     pub(crate) load_nf: f64,
-    /// The transfer function to write.
+    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Prints a summary as JSON.

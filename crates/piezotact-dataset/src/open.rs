@@ -103,7 +103,10 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             "a TDMS file",
             "export it as CSV with a header",
         )),
-        [b'{', ..] => Err(known_elsewhere("JSON", "give a WAV, CSV or Parquet file")),
+        [b'{', ..] => Err(known_elsewhere(
+            "JSON",
+            "give a WAV, CSV, Parquet, LVM, UFF or MAT file",
+        )),
         _ => {
             let mut bytes = head;
             file.read_to_end(&mut bytes)
@@ -124,7 +127,7 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             } else if bytes.contains(&0) {
                 return Err(known_elsewhere(
                     "a binary file of an unknown kind",
-                    "export it as WAV, CSV or Parquet",
+                    "export it as WAV, CSV, MAT or Parquet",
                 ));
             } else {
                 (read_table(path, &bytes, options)?, FileKind::Table)

@@ -1,5 +1,6 @@
 //! One door for transfer functions in files: JSON, universal files, and MATLAB's.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use num_complex::Complex;
@@ -65,17 +66,25 @@ pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
 /// cannot be read.
 #[must_use]
 pub fn holds_transfer(path: &Path) -> bool {
-    let Ok(bytes) = std::fs::read(path) else {
+    // A long recording is not read for this.
+    let mut head = Vec::new();
+    let opened =
+        std::fs::File::open(path).is_ok_and(|file| file.take(1024).read_to_end(&mut head).is_ok());
+    if !opened {
         return false;
-    };
-    if bytes.first() == Some(&b'{') {
+    }
+    if head.first() == Some(&b'{') {
         return true;
     }
-    if uff::looks_like_uff(&bytes) {
-        return uff::parse_uff(path, &bytes).is_ok_and(|functions| uff::holds_transfer(&functions));
+    let (uff, mat) = (uff::looks_like_uff(&head), matlab::looks_like_mat(&head));
+    let Some(bytes) = (uff || mat).then(|| std::fs::read(path).ok()).flatten() else {
+        return false;
+    };
+    if uff {
+        uff::parse_uff(path, &bytes).is_ok_and(|functions| uff::holds_transfer(&functions))
+    } else {
+        matlab::parse_mat(path, &bytes).is_ok_and(|file| matlab::holds_transfer(&file))
     }
-    matlab::looks_like_mat(&bytes)
-        && matlab::parse_mat(path, &bytes).is_ok_and(|file| matlab::holds_transfer(&file))
 }
 
 /// Writes a transfer function, whole or not at all, as what the ending of `path` says: `.uff` or `.unv` a universal

@@ -277,10 +277,10 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
     .unwrap();
     let (mut worst_h, mut worst_coherence) = (0.0_f64, 0.0_f64);
     let computed = spectra.coherence();
-    for k in 0..1601 {
+    for (k, coherence) in computed.iter().enumerate() {
         let h = (case.h[k] * case.gxx[k] - case.gxy[k]).norm() / case.gxy[k].norm();
         worst_h = worst_h.max(h);
-        worst_coherence = worst_coherence.max((computed[k] / case.coherence[k] - 1.0).abs());
+        worst_coherence = worst_coherence.max((coherence / case.coherence[k] - 1.0).abs());
     }
     assert!(worst_h < 6e-8, "{worst_h:e}");
     assert!(worst_coherence < 1.2e-7, "{worst_coherence:e}");
