@@ -554,7 +554,7 @@ fn coarse(step: f64, written: &str) -> Option<Doubt> {
     let whole = (rate - rate.round()).abs() < 1e-6 * rate;
     (share > 1e-4 && !whole).then(|| Doubt::Guessed {
         what: format!(
-            "Delta_X is written as {written}: the rate of {rate:.2} Hz is known to {:.2} % only; state it with --rate",
+            "Delta_X is written as {written}: the rate of {rate:.2} Hz is known to {:.2} % only (--rate states it)",
             100.0 * share
         ),
     })
