@@ -101,7 +101,7 @@ pub(crate) enum Command {
 /// The recordings, and what a person adds to what they say of themselves.
 #[derive(Debug, Args)]
 pub(crate) struct Takes {
-    /// Recordings (WAV, CSV, TSV, Parquet).
+    /// Recordings (WAV, CSV, TSV, Parquet, LVM, UFF, MAT).
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
@@ -285,7 +285,7 @@ pub(crate) struct Reading {
 
 #[derive(Debug, Args)]
 pub(crate) struct Info {
-    /// A recording (WAV, CSV, TSV, Parquet) or a transfer function (JSON).
+    /// A recording (WAV, CSV, TSV, Parquet, LVM, UFF, MAT) or a transfer function (JSON, UFF, MAT).
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,

@@ -145,10 +145,20 @@ pub(crate) fn read_table(
     assemble(path, columns, options)
 }
 
-struct Column {
-    name: String,
-    unit: Option<String>,
-    values: Vec<f64>,
+/// One column as a file holds it.
+pub(crate) struct Column {
+    pub(crate) name: String,
+    pub(crate) unit: Option<String>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// What is said of channels whose unit the file does not name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum WithoutUnit {
+    /// The header can name it.
+    HeaderCan,
+    /// Only --scale can.
+    OnlyScale,
 }
 
 impl Column {
@@ -184,9 +194,23 @@ fn assemble(
         .iter()
         .position(Column::is_time)
         .map(|at| columns.remove(at));
-    let rate = match (options.rate, time) {
-        (Some(stated), Some(time)) => {
-            match rate_of(path, &time, &mut Vec::new()) {
+    let found = time.map(|time| rate_of(path, &time, &mut doubts));
+    let rate = choose_rate(path, options.rate, found, &mut doubts)?;
+    recording_of(path, columns, rate, doubts, options, WithoutUnit::HeaderCan)
+}
+
+/// The rate that is stated, or else the one that was found; a doubt where they differ.
+pub(crate) fn choose_rate(
+    path: &Path,
+    stated: Option<SampleRate>,
+    found: Option<Result<SampleRate, ReadError>>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<SampleRate, ReadError> {
+    match (stated, found) {
+        (Some(stated), Some(found)) => {
+            // What was doubted of time stamps that are not used says nothing.
+            doubts.clear();
+            match found {
                 Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {
                     doubts.push(Doubt::RateStated {
                         stated_hz: stated.hz(),
@@ -200,19 +224,28 @@ fn assemble(
                     ),
                 }),
             }
-            stated
+            Ok(stated)
         }
-        (Some(stated), None) => stated,
-        (None, Some(time)) => rate_of(path, &time, &mut doubts)?,
-        (None, None) => {
-            return Err(ReadError::content(
-                path,
-                "a time column, or a rate",
-                "neither",
-                "give the rate with --rate, for example --rate 5000",
-            ));
-        }
-    };
+        (Some(stated), None) => Ok(stated),
+        (None, Some(found)) => found,
+        (None, None) => Err(ReadError::content(
+            path,
+            "a time column, or a rate",
+            "neither",
+            "give the rate with --rate, for example --rate 5000",
+        )),
+    }
+}
+
+/// The recording of `columns` at `rate`, in SI; `doubts` are those about the rate.
+pub(crate) fn recording_of(
+    path: &Path,
+    columns: Vec<Column>,
+    rate: SampleRate,
+    mut doubts: Vec<Doubt>,
+    options: &ReadOptions,
+    unnamed: WithoutUnit,
+) -> Result<Recording, ReadError> {
     let mut channels = Vec::with_capacity(columns.len());
     let (mut without_unit, mut scaled) = (Vec::new(), false);
     for column in columns {
@@ -232,6 +265,10 @@ fn assemble(
             unit,
             samples,
         });
+    }
+    if unnamed == WithoutUnit::OnlyScale {
+        let uncalibrated = |channel| Doubt::Uncalibrated { channel };
+        doubts.extend(without_unit.drain(..).map(uncalibrated));
     }
     if let [first, others @ ..] = without_unit.as_slice() {
         let others = if others.is_empty() {
@@ -266,7 +303,11 @@ fn assemble(
 }
 
 /// The rate that a time column stands for: one over its mean step, when no step is a gap.
-fn rate_of(path: &Path, time: &Column, doubts: &mut Vec<Doubt>) -> Result<SampleRate, ReadError> {
+pub(crate) fn rate_of(
+    path: &Path,
+    time: &Column,
+    doubts: &mut Vec<Doubt>,
+) -> Result<SampleRate, ReadError> {
     let steps: Vec<f64> = time
         .values
         .windows(2)

@@ -9,13 +9,18 @@ mod csv_table;
 mod cuts_file;
 mod error;
 mod journal;
+pub mod lvm;
+pub mod matlab;
 mod naming;
 mod open;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;
+mod stored;
 pub mod topography;
+mod transfer_file;
 mod transfer_json;
+pub mod uff;
 pub mod wav;
 
 pub use atomic::write_atomically;
@@ -28,4 +33,7 @@ pub use sample_set::{known_sample_sets, read_sample_set};
 pub use topography::{
     TopographyFile, TopographyKind, TopographyOptions, read_topography, write_sur,
 };
-pub use transfer_json::{TransferDocument, read_transfer, write_transfer};
+pub use transfer_file::{
+    TransferFormat, holds_transfer, read_transfer, write_transfer, write_transfer_as,
+};
+pub use transfer_json::{ConfidenceColumns, TransferDocument};

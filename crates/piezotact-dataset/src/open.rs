@@ -13,8 +13,11 @@ use piezotact::verify::flat_top_fraction;
 use crate::csv_table::read_table;
 use crate::error::ReadError;
 use crate::journal::journal_path;
+use crate::lvm::{looks_like_lvm, parse_lvm};
+use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
 use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
+use crate::uff;
 use crate::wav::{SampleFormat, parse_wav};
 
 /// What a person adds to what a file says of itself.
@@ -37,6 +40,12 @@ pub enum FileKind {
     Journal,
     /// A table of text.
     Table,
+    /// A LabVIEW measurement file.
+    Lvm,
+    /// A universal file.
+    Uff,
+    /// A MATLAB file.
+    Matlab,
 }
 
 impl std::fmt::Display for FileKind {
@@ -46,6 +55,9 @@ impl std::fmt::Display for FileKind {
             Self::Parquet => f.write_str("Parquet"),
             Self::Journal => f.write_str("journal of an interrupted recording"),
             Self::Table => f.write_str("table of text"),
+            Self::Lvm => f.write_str("LabVIEW measurement"),
+            Self::Uff => f.write_str("universal file"),
+            Self::Matlab => f.write_str("MATLAB"),
         }
     }
 }
@@ -87,40 +99,45 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             finite(path, contents_of(stored, FileKind::Parquet))
         }
         [0xFF, 0xFF, 0xFF, 0xFF, ..] => from_journal(path),
-        [b'M', b'A', b'T', b'L', ..] => Err(known_elsewhere(
-            "a MATLAB file",
-            "export the channels as CSV with a header, or as WAV",
-        )),
         [b'T', b'D', b'S', b'm', ..] => Err(known_elsewhere(
             "a TDMS file",
             "export it as CSV with a header",
         )),
-        [b'{', ..] => Err(known_elsewhere("JSON", "give a WAV, CSV or Parquet file")),
+        [b'{', ..] => Err(known_elsewhere(
+            "JSON",
+            "give a WAV, CSV, Parquet, LVM, UFF or MAT file",
+        )),
         _ => {
             let mut bytes = head;
             file.read_to_end(&mut bytes)
                 .map_err(|error| ReadError::io(path, &error))?;
             if bytes.starts_with(b"RIFF") || bytes.starts_with(b"RF64") {
-                from_wav(path, &bytes, options)
-            } else if bytes.contains(&0) {
-                Err(known_elsewhere(
-                    "a binary file of an unknown kind",
-                    "export it as WAV, CSV or Parquet",
-                ))
-            } else {
-                let recording = read_table(path, &bytes, options)?;
-                finite(
-                    path,
-                    contents_of(
-                        Stored {
-                            recording,
-                            setup: None,
-                            rendering: None,
-                        },
-                        FileKind::Table,
-                    ),
-                )
+                return from_wav(path, &bytes, options);
             }
+            let (recording, kind) = if looks_like_lvm(&bytes) {
+                (parse_lvm(path, &bytes, options)?, FileKind::Lvm)
+            } else if uff::looks_like_uff(&bytes) {
+                let functions = uff::parse_uff(path, &bytes)?;
+                let recording = uff::recording_of(path, &functions, options)?;
+                (recording, FileKind::Uff)
+            } else if matlab::looks_like_mat(&bytes) {
+                let file = matlab::parse_mat(path, &bytes)?;
+                let recording = matlab::recording_of(path, &file, options)?;
+                (recording, FileKind::Matlab)
+            } else if bytes.contains(&0) {
+                return Err(known_elsewhere(
+                    "a binary file of an unknown kind",
+                    "export it as WAV, CSV, MAT or Parquet",
+                ));
+            } else {
+                (read_table(path, &bytes, options)?, FileKind::Table)
+            };
+            let stored = Stored {
+                recording,
+                setup: None,
+                rendering: None,
+            };
+            finite(path, contents_of(stored, kind))
         }
     }
 }

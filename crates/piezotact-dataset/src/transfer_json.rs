@@ -6,11 +6,10 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::{Condition, Provenance};
-use piezotact::transfer::{Distortion, Estimator, TransferFunction};
+use piezotact::transfer::{Confidence, Distortion, Estimator, TransferFunction};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ReadError, WriteError};
-use crate::sidecar::write_json;
+use crate::error::ReadError;
 
 /// A transfer function as it stands in a file: four columns, and what they hold for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,9 +55,34 @@ pub struct TransferDocument {
     pub imaginary: Vec<f64>,
     /// The coherence of every line.
     pub coherence: Vec<f64>,
+    /// How far every line may be off; written for other programs, as it follows from coherence and averages.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<ConfidenceColumns>,
     /// Noise and distortion told apart, where multisines did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Distortion>,
+}
+
+/// 95 % confidence limits as they stand in a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConfidenceColumns {
+    /// The lower limit of the magnitude of every line.
+    pub low: Vec<f64>,
+    /// The upper limit; absent where there is none.
+    pub high: Vec<Option<f64>>,
+    /// How far the phase may lie on either side, rad.
+    pub phase_reach_rad: Vec<f64>,
+}
+
+impl From<Confidence> for ConfidenceColumns {
+    fn from(confidence: Confidence) -> Self {
+        let known = |high: f64| high.is_finite().then_some(high);
+        Self {
+            low: confidence.low,
+            high: confidence.high.into_iter().map(known).collect(),
+            phase_reach_rad: confidence.phase_reach_rad,
+        }
+    }
 }
 
 fn full_scale() -> Unit {
@@ -97,6 +121,7 @@ impl TransferDocument {
             real: function.response().iter().map(|h| h.re).collect(),
             imaginary: function.response().iter().map(|h| h.im).collect(),
             coherence: function.coherence().to_vec(),
+            confidence: function.confidence().map(ConfidenceColumns::from),
             distortion: None,
         }
     }
@@ -212,34 +237,18 @@ impl TransferDocument {
     }
 }
 
-/// Reads the JSON file of a transfer function.
-///
-/// # Errors
-/// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else.
-pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        if error.kind() == std::io::ErrorKind::InvalidData {
-            not_a_transfer_function(path, "a file that is no text")
-        } else {
-            ReadError::io(path, &error)
-        }
-    })?;
-    serde_json::from_str(&text).map_err(|error| not_a_transfer_function(path, &error.to_string()))
-}
-
-fn not_a_transfer_function(path: &Path, found: &str) -> ReadError {
-    ReadError::content(
-        path,
-        "the JSON of a transfer function (frequency_hz, real, imaginary, coherence)",
-        found,
-        "make one with `piezotact characterise` or `piezotact transfer`",
-    )
-}
-
-/// Writes a transfer function as JSON, whole or not at all.
-///
-/// # Errors
-/// [`WriteError`] when it cannot be written.
-pub fn write_transfer(path: &Path, document: &TransferDocument) -> Result<(), WriteError> {
-    write_json(path, document)
+/// The document in the JSON of a transfer function.
+pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, ReadError> {
+    let not_one = |found: &str| {
+        ReadError::content(
+            path,
+            "the JSON of a transfer function (frequency_hz, real, imaginary, coherence)",
+            found,
+            "make one with `piezotact characterise` or `piezotact transfer`, or give a universal or a MATLAB file",
+        )
+    };
+    match std::str::from_utf8(bytes) {
+        Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string())),
+        Err(_) => Err(not_one("a file that is no text")),
+    }
 }

@@ -44,6 +44,26 @@ pub enum Estimator {
     Hv,
 }
 
+impl Estimator {
+    /// The estimator of this name, in letters of any case.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::H1, Self::H2, Self::Hv]
+            .into_iter()
+            .find(|estimator| estimator.name().eq_ignore_ascii_case(name.trim()))
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::H1 => "H1",
+            Self::H2 => "H2",
+            Self::Hv => "Hv",
+        }
+    }
+}
+
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
 /// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with all that it holds for.
 #[derive(Clone, Debug, PartialEq)]

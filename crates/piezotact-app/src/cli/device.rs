@@ -54,7 +54,7 @@ pub(crate) struct Characterise {
     /// Keeps the recording too; several are numbered.
     #[arg(long, value_name = "RAW.parquet")]
     pub(crate) record: Option<PathBuf>,
-    /// The transfer function to write.
+    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Writes a report.
@@ -139,7 +139,7 @@ pub(crate) struct Transfer {
     /// The capacitance of the actuator, in nF.
     #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
     pub(crate) load_nf: f64,
-    /// The transfer function to write.
+    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Writes a report.

@@ -1,12 +1,11 @@
 //! `piezotact info`: what is in a file.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
 use piezotact::recording::Condition;
 use piezotact::series::{mean, peak, standard_deviation};
-use piezotact_dataset::{Contents, TransferDocument, read_transfer};
+use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
 use serde_json::json;
 
 use super::read;
@@ -15,7 +14,7 @@ use crate::failure::Outcome;
 use crate::output::{digits, doubts_json, print, print_json};
 
 pub(crate) fn run(args: &Info) -> Outcome {
-    if is_json(&args.file) {
+    if holds_transfer(&args.file) {
         return transfer_function(args, &read_transfer(&args.file)?);
     }
     let contents = read(&args.file, &args.reading)?;
@@ -24,15 +23,6 @@ pub(crate) fn run(args: &Info) -> Outcome {
     } else {
         recording_text(args, &contents)
     }
-}
-
-fn is_json(path: &Path) -> bool {
-    use std::io::Read as _;
-    let mut first = [0; 1];
-    std::fs::File::open(path)
-        .and_then(|mut file| file.read_exact(&mut first))
-        .is_ok()
-        && first == *b"{"
 }
 
 fn recording_json(args: &Info, contents: &Contents) -> Outcome {

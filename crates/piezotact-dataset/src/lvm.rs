@@ -1,0 +1,561 @@
+//! LabVIEW measurement files (`.lvm`): text with a header for the file and one for each segment.
+//!
+//! Source of the layout: National Instruments, *Specification for the LabVIEW Measurement File (.lvm)*.
+
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::quantity::SampleRate;
+use piezotact::recording::Recording;
+
+use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
+use crate::error::ReadError;
+use crate::open::ReadOptions;
+
+const MAGIC: &str = "LabVIEW Measurement";
+const END: &str = "***End_of_Header***";
+
+/// Whether `bytes` begin as a LabVIEW measurement file does.
+#[must_use]
+pub fn looks_like_lvm(bytes: &[u8]) -> bool {
+    bytes
+        .strip_prefix(b"\xEF\xBB\xBF")
+        .unwrap_or(bytes)
+        .starts_with(MAGIC.as_bytes())
+}
+
+/// What a column of a segment is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Time,
+    Channel,
+    Comment,
+}
+
+/// One column of a segment.
+#[derive(Clone)]
+struct Field {
+    role: Role,
+    name: String,
+    unit: String,
+    start: Option<f64>,
+    step: Option<(f64, String)>,
+    promised: Option<u64>,
+    clock: Option<String>,
+    values: Vec<f64>,
+    /// Empty cells seen, and the row of the first.
+    empty: Option<usize>,
+}
+
+struct Segment {
+    fields: Vec<Field>,
+    rows: usize,
+}
+
+/// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
+/// a doubt says so. `path` is what a refusal names.
+///
+/// # Errors
+/// [`ReadError::Content`] when a header, a row or a rate is missing, a cell is no number, channels differ in length or
+/// rate, or segments do not follow each other; [`ReadError::Quantity`] when the rate is impossible.
+pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
+        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
+    };
+    let mut reader = Reader {
+        path,
+        lines: text.lines().enumerate().peekable(),
+        separator: '\t',
+        decimal: None,
+        comments: Vec::new(),
+    };
+    reader.file_header()?;
+    let mut segments = Vec::new();
+    while let Some(segment) = reader.segment()? {
+        segments.push(segment);
+    }
+    let comments = std::mem::take(&mut reader.comments);
+    let mut doubts = Vec::new();
+    let joined = join(path, segments, &mut doubts)?;
+    assemble(path, joined, &comments, doubts, options)
+}
+
+struct Reader<'a, I: Iterator<Item = (usize, &'a str)>> {
+    path: &'a Path,
+    lines: std::iter::Peekable<I>,
+    separator: char,
+    decimal: Option<char>,
+    /// The rows with a comment, and what they say.
+    comments: Vec<(usize, String)>,
+}
+
+impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
+    fn wrong(&self, expected: &str, found: String, todo: &str) -> ReadError {
+        ReadError::content(self.path, expected, found, todo)
+    }
+
+    fn file_header(&mut self) -> Result<(), ReadError> {
+        for (at, line) in self.lines.by_ref() {
+            if line.starts_with(END) {
+                return Ok(());
+            }
+            // The separator of the file stands behind every key, in this line too.
+            if let Some(value) = line.strip_prefix("Separator") {
+                if value.to_ascii_lowercase().contains("comma") {
+                    self.separator = ',';
+                }
+            } else if let Some(value) = line.strip_prefix("Decimal_Separator") {
+                self.decimal = value.trim_end().chars().last();
+            } else if at == 1 && !line.contains('\t') && line.contains(',') {
+                self.separator = ',';
+            }
+        }
+        Err(self.wrong(
+            "***End_of_Header*** after the header of the file",
+            "the end of the file".into(),
+            "the file was cut short: copy or export it again",
+        ))
+    }
+
+    /// A number with the file's decimal sign; without a stated one either is understood where columns are not
+    /// separated by commas.
+    fn number(&self, cell: &str) -> Option<f64> {
+        match (self.decimal, self.separator) {
+            (Some(','), _) => cell.replace(',', ".").parse().ok(),
+            (None, '\t') => cell
+                .parse()
+                .ok()
+                .or_else(|| cell.replace(',', ".").parse().ok()),
+            _ => cell.parse().ok(),
+        }
+    }
+
+    /// The next segment: its header, the names of its columns, its rows.
+    fn segment(&mut self) -> Result<Option<Segment>, ReadError> {
+        while self
+            .lines
+            .next_if(|(_, line)| line.trim().is_empty())
+            .is_some()
+        {}
+        if self.lines.peek().is_none() {
+            return Ok(None);
+        }
+        let mut header = Vec::new();
+        let mut ended = false;
+        for (_, line) in self.lines.by_ref() {
+            if line.starts_with(END) {
+                ended = true;
+                break;
+            }
+            header.push(line);
+        }
+        let names = self.lines.next();
+        let (true, Some((_, names))) = (ended, names) else {
+            return Err(self.wrong(
+                "the header of a segment, ***End_of_Header***, and a row of names",
+                "the end of the file".into(),
+                "the file was cut short: copy or export it again",
+            ));
+        };
+        let mut fields = self.fields(&header, names)?;
+        let mut rows = 0;
+        while let Some((at, line)) = self.lines.next_if(|(_, line)| !line.trim().is_empty()) {
+            self.row(at + 1, line, &mut fields)?;
+            rows += 1;
+        }
+        Ok(Some(Segment { fields, rows }))
+    }
+
+    fn fields(&self, header: &[&str], names: &str) -> Result<Vec<Field>, ReadError> {
+        let entries = |key: &str| -> Vec<String> {
+            let line = header.iter().find(|line| {
+                line.strip_prefix(key)
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with(self.separator))
+            });
+            line.map_or_else(Vec::new, |line| {
+                let cells = line.split(self.separator);
+                cells.map(|cell| cell.trim().to_owned()).collect()
+            })
+        };
+        let dimension = entries("X_Dimension");
+        if let Some(other) = dimension
+            .iter()
+            .skip(1)
+            .find(|what| !what.is_empty() && *what != "Time")
+        {
+            return Err(self.wrong(
+                "signals over time",
+                format!("an X_Dimension of `{other}`"),
+                "export the time signals",
+            ));
+        }
+        let (units, starts) = (entries("Y_Unit_Label"), entries("X0"));
+        let (steps, promises) = (entries("Delta_X"), entries("Samples"));
+        let (dates, clocks) = (entries("Date"), entries("Time"));
+        let cell = |row: &[String], at: usize| row.get(at).cloned().unwrap_or_default();
+        let mut fields: Vec<Field> = names
+            .split(self.separator)
+            .enumerate()
+            .map(|(at, name)| {
+                let name = name.trim();
+                let role = match name {
+                    "X_Value" => Role::Time,
+                    "Comment" => Role::Comment,
+                    _ => Role::Channel,
+                };
+                // The entries of a header stand above the columns they hold for.
+                let step = cell(&steps, at);
+                let day = cell(&clocks, at);
+                Field {
+                    role,
+                    name: name.to_owned(),
+                    unit: unit(&cell(&units, at)),
+                    start: self.number(&cell(&starts, at)),
+                    step: self.number(&step).map(|value| (value, step)),
+                    promised: cell(&promises, at).parse().ok(),
+                    clock: (!day.is_empty()).then(|| format!("{} {day}", cell(&dates, at))),
+                    values: Vec::new(),
+                    empty: None,
+                }
+            })
+            .collect();
+        // A trailing separator makes an empty last column.
+        while fields
+            .last()
+            .is_some_and(|field| field.role == Role::Channel && field.name.is_empty())
+        {
+            fields.pop();
+        }
+        if !fields.iter().any(|field| field.role == Role::Channel) {
+            return Err(self.wrong(
+                "the names of channels below the header",
+                format!(
+                    "`{}`",
+                    names.chars().take(40).collect::<String>().escape_debug()
+                ),
+                "check the export",
+            ));
+        }
+        Ok(fields)
+    }
+
+    fn row(&mut self, at: usize, line: &str, fields: &mut [Field]) -> Result<(), ReadError> {
+        let mut cells = line.split(self.separator);
+        for field in fields.iter_mut() {
+            let cell = cells.next();
+            match (field.role, cell.map(str::trim)) {
+                (Role::Comment, Some(cell)) => {
+                    // A comment may hold the separator.
+                    let rest: Vec<&str> = cells.by_ref().collect();
+                    let comment = [&[cell][..], &rest].concat().join(" ");
+                    if !comment.trim().is_empty() {
+                        self.comments.push((at, comment.trim().to_owned()));
+                    }
+                }
+                (Role::Comment, None) => {}
+                (_, Some("") | None) => {
+                    field.empty.get_or_insert(at);
+                }
+                (_, Some(cell)) => match self.number(cell) {
+                    Some(value) if field.empty.is_none() => field.values.push(value),
+                    Some(_) => {
+                        return Err(self.wrong(
+                            "a number in every row of a channel",
+                            format!(
+                                "an empty cell in row {}, column `{}`",
+                                field.empty.unwrap_or(at),
+                                field.name
+                            ),
+                            "repair or cut that row",
+                        ));
+                    }
+                    None => {
+                        return Err(self.wrong(
+                            "a number",
+                            format!(
+                                "`{}` in row {at}, column `{}`",
+                                cell.escape_debug(),
+                                field.name
+                            ),
+                            "repair or cut that row",
+                        ));
+                    }
+                },
+            }
+        }
+        match cells.find(|cell| !cell.trim().is_empty()) {
+            None => Ok(()),
+            Some(extra) => Err(self.wrong(
+                &format!(
+                    "{} columns in every row, as in the row of names",
+                    fields.len()
+                ),
+                format!("one more, `{}`, in row {at}", extra.escape_debug()),
+                "check which sign separates columns and which decimals",
+            )),
+        }
+    }
+}
+
+/// LabVIEW writes the names of units as often as their symbols.
+fn unit(label: &str) -> String {
+    let symbol = match label.to_ascii_lowercase().as_str() {
+        "newtons" | "newton" => "N",
+        "volts" | "volt" => "V",
+        "pascals" | "pascal" => "Pa",
+        "meters" | "metres" | "meter" | "metre" => "m",
+        "seconds" | "second" => "s",
+        "m/s^2" | "m/sec^2" => "m/s2",
+        "gs" | "g's" => "g",
+        _ => label,
+    };
+    symbol.to_owned()
+}
+
+/// One segment of all, where each goes on where the one before ends.
+fn join(
+    path: &Path,
+    segments: Vec<Segment>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<Segment, ReadError> {
+    let mut segments = segments.into_iter().enumerate();
+    let Some((_, mut whole)) = segments.next() else {
+        return Err(ReadError::content(
+            path,
+            "a segment with rows of numbers",
+            "none",
+            "check the export",
+        ));
+    };
+    promises(&whole, doubts);
+    for (k, mut next) in segments {
+        promises(&next, doubts);
+        let differs = |found: String| {
+            ReadError::content(
+                path,
+                "segments of the same channels that follow each other without a gap",
+                format!("{found} in segment {}", k + 1),
+                "save every segment as a file of its own",
+            )
+        };
+        if next.fields.len() != whole.fields.len() {
+            return Err(differs(format!("{} columns", next.fields.len())));
+        }
+        let gap = gap(&whole, &next);
+        for (field, more) in whole.fields.iter_mut().zip(&mut next.fields) {
+            if field.name != more.name || field.unit != more.unit {
+                return Err(differs(format!("`{}` for `{}`", more.name, field.name)));
+            }
+            field.values.append(&mut more.values);
+            field.empty = field.empty.or(more.empty);
+        }
+        match gap {
+            Some(samples) if samples.abs() <= 0.5 => {}
+            Some(samples) => return Err(differs(format!("a gap of {samples:.1} samples"))),
+            None => return Err(differs("no start".into())),
+        }
+        whole.rows += next.rows;
+    }
+    Ok(whole)
+}
+
+/// How many samples are missing between two segments, by their time columns, or by their clocks and X0.
+fn gap(whole: &Segment, next: &Segment) -> Option<f64> {
+    let timed = |segment: &Segment| {
+        let field = segment
+            .fields
+            .iter()
+            .find(|field| field.role == Role::Time)?;
+        Some((*field.values.first()?, *field.values.last()?))
+    };
+    let first = whole
+        .fields
+        .iter()
+        .find(|field| field.role == Role::Channel)?;
+    let other = next
+        .fields
+        .iter()
+        .find(|field| field.role == Role::Channel)?;
+    let step = first
+        .step
+        .as_ref()
+        .map(|(step, _)| *step)
+        .filter(|step| *step > 0.0)?;
+    if let (Some((_, last)), Some((start, _))) = (timed(whole), timed(next)) {
+        return Some((start - last) / step - 1.0);
+    }
+    let clock = |field: &Field| -> Option<(String, f64)> {
+        let (day, time) = field.clock.as_ref()?.split_once(' ')?;
+        let mut seconds = 0.0;
+        for part in time.split(':') {
+            seconds = 60.0 * seconds + part.replace(',', ".").parse::<f64>().ok()?;
+        }
+        Some((day.to_owned(), seconds))
+    };
+    let later = match (clock(first), clock(other)) {
+        (Some((day, from)), Some((same, to))) if day == same => to - from,
+        (None, None) => 0.0,
+        _ => return None,
+    };
+    let ends = first.start? + whole.rows as f64 * step;
+    Some((other.start? + later - ends) / step)
+}
+
+/// What is to be said where more or fewer rows follow than a header promises.
+fn promises(segment: &Segment, doubts: &mut Vec<Doubt>) {
+    let promised = segment
+        .fields
+        .iter()
+        .filter(|field| field.role == Role::Channel)
+        .find_map(|field| field.promised.filter(|count| *count > 0));
+    let rows = segment.rows as u64;
+    match promised {
+        Some(promised) if promised < rows => doubts.push(Doubt::Guessed {
+            what: format!(
+                "the header promises {promised} samples and {rows} follow: all were read as one signal, though nothing says that there is no gap every {promised}"
+            ),
+        }),
+        Some(promised) if promised > rows => doubts.push(Doubt::Guessed {
+            what: format!(
+                "the header promises {promised} samples and {rows} follow: the file was cut, what is there was read"
+            ),
+        }),
+        _ => {}
+    }
+}
+
+fn assemble(
+    path: &Path,
+    segment: Segment,
+    comments: &[(usize, String)],
+    mut doubts: Vec<Doubt>,
+    options: &ReadOptions,
+) -> Result<Recording, ReadError> {
+    let (mut columns, mut empty) = (Vec::new(), Vec::new());
+    let (mut time, mut step) = (None::<Column>, None);
+    for field in segment.fields {
+        match field.role {
+            Role::Comment => {}
+            Role::Time if field.values.is_empty() => {}
+            Role::Time => {
+                let column = Column {
+                    name: field.name,
+                    unit: Some("s".into()),
+                    values: field.values,
+                };
+                match &time {
+                    None => time = Some(column),
+                    Some(first) if first.values == column.values => {}
+                    Some(_) => {
+                        return Err(ReadError::content(
+                            path,
+                            "channels that share one time",
+                            "X_Value columns that differ",
+                            "save channels of different rates as files of their own",
+                        ));
+                    }
+                }
+            }
+            Role::Channel if field.values.is_empty() => empty.push(field.name),
+            Role::Channel => {
+                match (&step, &field.step) {
+                    (Some((first, _)), Some((other, _))) if first != other => {
+                        return Err(ReadError::content(
+                            path,
+                            format!("channels of one rate, Delta_X {first}"),
+                            format!("{other} of `{}`", field.name),
+                            "save channels of different rates as files of their own",
+                        ));
+                    }
+                    (None, Some(found)) => step = Some(found.clone()),
+                    _ => {}
+                }
+                columns.push(Column {
+                    name: field.name,
+                    unit: Some(field.unit),
+                    values: field.values,
+                });
+            }
+        }
+    }
+    if columns.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "rows of numbers below the names of the channels",
+            "none",
+            "check the export",
+        ));
+    }
+    if let Some(short) = columns
+        .iter()
+        .find(|column| column.values.len() != segment.rows)
+    {
+        return Err(ReadError::content(
+            path,
+            format!("{} numbers in every channel", segment.rows),
+            format!("{} of `{}`", short.values.len(), short.name),
+            "the file was cut short or the channels differ in length: cut the rows without them, or save them as files of their own",
+        ));
+    }
+    if !empty.is_empty() {
+        empty.truncate(6);
+        doubts.push(Doubt::Guessed {
+            what: format!(
+                "channels without a number were left out: {}",
+                empty.join(", ")
+            ),
+        });
+    }
+    if let Some((row, text)) = comments.first() {
+        doubts.push(Doubt::Guessed {
+            what: format!(
+                "{} row(s) carry a comment, the first in row {row} `{}`: they are not kept",
+                comments.len(),
+                text.chars().take(40).collect::<String>()
+            ),
+        });
+    }
+    let mut of_rate = Vec::new();
+    let found = match (&time, step) {
+        (Some(time), _) if time.values.len() > 1 => Some(rate_of(path, time, &mut of_rate)),
+        (_, Some((step, written))) if step > 0.0 => {
+            of_rate.extend(coarse(step, &written));
+            Some(
+                SampleRate::new(1.0 / step).map_err(|source| ReadError::Quantity {
+                    path: path.into(),
+                    source,
+                }),
+            )
+        }
+        _ => None,
+    };
+    let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
+    of_rate.append(&mut doubts);
+    recording_of(
+        path,
+        columns,
+        rate,
+        of_rate,
+        options,
+        WithoutUnit::OnlyScale,
+    )
+}
+
+/// A step written with so few digits that the rate is not known to 10⁻⁴, unless it makes a whole number of Hz.
+fn coarse(step: f64, written: &str) -> Option<Doubt> {
+    let (mantissa, exponent) = written.split_once(['E', 'e']).unwrap_or((written, "0"));
+    let decimals = mantissa
+        .split_once(['.', ','])
+        .map_or(0, |(_, decimals)| decimals.len());
+    let place = exponent.parse::<f64>().ok()? - decimals as f64;
+    let share = 0.5 * 10_f64.powf(place) / step;
+    let rate = 1.0 / step;
+    let whole = (rate - rate.round()).abs() < 1e-6 * rate;
+    (share > 1e-4 && !whole).then(|| Doubt::Guessed {
+        what: format!(
+            "Delta_X is written as {written}: the rate of {rate:.2} Hz is known to {:.2} % only (--rate states it)",
+            100.0 * share
+        ),
+    })
+}

@@ -1,0 +1,397 @@
+//! From the variables of a MATLAB file to recordings and transfer functions.
+
+use std::path::Path;
+
+use num_complex::Complex;
+use piezotact::Doubt;
+use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
+use piezotact::recording::Recording;
+use piezotact::transfer::Estimator;
+
+use super::{MatFile, MatNumbers, MatValue};
+use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of as table_of};
+use crate::error::ReadError;
+use crate::open::ReadOptions;
+use crate::transfer_file::{Lines, from_lines};
+use crate::transfer_json::TransferDocument;
+
+/// Names of vectors of time, of rates, and of their inverse; of the columns of a transfer function. All in small
+/// letters.
+const TIMES: [&str; 7] = [
+    "t",
+    "time",
+    "time_s",
+    "timestamp",
+    "zeit",
+    "temps",
+    "time_domain",
+];
+const RATES: [&str; 11] = [
+    "fs",
+    "rate",
+    "rate_hz",
+    "sampling_rate",
+    "samplingrate",
+    "sample_rate",
+    "samplerate",
+    "sampling_frequency",
+    "srate",
+    "sfreq",
+    "time_sample_rate",
+];
+const STEPS: [&str; 3] = ["dt", "delta_t", "time_step"];
+const RESPONSES: [&str; 5] = ["h", "frf", "h1", "hf", "tf"];
+const FREQUENCIES: [&str; 6] = [
+    "frequency_hz",
+    "f",
+    "freq",
+    "frequency",
+    "frequencies",
+    "f_hz",
+];
+const COHERENCES: [&str; 5] = ["coherence", "coh", "gamma2", "cxy", "c"];
+/// More columns than this make a matrix that is no recording.
+const MOST_CHANNELS: usize = 512;
+
+/// The variables, those of structures named `structure.field`.
+fn flat(file: &MatFile) -> Vec<(String, &MatValue)> {
+    let mut found = Vec::new();
+    let mut open: Vec<(String, &MatValue)> = file
+        .variables
+        .iter()
+        .rev()
+        .map(|variable| (variable.name.clone(), &variable.value))
+        .collect();
+    while let Some((name, value)) = open.pop() {
+        match value {
+            MatValue::Struct {
+                dims,
+                class: None,
+                fields,
+                values,
+            } if super::count(dims) == Some(1) => {
+                for (field, value) in fields.iter().zip(values).rev() {
+                    open.push((format!("{name}.{field}"), value));
+                }
+            }
+            _ => found.push((name, value)),
+        }
+    }
+    found
+}
+
+fn is_called(name: &str, names: &[&str]) -> bool {
+    let last = name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase();
+    names.contains(&last.as_str())
+}
+
+fn by_name<'a>(
+    variables: &[(String, &'a MatValue)],
+    names: &[&str],
+) -> Option<(String, &'a MatValue)> {
+    // The order of `names` decides, then that of the file.
+    names.iter().find_map(|wanted| {
+        variables
+            .iter()
+            .find(|(name, _)| is_called(name, &[wanted]))
+            .map(|(name, value)| (name.clone(), *value))
+    })
+}
+
+fn shape(value: &MatValue) -> String {
+    let by = |dims: &[usize]| {
+        let dims: Vec<String> = dims.iter().take(4).map(usize::to_string).collect();
+        dims.join("×")
+    };
+    match value {
+        MatValue::Numbers(MatNumbers {
+            dims, imaginary, ..
+        }) => {
+            let complex = if imaginary.is_some() { " complex" } else { "" };
+            format!("{}{complex}", by(dims))
+        }
+        MatValue::Text(_) => "text".into(),
+        MatValue::Cell { dims, .. } => format!("{} cells", by(dims)),
+        MatValue::Struct { dims, .. } => format!("{} structures", by(dims)),
+        MatValue::Sparse { rows, columns, .. } => format!("{rows}×{columns} sparse"),
+        MatValue::Unreadable(what) => what.clone(),
+    }
+}
+
+fn listed(variables: &[(String, &MatValue)]) -> String {
+    if variables.is_empty() {
+        return "no variables".into();
+    }
+    let mut named: Vec<String> = variables
+        .iter()
+        .take(12)
+        .map(|(name, value)| format!("{name} ({})", shape(value)))
+        .collect();
+    if variables.len() > named.len() {
+        named.push(format!("{} more", variables.len() - named.len()));
+    }
+    named.join(", ")
+}
+
+/// The numbers of a file as the channels of a recording.
+pub(crate) fn recording_of(
+    path: &Path,
+    file: &MatFile,
+    options: &ReadOptions,
+) -> Result<Recording, ReadError> {
+    let variables = flat(file);
+    let mut doubts = Vec::new();
+    let time = variables.iter().find_map(|(name, value)| {
+        let values = value.vector().filter(|values| values.len() > 1)?;
+        is_called(name, &TIMES).then(|| Column {
+            name: name.clone(),
+            unit: None,
+            values: values.to_vec(),
+        })
+    });
+    let mut columns = Vec::new();
+    let mut about = Vec::new();
+    for (name, value) in &variables {
+        if let MatValue::Numbers(numbers) = value
+            && !is_called(name, &TIMES)
+        {
+            if !numbers.exact {
+                about.push(Doubt::Guessed {
+                    what: format!("`{name}` holds integers beyond ±2⁵³, which were rounded"),
+                });
+            }
+            columns.extend(columns_of(name, numbers));
+        }
+    }
+    let length = match &time {
+        Some(time) => time.values.len(),
+        None => one_length(path, &columns)?,
+    };
+    let before = columns.len();
+    let mut left_out = Vec::new();
+    columns.retain(|column| {
+        let fits = column.values.len() == length;
+        if !fits {
+            left_out.push(column.name.clone());
+        }
+        fits
+    });
+    if columns.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "vectors of real numbers, all of one length, as channels",
+            listed(&variables),
+            "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header",
+        ));
+    }
+    if before > columns.len() {
+        left_out.truncate(6);
+        about.push(Doubt::Guessed {
+            what: format!(
+                "{} vectors are not as long as the time ({length}) and were left out: {}",
+                before - columns.len(),
+                left_out.join(", ")
+            ),
+        });
+    }
+    let scalar = scalar_rate(path, &variables)?;
+    let found = match (&time, scalar) {
+        (Some(time), scalar) => {
+            let found = rate_of(path, time, &mut doubts);
+            if let (Ok(found), Some((name, stated))) = (&found, scalar)
+                && (found.hz() / stated.hz() - 1.0).abs() > 0.01
+            {
+                about.push(Doubt::Guessed {
+                    what: format!(
+                        "`{name}` says {stated}, `{}` says {found}: the second was used",
+                        time.name
+                    ),
+                });
+            }
+            Some(found)
+        }
+        (None, Some((_, rate))) => Some(Ok(rate)),
+        (None, None) => None,
+    };
+    if options.rate.is_none() && found.is_none() {
+        return Err(ReadError::content(
+            path,
+            "a rate: a number named fs, rate or sampling_rate, or a vector named t or time",
+            listed(&variables),
+            "give the rate with --rate, for example --rate 5000",
+        ));
+    }
+    let rate = choose_rate(path, options.rate, found, &mut doubts)?;
+    doubts.append(&mut about);
+    table_of(path, columns, rate, doubts, options, WithoutUnit::OnlyScale)
+}
+
+/// A vector as one column, a matrix as one for each of its shorter dimension.
+fn columns_of(name: &str, numbers: &MatNumbers) -> Vec<Column> {
+    if numbers.imaginary.is_some() || numbers.real.len() < 2 {
+        return Vec::new();
+    }
+    let column = |name, values| Column {
+        name,
+        unit: None,
+        values,
+    };
+    if numbers.is_vector() {
+        return vec![column(name.to_owned(), numbers.real.clone())];
+    }
+    let &[rows, columns] = numbers.dims.as_slice() else {
+        return Vec::new();
+    };
+    if rows.min(columns) > MOST_CHANNELS {
+        return Vec::new();
+    }
+    if rows >= columns {
+        let parts = numbers.real.chunks_exact(rows).enumerate();
+        parts
+            .map(|(k, values)| column(format!("{name} {}", k + 1), values.to_vec()))
+            .collect()
+    } else {
+        (0..rows)
+            .map(|k| {
+                let values = numbers.real.iter().skip(k).step_by(rows).copied().collect();
+                column(format!("{name} {}", k + 1), values)
+            })
+            .collect()
+    }
+}
+
+/// The length that all columns share.
+fn one_length(path: &Path, columns: &[Column]) -> Result<usize, ReadError> {
+    let length = columns.first().map_or(0, |column| column.values.len());
+    match columns.iter().find(|column| column.values.len() != length) {
+        None => Ok(length),
+        Some(other) => Err(ReadError::content(
+            path,
+            "vectors of one length as channels, or a vector `t` or `time` that says which belong together",
+            format!(
+                "`{}` with {length} and `{}` with {} numbers",
+                columns.first().map_or("", |column| &column.name),
+                other.name,
+                other.values.len()
+            ),
+            "save what was recorded together into a file of its own",
+        )),
+    }
+}
+
+fn scalar_rate(
+    path: &Path,
+    variables: &[(String, &MatValue)],
+) -> Result<Option<(String, SampleRate)>, ReadError> {
+    let scalar = |names: &[&str]| {
+        variables.iter().find_map(|(name, value)| {
+            let value = value.scalar().filter(|_| is_called(name, names))?;
+            Some((name.clone(), value))
+        })
+    };
+    let found = scalar(&RATES).or_else(|| scalar(&STEPS).map(|(name, step)| (name, 1.0 / step)));
+    found
+        .map(|(name, hz)| {
+            SampleRate::new(hz)
+                .map(|rate| (name, rate))
+                .map_err(|source| ReadError::Quantity {
+                    path: path.into(),
+                    source,
+                })
+        })
+        .transpose()
+}
+
+/// Whether a file holds a frequency response with its frequencies.
+pub(crate) fn holds_transfer(file: &MatFile) -> bool {
+    let variables = flat(file);
+    complex_response(&variables).is_some() && by_name(&variables, &FREQUENCIES).is_some()
+}
+
+fn complex_response(variables: &[(String, &MatValue)]) -> Option<Vec<Complex<f64>>> {
+    RESPONSES.iter().find_map(|wanted| {
+        variables.iter().find_map(|(name, value)| match value {
+            MatValue::Numbers(numbers) if is_called(name, &[wanted]) && numbers.is_vector() => {
+                let imaginary = numbers.imaginary.as_ref()?;
+                let pairs = numbers.real.iter().zip(imaginary);
+                Some(pairs.map(|(re, im)| Complex::new(*re, *im)).collect())
+            }
+            _ => None,
+        })
+    })
+}
+
+/// The frequency response of a file, with its coherence.
+pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument, ReadError> {
+    let variables = flat(&file);
+    let real = |names: &[&str]| {
+        by_name(&variables, names).and_then(|(_, value)| value.vector().map(<[f64]>::to_vec))
+    };
+    let (Some(mut response), Some(frequency_hz)) =
+        (complex_response(&variables), real(&FREQUENCIES))
+    else {
+        return Err(ReadError::content(
+            path,
+            "a complex vector `H` (or FRF, H1, Hf, TF) and its frequencies `f` (or freq, frequency_hz)",
+            listed(&variables),
+            "name the variables so and save them with -v7, or write the transfer function as a universal file",
+        ));
+    };
+    let text = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.text());
+    let number = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.scalar());
+    let (mut units, mut factor) = (Vec::new(), 1.0);
+    for (name, power) in [("drive_unit", -1), ("response_unit", 1)] {
+        let (unit, si) = Unit::parse(text(name).unwrap_or("").trim_end());
+        units.push(if unit.symbol() == "no unit" {
+            Unit::Other(String::new())
+        } else {
+            unit
+        });
+        factor *= f64::powi(si, power);
+    }
+    for line in &mut response {
+        *line *= factor;
+    }
+    let mut doubts = Vec::new();
+    // What only our own files hold: everything but the columns, as JSON.
+    let described = text("description").and_then(|text| {
+        let document: Option<TransferDocument> = serde_json::from_str(text).ok();
+        document
+    });
+    if let Some(described) = &described {
+        doubts.clone_from(&described.doubts);
+    }
+    let lines = Lines {
+        frequency_hz,
+        response,
+        coherence: real(&COHERENCES),
+    };
+    let mut document = from_lines(path, lines, doubts)?;
+    if let Some(described) = described {
+        document.condition = described.condition;
+        document.drive = described.drive;
+        document.provenance = described.provenance;
+        document.effective_averages = described.effective_averages;
+        document.driven_hz = described.driven_hz;
+        document.distortion = described.distortion;
+    }
+    document.response_unit = units.pop().unwrap_or(Unit::Other(String::new()));
+    document.drive_unit = units.pop().unwrap_or(Unit::Other(String::new()));
+    if let Some(estimator) = text("estimator").and_then(Estimator::named) {
+        document.estimator = estimator;
+    }
+    document.averages = number("averages")
+        .filter(|count| (0.0..1e12).contains(count))
+        .map_or(0, |count| count as usize);
+    document.rate_hz = number("rate_hz").and_then(|hz| SampleRate::new(hz).ok());
+    if let Some(name) = text("participant").filter(|name| !name.is_empty()) {
+        document.condition.participant = Some(name.to_owned());
+    }
+    if let Some(load) = number("load_n") {
+        document.condition.load_n = Some(Newtons(load));
+    }
+    if let Some(angle) = number("angle_deg") {
+        document.condition.angle_deg = Some(Degrees(angle));
+    }
+    Ok(document)
+}

@@ -1,0 +1,274 @@
+//! One door for transfer functions in files: JSON, universal files, and MATLAB's.
+
+use std::io::Read as _;
+use std::path::Path;
+
+use num_complex::Complex;
+use piezotact::Doubt;
+use piezotact::quantity::Unit;
+use piezotact::recording::{Condition, Provenance};
+use piezotact::transfer::Estimator;
+
+use crate::error::{ReadError, WriteError};
+use crate::matlab;
+use crate::transfer_json::{TransferDocument, parse_json};
+use crate::uff::{self, UffEncoding};
+
+/// The files that a transfer function can be written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TransferFormat {
+    /// Readable JSON, which holds everything.
+    Json,
+    /// A universal file of text.
+    UffText,
+    /// A universal file of binary numbers.
+    UffBinary,
+    /// A MATLAB file (version 5).
+    Matlab,
+}
+
+impl TransferFormat {
+    /// What the ending of `path` asks for: `.uff` and `.unv` universal text, `.mat` MATLAB, and everything else JSON.
+    #[must_use]
+    pub fn of_ending(path: &Path) -> Self {
+        let ending = path
+            .extension()
+            .and_then(|ending| ending.to_str())
+            .map(str::to_ascii_lowercase);
+        match ending.as_deref() {
+            Some("uff" | "unv") => Self::UffText,
+            Some("mat") => Self::Matlab,
+            _ => Self::Json,
+        }
+    }
+}
+
+/// Reads a transfer function from JSON, from a universal file (function type 4, with the coherence of type 6 between
+/// the same points), or from a MATLAB file (our variables, or `H` or `FRF` with `f` or `freq`). Its content says which
+/// it is. A coherence that is missing is taken as 1, with a doubt.
+///
+/// # Errors
+/// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else, holds several, or its
+/// lines are uneven or begin far above 0 Hz.
+pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
+    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let document = if uff::looks_like_uff(&bytes) {
+        uff::transfer_of(path, &uff::parse_uff(path, &bytes)?)?
+    } else if matlab::looks_like_mat(&bytes) {
+        matlab::transfer_of(path, matlab::parse_mat(path, &bytes)?)?
+    } else {
+        return parse_json(path, &bytes);
+    };
+    Ok(document)
+}
+
+/// Whether the file at `path` holds a transfer function rather than a recording, by its content; `false` for what
+/// cannot be read.
+#[must_use]
+pub fn holds_transfer(path: &Path) -> bool {
+    // A long recording is not read for this.
+    let mut head = Vec::new();
+    let opened =
+        std::fs::File::open(path).is_ok_and(|file| file.take(1024).read_to_end(&mut head).is_ok());
+    if !opened {
+        return false;
+    }
+    if head.first() == Some(&b'{') {
+        return true;
+    }
+    let (uff, mat) = (uff::looks_like_uff(&head), matlab::looks_like_mat(&head));
+    let Some(bytes) = (uff || mat).then(|| std::fs::read(path).ok()).flatten() else {
+        return false;
+    };
+    if uff {
+        uff::parse_uff(path, &bytes).is_ok_and(|functions| uff::holds_transfer(&functions))
+    } else {
+        matlab::parse_mat(path, &bytes).is_ok_and(|file| matlab::holds_transfer(&file))
+    }
+}
+
+/// Writes a transfer function, whole or not at all, as what the ending of `path` says: `.uff` or `.unv` a universal
+/// file of text, `.mat` a MATLAB file, anything else JSON.
+///
+/// # Errors
+/// [`WriteError`] when it cannot be written.
+pub fn write_transfer(path: &Path, document: &TransferDocument) -> Result<(), WriteError> {
+    write_transfer_as(path, document, TransferFormat::of_ending(path))
+}
+
+/// Writes a transfer function, whole or not at all, as `format`.
+///
+/// # Errors
+/// [`WriteError`] when it cannot be written, or the format cannot hold it.
+pub fn write_transfer_as(
+    path: &Path,
+    document: &TransferDocument,
+    format: TransferFormat,
+) -> Result<(), WriteError> {
+    match format {
+        TransferFormat::Json => crate::sidecar::write_json(path, document),
+        TransferFormat::UffText => uff::write_uff(path, document, UffEncoding::Text),
+        TransferFormat::UffBinary => uff::write_uff(path, document, UffEncoding::Binary),
+        TransferFormat::Matlab => matlab::write_mat(path, document),
+    }
+}
+
+/// The step of a document whose columns fit each other, Hz.
+pub(crate) fn checked_step_hz(path: &Path, document: &TransferDocument) -> Result<f64, WriteError> {
+    let wrong = |expected: String, found: String| {
+        WriteError::content(
+            path,
+            expected,
+            found,
+            "estimate the transfer function again",
+        )
+    };
+    let lines = document.frequency_hz.len();
+    let lengths = [
+        document.real.len(),
+        document.imaginary.len(),
+        document.coherence.len(),
+    ];
+    if lines < 2 || lengths.iter().any(|length| *length != lines) {
+        return Err(wrong(
+            "two lines or more, and as many values in every column".into(),
+            format!("{lines} frequencies, {lengths:?} values"),
+        ));
+    }
+    let last = document.frequency_hz[lines - 1];
+    let step_hz = last / (lines - 1) as f64;
+    let even = |(k, f): (usize, &f64)| (f - k as f64 * step_hz).abs() <= 1e-3 * step_hz;
+    if !(step_hz > 0.0 && last.is_finite() && document.frequency_hz.iter().enumerate().all(even)) {
+        return Err(wrong(
+            "frequencies that rise evenly from 0 Hz".into(),
+            format!("{} to {last} Hz", document.frequency_hz[0]),
+        ));
+    }
+    let columns = [&document.real, &document.imaginary, &document.coherence];
+    if let Some(value) = columns
+        .into_iter()
+        .flatten()
+        .find(|value| !value.is_finite())
+    {
+        return Err(wrong("numbers".into(), value.to_string()));
+    }
+    Ok(step_hz)
+}
+
+/// The lines of a transfer function that another program wrote.
+pub(crate) struct Lines {
+    pub(crate) frequency_hz: Vec<f64>,
+    pub(crate) response: Vec<Complex<f64>>,
+    pub(crate) coherence: Option<Vec<f64>>,
+}
+
+/// A document of `lines`, from 0 Hz on: what is missing below the first line is filled with zeros that nothing vouches
+/// for, a missing coherence with ones, and both are said.
+pub(crate) fn from_lines(
+    path: &Path,
+    lines: Lines,
+    mut doubts: Vec<Doubt>,
+) -> Result<TransferDocument, ReadError> {
+    let Lines {
+        mut frequency_hz,
+        mut response,
+        coherence,
+    } = lines;
+    let count = frequency_hz.len();
+    if count < 2 || response.len() != count {
+        return Err(ReadError::content(
+            path,
+            "two lines or more, with a frequency for each",
+            format!("{count} frequencies, {} lines", response.len()),
+            "export the transfer function whole",
+        ));
+    }
+    if let Some(bad) = frequency_hz.iter().find(|f| !f.is_finite()) {
+        return Err(ReadError::content(
+            path,
+            "frequencies",
+            format!("{bad}"),
+            "export the transfer function again",
+        ));
+    }
+    let (first, last) = (frequency_hz[0], frequency_hz[count - 1]);
+    let step = (last - first) / (count - 1) as f64;
+    let mut axis = frequency_hz.iter().enumerate();
+    let uneven = if step > 0.0 {
+        axis.find(|(k, f)| (**f - first - *k as f64 * step).abs() > 1e-3 * step)
+    } else {
+        axis.next_back()
+    };
+    if let Some((k, found)) = uneven {
+        return Err(ReadError::content(
+            path,
+            format!("frequencies that rise in even steps of {step} Hz"),
+            format!("{found} Hz in line {k}"),
+            "export the transfer function on a uniform axis",
+        ));
+    }
+    let mut coherence = match coherence {
+        Some(coherence) if coherence.len() == count => coherence,
+        other => {
+            let why = other.map_or_else(
+                || "the file holds no coherence".into(),
+                |found| {
+                    format!(
+                        "the coherence has {} lines, not {count}, and is not used",
+                        found.len()
+                    )
+                },
+            );
+            doubts.push(Doubt::Guessed {
+                what: format!(
+                    "{why}: it is taken as 1 everywhere, and nothing can say where the transfer function is to be trusted"
+                ),
+            });
+            vec![1.0; count]
+        }
+    };
+    let below = (first / step).round();
+    if (first - below * step).abs() > 1e-2 * step || below < 0.0 || below > count as f64 {
+        return Err(ReadError::content(
+            path,
+            "lines from 0 Hz, or from a multiple of their step not far above it",
+            format!("from {first} Hz in steps of {step} Hz"),
+            "export it from 0 Hz",
+        ));
+    }
+    // At most `count`: the check above says so.
+    let below = below as usize;
+    if below > 0 {
+        doubts.push(Doubt::Guessed {
+            what: format!(
+                "the lines below {first} Hz are not in the file: they are taken as 0, with coherence 0"
+            ),
+        });
+        let step = last / (below + count - 1) as f64;
+        frequency_hz = (0..below + count).map(|k| k as f64 * step).collect();
+        response.splice(..0, std::iter::repeat_n(Complex::default(), below));
+        coherence.splice(..0, std::iter::repeat_n(0.0, below));
+    }
+    Ok(TransferDocument {
+        drive_unit: Unit::Other(String::new()),
+        response_unit: Unit::Other(String::new()),
+        estimator: Estimator::H1,
+        averages: 0,
+        effective_averages: None,
+        driven_hz: None,
+        rate_hz: None,
+        condition: Condition::default(),
+        drive: None,
+        provenance: Provenance {
+            source: path.display().to_string(),
+            ..Provenance::default()
+        },
+        doubts,
+        frequency_hz,
+        real: response.iter().map(|h| h.re).collect(),
+        imaginary: response.iter().map(|h| h.im).collect(),
+        coherence,
+        confidence: None,
+        distortion: None,
+    })
+}

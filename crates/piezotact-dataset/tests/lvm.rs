@@ -1,0 +1,275 @@
+//! LabVIEW measurement files: measured ones, which lie beside the checkout, and variants made here.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that fails where it cannot go on"
+)]
+
+#[path = "../../piezotact/tests/shared_data/mod.rs"]
+mod shared_data;
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use piezotact::Doubt;
+use piezotact::quantity::{Measure, SampleRate, Unit};
+use piezotact::recording::Recording;
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{Estimator, estimate};
+use piezotact_dataset::lvm::parse_lvm;
+use piezotact_dataset::{FileKind, ReadError, ReadOptions, read_recording};
+use support::Lcg;
+
+fn measured(name: &str) -> Option<PathBuf> {
+    shared_data::shared(&format!("data/frf/lvm/{name}"))
+}
+
+fn read(text: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.lvm");
+    std::fs::write(&path, text).unwrap();
+    read_recording(&path, options).map(|contents| contents.recording)
+}
+
+fn plain(text: &str) -> Result<Recording, ReadError> {
+    read(text.as_bytes(), &ReadOptions::default())
+}
+
+fn doubts(recording: &Recording) -> String {
+    let texts: Vec<String> = recording.doubts.iter().map(Doubt::to_string).collect();
+    texts.join("\n")
+}
+
+#[test]
+fn twice_the_rows_that_the_header_promises() {
+    let Some(path) = measured("long_single_header_multi_ch.lvm") else {
+        return;
+    };
+    let contents = read_recording(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(contents.kind, FileKind::Lvm);
+    let recording = contents.recording;
+    assert_eq!(recording.len(), 16_384);
+    let text = doubts(&recording);
+    assert!(
+        text.contains("promises 8192 samples and 16384 follow"),
+        "{text}"
+    );
+    assert!(text.contains("0.000977"), "{text}");
+    let names: Vec<&str> = recording
+        .channels()
+        .iter()
+        .map(|c| c.name.as_str())
+        .collect();
+    assert_eq!(names, ["F", "m_1", "m_2"]);
+    assert!((recording.rate().hz() - 1.0 / 0.000977).abs() < 1e-9);
+    let (_, force) = recording.raw(Some("F")).unwrap();
+    assert!((force.samples()[0] - 0.052530 * 9.80665).abs() < 1e-12);
+    let (_, response) = recording.raw(Some("m_1")).unwrap();
+
+    // Hann segments of 1024 samples (1 Hz between lines), half overlapping: SciPy 1.17.1 finds 0.7595226 in
+    // 10–400 Hz; the detrended segments and the order of summation leave less than 1e-9 between them.
+    let function = estimate(&force, &response, &WelchConfig::hann(1024), Estimator::H1).unwrap();
+    let band: Vec<f64> = function
+        .frequencies_hz()
+        .iter()
+        .zip(function.coherence())
+        .filter(|(hz, _)| (10.0..=400.0).contains(*hz))
+        .map(|(_, coherence)| *coherence)
+        .collect();
+    assert_eq!(band.len(), 390);
+    let mean = band.iter().sum::<f64>() / band.len() as f64;
+    assert!((mean - 0.759_522_610_514_129_4).abs() < 1e-9, "{mean}");
+}
+
+#[test]
+fn the_small_files_of_others() {
+    for name in ["short.lvm", "short_new_line_end.lvm"] {
+        let Some(path) = measured(name) else { return };
+        let recording = read_recording(&path, &ReadOptions::default())
+            .unwrap()
+            .recording;
+        assert_eq!(recording.len(), 10);
+        assert!((recording.rate().hz() - 25_600.0).abs() < 1e-9);
+        let [force, response] = recording.channels() else {
+            unreachable!("two channels");
+        };
+        assert_eq!((&force.unit, force.samples[2]), (&Unit::Newton, 0.616905));
+        assert_eq!(response.unit, Unit::MetrePerSecondSquared);
+        assert_eq!(response.name, "Response (Trigger)");
+        assert_eq!(recording.doubts, []);
+    }
+    let all = |name: &str, options: &ReadOptions| {
+        measured(name).map(|path| read_recording(&path, options).map(|contents| contents.recording))
+    };
+    let none = ReadOptions::default();
+    if let Some(read) = all("multi_time_column.lvm", &none) {
+        let read = read.unwrap();
+        assert!((read.rate().hz() - 51_200.0).abs() < 1e-6);
+        assert_eq!(read.channels()[1].unit, Unit::MetrePerSecondSquared);
+        assert!((read.channels()[1].samples[2] - 0.467541 * 9.80665).abs() < 1e-12);
+        assert!(doubts(&read).contains("promises 51200 samples and 3 follow"));
+    }
+    if let Some(read) = all("no_decimal_separator.lvm", &none) {
+        let read = read.unwrap();
+        assert_eq!((read.channels().len(), read.len()), (3, 4));
+        assert!((read.rate().hz() - 4000.0).abs() < 1e-6);
+        assert!((read.channels()[2].samples[1] + 0.005606 * 9.80665).abs() < 1e-12);
+    }
+    if let Some(read) = all("with_comments.lvm", &none) {
+        let refused = read.unwrap_err().to_string();
+        assert!(refused.contains("state --rate"), "{refused}");
+        let stated = ReadOptions {
+            rate: Some(SampleRate::new(1.0).unwrap()),
+            ..ReadOptions::default()
+        };
+        let read = all("with_comments.lvm", &stated).unwrap().unwrap();
+        assert_eq!((read.channels().len(), read.len()), (3, 9));
+        assert!(
+            doubts(&read).contains("9 row(s) carry a comment"),
+            "{}",
+            doubts(&read)
+        );
+        assert!(doubts(&read).contains("promises 1 samples"));
+    }
+    if let Some(read) = all("with_empty_fields.lvm", &none) {
+        let read = read.unwrap();
+        let names: Vec<&str> = read.channels().iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["Dev0/Ai0", "Dev0/Ai2", "Dev0/Ai0 1"]);
+        assert!((read.rate().hz() - 1000.0).abs() < 1e-6);
+        assert!(
+            doubts(&read).contains("Untitled, Untitled 1"),
+            "{}",
+            doubts(&read)
+        );
+        assert!(read.doubts.contains(&Doubt::Uncalibrated {
+            channel: "Dev0/Ai0".into()
+        }));
+    }
+}
+
+fn header(separator: &str, decimal: &str, columns: &str) -> String {
+    let s = if separator == "Comma" { "," } else { "\t" };
+    format!(
+        "LabVIEW Measurement{s}\r\nSeparator{s}{separator}\r\nDecimal_Separator{s}{decimal}\r\nX_Columns{s}{columns}\r\n***End_of_Header***{s}\r\n{s}\r\n"
+    )
+}
+
+fn segment(time: &str, x0: &str, rows: &str) -> String {
+    format!(
+        "Channels\t1\t\r\nSamples\t2\t\r\nDate\t2024/01/01\r\nTime\t{time}\r\nX_Dimension\tTime\r\nX0\t{x0}\r\nDelta_X\t0,5\r\n***End_of_Header***\t\r\nX_Value\tacc\tComment\r\n{rows}"
+    )
+}
+
+#[test]
+fn commas_between_columns() {
+    let text = header("Comma", ".", "One")
+        + "Channels,2\nSamples,3,3\nY_Unit_Label,mN,g\nX_Dimension,Time,Time\nDelta_X,0.1,0.1\n***End_of_Header***\nX_Value,a,b,Comment\n0.0,1.5,2,late, and long\n0.1,2.5,2\n0.2,3.5,2\n";
+    let read = plain(&text).unwrap();
+    assert!((read.rate().hz() - 10.0).abs() < 1e-9);
+    assert!((read.channels()[0].samples[2] - 3.5e-3).abs() < 1e-15);
+    assert!(
+        doubts(&read).contains("`late  and long`") || doubts(&read).contains("`late and long`"),
+        "{}",
+        doubts(&read)
+    );
+}
+
+#[test]
+fn segments_join_where_nothing_is_missing() {
+    let file = |second: &str, x0: &str| {
+        header("Tab", ",", "No")
+            + &segment("10:00:00,5", "0,0E+0", "\t1,5\r\n\t2,5\r\n\r\n")
+            + &segment(second, x0, "\t3,5\r\n\t4,5\r\n")
+    };
+    for (time, x0) in [("10:00:01,5", "0,0"), ("10:00:00,5", "1,0")] {
+        let read = plain(&file(time, x0)).unwrap();
+        assert_eq!(read.channels()[0].samples, [1.5, 2.5, 3.5, 4.5]);
+        assert!((read.rate().hz() - 2.0).abs() < 1e-12);
+    }
+    let refused = plain(&file("10:00:05,5", "0,0")).unwrap_err().to_string();
+    assert!(
+        refused.contains("a gap of 8.0 samples in segment 2"),
+        "{refused}"
+    );
+    // One scale for channels that name no unit.
+    let scaled = ReadOptions {
+        scale: Some("2 g".parse::<Measure>().unwrap()),
+        rate: None,
+    };
+    let read = read(file("10:00:01,5", "0,0").as_bytes(), &scaled).unwrap();
+    assert!((read.channels()[0].samples[0] - 3.0 * 9.80665).abs() < 1e-12);
+    assert_eq!(read.doubts, []);
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_place() {
+    let of = |rows: &str| header("Tab", ",", "No") + &segment("1:0:0", "0", rows);
+    for (text, part) in [
+        (
+            "LabVIEW Measurement\t\nSeparator\tTab\n".into(),
+            "after the header of the file",
+        ),
+        (header("Tab", ",", "No"), "a segment with rows"),
+        (header("Tab", ",", "No") + "Channels\t1\n", "a row of names"),
+        (of(""), "rows of numbers"),
+        (of("\t1,5\n\tabc\n"), "`abc` in row 17, column `acc`"),
+        (of("\t1,5\n\t\n\t2,5\n"), "rows of numbers"),
+        (of("\t1,5\n\t2,5\tx\t\t\n"), ""),
+        (
+            of("\t1,5\n").replace("Delta_X\t0,5", "Delta_X\t0"),
+            "--rate",
+        ),
+        (
+            of("\t1,5\n").replace("X_Dimension\tTime", "X_Dimension\tFrequency"),
+            "Frequency",
+        ),
+        (
+            of("\t1,5\n").replace("\tacc\tComment", "\tComment"),
+            "names of channels",
+        ),
+    ] {
+        match plain(&text) {
+            Err(error) => {
+                let error = error.to_string();
+                assert!(!part.is_empty(), "{error}");
+                assert!(
+                    error.contains(part) || error.contains("header of a segment"),
+                    "{part}: {error}"
+                );
+            }
+            Ok(read) => assert!(part.is_empty(), "{part}: {read:?}"),
+        }
+    }
+}
+
+/// Truncations and flipped bytes: an error that says what to do, or samples, never a panic.
+#[test]
+fn damage_is_an_error_and_no_panic() {
+    let text = header("Tab", ",", "No")
+        + &segment("10:00:00,5", "0,0E+0", "\t1,5\tgood\r\n\t2,5\r\n\r\n")
+        + &segment("10:00:01,5", "0,0", "\t3,5\r\n\t4,5\r\n");
+    let look = |bytes: &[u8]| {
+        if let Err(error) = parse_lvm(Path::new("a.lvm"), bytes, &ReadOptions::default()) {
+            assert!(
+                error.to_string().contains(';')
+                    || matches!(
+                        error,
+                        ReadError::Quantity { .. } | ReadError::Recording { .. }
+                    ),
+                "{error}"
+            );
+        }
+    };
+    for length in 1..text.len() {
+        look(&text.as_bytes()[..length]);
+    }
+    let mut random = Lcg(9);
+    let mut damaged = text.clone().into_bytes();
+    for round in 0..4000 {
+        let at = random.below(damaged.len());
+        damaged[at] = random.below(256) as u8;
+        look(&damaged);
+        if round % 3 == 0 {
+            damaged = text.clone().into_bytes();
+        }
+    }
+}
