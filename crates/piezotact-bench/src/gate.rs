@@ -82,7 +82,7 @@ impl fmt::Display for Breach {
                 least,
             } => write!(
                 f,
-                "coherence was {median:.2} from {from:.0} to {to:.0} s, expected {least} or more: put the finger on the actuator, and check the sensor and its wax"
+                "coherence was {median:.4} from {from:.0} to {to:.0} s, expected {least} or more: put the finger on the actuator, and check the sensor and its wax"
             ),
             Self::Polarity { correlation } => write!(
                 f,

@@ -227,7 +227,9 @@ pub enum BenchError {
         before: &'static str,
     },
     /// A repeat did not pass the gate.
-    #[error("repeat {repeat} was refused in {attempts} attempts; the last time {breach}")]
+    #[error(
+        "repeat {repeat} was refused in {attempts} of {attempts} attempts; the last time {breach}"
+    )]
     Refused {
         /// Which repeat.
         repeat: usize,

@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
-use crate::quantity::{Band, Quantity, SampleRate, Seconds};
+use crate::quantity::{Band, Quantity, SampleRate, Seconds, Unit};
 use crate::recording::{Condition, Provenance};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
@@ -155,10 +155,12 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 segment_s: segment.0,
             });
         }
+        let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
+        let inverted = function.inverted_polarity().filter(|_| from_force);
         let found = [
             judge::acausal(&function),
             judge::unresolved(&function),
-            judge::inverted(&function),
+            inverted,
         ];
         function.doubts.extend(found.into_iter().flatten());
         Ok(function)
@@ -294,6 +296,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     #[must_use]
     pub fn not_driven(&self, asked: Band) -> Option<Doubt> {
         judge::outside(self.driven?, asked, self.resolution_hz)
+    }
+
+    /// The doubt about the sign of one of two channels, where a force moves a passive finger whose acceleration this is:
+    /// the force seems to take power out of it.
+    #[must_use]
+    pub fn inverted_polarity(&self) -> Option<Doubt> {
+        judge::inverted(self)
     }
 
     /// The largest magnitude in `band`, in units of `O` per `I`; 0 when no line lies in it.

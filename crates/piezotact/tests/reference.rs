@@ -251,6 +251,8 @@ fn a_symmetric_window_gives_pyfrf() {
     );
 }
 
+type Lines = Vec<Complex<f64>>;
+
 /// Within the drive's own band, 20–1000 Hz, rounding has nothing to feed on: 1e-12 for SciPy and for pyFRF.
 #[test]
 fn transfer_functions_equal_scipy_and_pyfrf_closely_where_they_are_driven() {
@@ -269,7 +271,7 @@ fn transfer_functions_equal_scipy_and_pyfrf_closely_where_they_are_driven() {
                 .estimate(&x, &y)
                 .unwrap();
             let coherence = |values: Vec<f64>| values.into_iter().map(Complex::from).collect();
-            let all: [(String, Vec<Complex<f64>>, Vec<Complex<f64>>); 3] = [
+            let all: [(String, Lines, Lines); 3] = [
                 (
                     format!("{program}H1_{n}"),
                     spectra.h1(),

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::Doubt;
 use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
 use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{Estimator, TransferError, estimate};
+use piezotact::verify::flat_top_fraction;
 use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::json;
 
@@ -64,6 +66,25 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
         _ => Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string())),
     })?;
+    // The channels here have names and units, not types.
+    function
+        .doubts
+        .retain(|doubt| !matches!(doubt, Doubt::Clipped { .. }));
+    for (name, samples) in [
+        (&args.drive, &drive_channel.samples),
+        (&args.response, &response_channel.samples),
+    ] {
+        let fraction = flat_top_fraction(samples);
+        if fraction > 0.0 {
+            function.doubts.push(Doubt::Clipped {
+                what: format!("the channel {name}"),
+                fraction,
+            });
+        }
+    }
+    if drive_unit == Unit::Newton && response_channel.unit == Unit::MetrePerSecondSquared {
+        function.doubts.extend(function.inverted_polarity());
+    }
     let estimated = std::mem::take(&mut function.provenance.steps);
     function.provenance = recording
         .provenance

@@ -204,25 +204,28 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
     unit: &str,
 ) -> Outcome<Vec<String>> {
     let (from, to) = span(band);
-    let f = function.frequencies_hz();
     let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
-    let lines = || f.iter().copied().zip(function.response()).skip(1);
-    let magnitude: Vec<(f64, f64)> = lines().map(|(f, h)| (f, db(h.norm()))).collect();
-    let phase: Vec<(f64, f64)> = lines().map(|(f, h)| (f, h.arg().to_degrees())).collect();
-    let coherence = f
-        .iter()
-        .copied()
-        .zip(function.coherence().iter().copied())
-        .skip(1)
+    // What nothing drove is not drawn.
+    let driven = |hz: &f64| function.driven.is_none_or(|driven| driven.contains(*hz));
+    let lines: Vec<(usize, f64)> = (1..)
+        .zip(function.frequencies_hz().into_iter().skip(1))
+        .filter(|(_, hz)| driven(hz))
         .collect();
+    let drawn = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
+    };
+    let phase_of = |line: usize| function.response()[line].arg().to_degrees();
+    let magnitude = drawn(&|line| db(function.response()[line].norm()));
+    let phase = drawn(&phase_of);
+    let coherence = drawn(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
     let limits = function.confidence();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     if let Some(limits) = &limits {
-        for (line, hz) in f.iter().copied().enumerate().skip(1) {
+        for (line, hz) in lines.iter().copied() {
             magnitudes.push((hz, db(limits.low[line]), db(limits.high[line])));
-            let (at, reach) = (phase[line - 1].1, limits.phase_reach_rad[line].to_degrees());
-            phases.push((hz, at - reach, at + reach));
+            let reach = limits.phase_reach_rad[line].to_degrees();
+            phases.push((hz, phase_of(line) - reach, phase_of(line) + reach));
         }
     }
     // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.

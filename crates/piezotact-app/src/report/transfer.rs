@@ -112,7 +112,7 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                     (number(format!("{apart_db:.2} dB"), &format!("rms between the two of {repeats} repeats that differ most")))
                 }
                 @if let Some((level_db, band)) = page.distortion.and_then(Distortion::worst) {
-                    (number(format!("{level_db:.0} dB"), &format!("largest distortion re the answer, {band}")))
+                    (number(format!("{level_db:.0} dB").replace('-', "−"), &format!("largest distortion re the answer, {band}")))
                 }
             }
         }
@@ -122,7 +122,8 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
 fn linear_words(distortion: &Distortion) -> String {
     match distortion.worst() {
         Some((level_db, band)) if level_db > -200.0 => format!(
-            "At the level of this drive distortion reaches {level_db:.0} dB of the answer at {band}; even lines show what squares and other even powers make, odd ones what odd powers make."
+            "At the level of this drive distortion reaches −{:.0} dB of the answer at {band}; even lines show what squares and other even powers make, odd ones what odd powers make.",
+            -level_db
         ),
         _ => "At the level of this drive no distortion stands out of the noise.".into(),
     }

@@ -7,7 +7,7 @@ use rustfft::FftPlanner;
 use super::TransferFunction;
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
-use crate::quantity::{Band, Hertz, Quantity, Unit};
+use crate::quantity::{Band, Hertz, Quantity};
 use crate::series::{Series, rms};
 use crate::verify::flat_top_fraction;
 
@@ -178,9 +178,6 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
 pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
-    if I::UNIT != Unit::Newton || O::UNIT != Unit::MetrePerSecondSquared {
-        return None;
-    }
     let (mut net, mut all) = (0.0, 0.0);
     for (line, hz) in function
         .lines_in(function.driven?)
