@@ -128,6 +128,8 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             "highest_hz": function.highest_hz(),
             "estimator": function.estimator,
             "averages": function.averages,
+            "driven_hz": function.driven,
+            "distortion": document.distortion,
             "coherence": function.coherence_in(shown_band()?),
             "condition": function.condition,
             "drive_setup": function.drive,
@@ -152,6 +154,9 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             "\n  coherence over {}: median {:.4}, lowest {:.4} at {:.1} Hz",
             coherence.band_hz, coherence.median, coherence.lowest, coherence.lowest_at_hz
         );
+    }
+    if let Some(driven) = function.driven {
+        let _never_fails = write!(text, "\n  driven over {driven}");
     }
     text.push_str(&condition_text(&function.condition));
     if let Some(setup) = &function.drive {
