@@ -4,9 +4,16 @@
 //! band and no further than the device answers; the drive says which part of the band it gave up, and how
 //! far it stays below what the device can do.
 
+mod error;
+mod inverse;
+mod limits;
+
+pub use error::RenderError;
+pub use inverse::{InverseConfig, InversePlan, invert};
+pub use limits::{Headroom, fitting, headroom};
+
 use std::f64::consts::PI;
 
-use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
@@ -14,34 +21,9 @@ use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
-use crate::resample::{ResampleError, Resampler};
-use crate::series::{Series, SeriesError, mean, peak, rms};
+use crate::resample::Resampler;
+use crate::series::{Series, mean, peak};
 use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
-
-/// How a transfer function is inverted.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InverseConfig {
-    /// The band that is rendered.
-    pub band: Band,
-    /// The width of the raised-cosine edges outside the band, as a ratio of its ends.
-    pub edge_ratio: f64,
-    /// The regularisation ε, relative to the largest |H|² *in the band*. (Relative to all lines it would
-    /// follow H1's noise above the excitation, and nothing of the target would be left.)
-    pub regularisation: f64,
-}
-
-impl InverseConfig {
-    /// Edges of 10 % and ε = 9e-6, that is −50 dB re the band's largest |H|: a device that answers 40 dB
-    /// more weakly at one frequency than at another is still inverted there to 0.8 dB.
-    #[must_use]
-    pub fn over(band: Band) -> Self {
-        Self {
-            band,
-            edge_ratio: 0.1,
-            regularisation: 9e-6,
-        }
-    }
-}
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -92,26 +74,6 @@ impl RenderConfig {
     }
 }
 
-/// How much of what the device can do a drive uses.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Headroom {
-    /// The largest sample of the drive as computed, full scale = 1.
-    pub peak: f64,
-    /// Its root mean square, the silence before and after the texture included.
-    pub rms: f64,
-    /// The drive at which the first limit is reached, full scale = 1.
-    pub limit: f64,
-    /// What that limit is.
-    pub limited_by: String,
-    /// How far the peak stays below the limit; negative when it does not fit.
-    pub headroom_db: f64,
-    /// The share of samples beyond the limit, 0–1.
-    pub clipped_fraction: f64,
-    /// The steepest slope at the actuator, V/s; absent when the device is not described.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope_v_per_s: Option<f64>,
-}
-
 /// A drive ready to be played, with what it was made from and what it leaves open.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedDrive {
@@ -133,104 +95,6 @@ pub struct RenderedDrive {
     pub provenance: Provenance,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
-}
-
-/// The inversion of targets of one length, planned once.
-#[derive(Clone, Debug)]
-pub struct InversePlan {
-    transform: fourier::RealTransform,
-    lines: Vec<(usize, f64, Complex<f64>)>,
-}
-
-impl InversePlan {
-    /// A plan for targets of `samples` samples.
-    #[must_use]
-    pub fn new(samples: usize) -> Self {
-        Self {
-            transform: fourier::RealTransform::new(samples),
-            lines: Vec::new(),
-        }
-    }
-
-    /// The drive whose response is `target`; see [`invert`].
-    ///
-    /// # Errors
-    /// Those of [`invert`]; [`RenderError::Length`] when the target has another length than the plan.
-    pub fn invert<I: Quantity, O: Quantity>(
-        &mut self,
-        target: &[f64],
-        rate: SampleRate,
-        function: &TransferFunction<I, O>,
-        config: &InverseConfig,
-    ) -> Result<Vec<f64>, RenderError> {
-        let n = self.transform.length();
-        if target.len() != n {
-            return Err(RenderError::Length {
-                expected: n,
-                found: target.len(),
-            });
-        }
-        require_band(config.band, rate.nyquist(), "the target's rate")?;
-        require_band(
-            config.band,
-            Hertz(function.highest_hz()),
-            "the transfer function",
-        )?;
-        if !(config.regularisation.is_finite() && config.regularisation >= 0.0) {
-            return Err(RenderError::Regularisation {
-                found: config.regularisation,
-            });
-        }
-        let spectrum = self.transform.forward(target);
-        // The lines that count: index, weight, and the transfer function there.
-        self.lines.clear();
-        self.lines.extend((0..spectrum.len()).filter_map(|k| {
-            let frequency_hz = k as f64 * rate.hz() / n as f64;
-            let weight = config.band.weight(frequency_hz, config.edge_ratio);
-            (weight > 0.0).then(|| (k, weight, function.at(frequency_hz)))
-        }));
-        let in_band = self.lines.iter().filter(|(_, weight, _)| *weight > 0.5);
-        let largest = in_band.map(|(.., h)| h.norm_sqr()).fold(0.0, f64::max);
-        if largest <= 0.0 {
-            return Err(RenderError::NoResponse { band: config.band });
-        }
-        let floor = config.regularisation * largest;
-        let mut drive = vec![Complex::default(); spectrum.len()];
-        for (k, weight, h) in &self.lines {
-            drive[*k] = spectrum[*k] * h.conj() * (weight / (h.norm_sqr() + floor));
-        }
-        Ok(self.transform.inverse(drive))
-    }
-}
-
-/// The drive whose response is `target`, as long as the target and circular: what leaves one end comes in at
-/// the other. Samples of `O` at `rate` become samples of `I`.
-///
-/// Formula: `irfft(FIV · conj(H)/(|H|² + ε·max_band|H|²) · W)`, H interpolated linearly in its real and
-/// imaginary part, W the band with raised-cosine edges.
-///
-/// Source: the thesis' eq. 16–17, regularised as in Kirkeby and Nelson (1999), JAES 47(7/8).
-///
-/// # Errors
-/// [`RenderError::BandAboveNyquist`], [`RenderError::Regularisation`], [`RenderError::NoResponse`].
-pub fn invert<I: Quantity, O: Quantity>(
-    target: &[f64],
-    rate: SampleRate,
-    function: &TransferFunction<I, O>,
-    config: &InverseConfig,
-) -> Result<Vec<f64>, RenderError> {
-    InversePlan::new(target.len()).invert(target, rate, function, config)
-}
-
-fn require_band(band: Band, highest: Hertz, what: &'static str) -> Result<(), RenderError> {
-    if band.high().0 > highest.0 * (1.0 + 1e-9) {
-        return Err(RenderError::BandAboveNyquist {
-            band,
-            what,
-            highest,
-        });
-    }
-    Ok(())
 }
 
 /// The drive (full scale = 1) that makes the device answer with `target`, in the SI unit of `O`.
@@ -376,16 +240,6 @@ pub fn straight<O: Quantity>(
     )?)
 }
 
-/// A drive turned down until it stays 1 dB below the first limit of the device; unchanged when it does already.
-///
-/// Source: [`DriveSetup::drive_limit`].
-#[must_use]
-pub fn fitting(drive: &Series<Drive>, setup: &DriveSetup) -> Series<Drive> {
-    let room =
-        Decibels::from_amplitude_ratio(setup.drive_limit() / drive.peak().max(f64::MIN_POSITIVE));
-    drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
-}
-
 /// Refuses a transfer function that was measured with another gain than the one the drive is for. One that does
 /// not say its gain passes here; rendering doubts it.
 ///
@@ -404,37 +258,6 @@ pub fn require_gain(
             requested: requested.to_string(),
         }),
         _ => Ok(()),
-    }
-}
-
-/// How much of what a device can do `drive` (full scale = 1) at `rate` uses; without a description of the
-/// device only the digital full scale counts.
-///
-/// Formula: headroom = 20·log10(limit/peak); slope = max|Δ|·rate·gain·volts per full scale.
-///
-/// Source: DRV2667 data sheet SLOS751E for the limits, see [`DriveSetup`].
-#[must_use]
-pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> Headroom {
-    let limit = setup.map_or(1.0, DriveSetup::drive_limit);
-    let peak = peak(drive);
-    let beyond = drive.iter().filter(|sample| sample.abs() > limit).count();
-    let steepest = drive
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .fold(0.0, f64::max);
-    Headroom {
-        peak,
-        rms: rms(drive),
-        limit,
-        limited_by: setup
-            .map_or("the digital full scale", DriveSetup::limited_by)
-            .into(),
-        // A drive of −240 dB is silence.
-        headroom_db: Decibels::from_amplitude_ratio(limit / peak.max(1e-12)).0,
-        clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
-        slope_v_per_s: setup.map(|setup| {
-            steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
-        }),
     }
 }
 
@@ -517,92 +340,4 @@ fn fade_ends(samples: &mut [f64], fade: usize) {
         samples[i] *= gain;
         samples[n - 1 - i] *= gain;
     }
-}
-
-/// Why a target cannot be rendered.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RenderError {
-    /// The band reaches beyond what is known.
-    #[error(
-        "cannot render over {band}: {what} ends at {highest}; lower the band's end or measure at a higher rate"
-    )]
-    BandAboveNyquist {
-        /// The band asked for.
-        band: Band,
-        /// What does not reach that far.
-        what: &'static str,
-        /// Where it ends.
-        highest: Hertz,
-    },
-    /// The plan is for another length.
-    #[error(
-        "cannot render: the plan is for {expected} samples, the target has {found}; make a plan for its length"
-    )]
-    Length {
-        /// The plan's length.
-        expected: usize,
-        /// The target's length.
-        found: usize,
-    },
-    /// The regularisation is not a number from zero up.
-    #[error("expected a regularisation of 0 or more, found {found}; 9e-6 is the usual one")]
-    Regularisation {
-        /// What was found.
-        found: f64,
-    },
-    /// There is nothing to render.
-    #[error(
-        "cannot render: expected a texture, found silence (every sample is the same); check the channel"
-    )]
-    Silent,
-    /// The band falls between two lines.
-    #[error(
-        "cannot render over {band}: it holds no line of the transfer function, which has one every {resolution_hz:.2} Hz; take a wider band"
-    )]
-    NoLine {
-        /// The band.
-        band: Band,
-        /// The step between lines, Hz.
-        resolution_hz: f64,
-    },
-    /// The device does not answer.
-    #[error(
-        "cannot render over {band}: the device answers at none of its frequencies well enough to be inverted; measure it again, louder or longer, or take another band"
-    )]
-    NoResponse {
-        /// The band.
-        band: Band,
-    },
-    /// Measured one way, asked another.
-    #[error(
-        "cannot render: transfer function measured at {what} {measured}, drive requested at {requested}; characterise at {requested}, or set the amplifier to what was measured"
-    )]
-    ConditionMismatch {
-        /// What differs.
-        what: &'static str,
-        /// How it was measured.
-        measured: String,
-        /// How it is asked for.
-        requested: String,
-    },
-    /// The drive does not fit.
-    #[error(
-        "the target needs a drive of {peak:.3} and {limited_by} ends at {limit:.3} (full scale = 1): lower the target by {:.1} dB, or allow clipping", -fits_at.0
-    )]
-    ExceedsFullScale {
-        /// The largest sample needed.
-        peak: f64,
-        /// The limit.
-        limit: f64,
-        /// What sets it.
-        limited_by: String,
-        /// The level at which it would fit.
-        fits_at: Decibels,
-    },
-    /// The output rate does not fit.
-    #[error("cannot bring the drive to the output rate: {0}")]
-    Rate(#[from] ResampleError),
-    /// The drive is no signal.
-    #[error("the drive that comes out is no signal: {0}")]
-    Drive(#[from] SeriesError),
 }

@@ -1,0 +1,93 @@
+//! Why a target cannot be rendered.
+
+use crate::quantity::{Band, Decibels, Hertz};
+use crate::resample::ResampleError;
+use crate::series::SeriesError;
+
+/// Why a target cannot be rendered.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// The band reaches beyond what is known.
+    #[error(
+        "cannot render over {band}: {what} ends at {highest}; lower the band's end or measure at a higher rate"
+    )]
+    BandAboveNyquist {
+        /// The band asked for.
+        band: Band,
+        /// What does not reach that far.
+        what: &'static str,
+        /// Where it ends.
+        highest: Hertz,
+    },
+    /// The plan is for another length.
+    #[error(
+        "cannot render: the plan is for {expected} samples, the target has {found}; make a plan for its length"
+    )]
+    Length {
+        /// The plan's length.
+        expected: usize,
+        /// The target's length.
+        found: usize,
+    },
+    /// The regularisation is not a number from zero up.
+    #[error("expected a regularisation of 0 or more, found {found}; 9e-6 is the usual one")]
+    Regularisation {
+        /// What was found.
+        found: f64,
+    },
+    /// There is nothing to render.
+    #[error(
+        "cannot render: expected a texture, found silence (every sample is the same); check the channel"
+    )]
+    Silent,
+    /// The band falls between two lines.
+    #[error(
+        "cannot render over {band}: it holds no line of the transfer function, which has one every {resolution_hz:.2} Hz; take a wider band"
+    )]
+    NoLine {
+        /// The band.
+        band: Band,
+        /// The step between lines, Hz.
+        resolution_hz: f64,
+    },
+    /// The device does not answer.
+    #[error(
+        "cannot render over {band}: the device answers at none of its frequencies well enough to be inverted; measure it again, louder or longer, or take another band"
+    )]
+    NoResponse {
+        /// The band.
+        band: Band,
+    },
+    /// Measured one way, asked another.
+    #[error(
+        "cannot render: transfer function measured at {what} {measured}, drive requested at {requested}; characterise at {requested}, or set the amplifier to what was measured"
+    )]
+    ConditionMismatch {
+        /// What differs.
+        what: &'static str,
+        /// How it was measured.
+        measured: String,
+        /// How it is asked for.
+        requested: String,
+    },
+    /// The drive does not fit.
+    #[error(
+        "the target needs a drive of {peak:.3} and {limited_by} ends at {limit:.3} (full scale = 1): lower the target by {:.1} dB, or allow clipping", -fits_at.0
+    )]
+    ExceedsFullScale {
+        /// The largest sample needed.
+        peak: f64,
+        /// The limit.
+        limit: f64,
+        /// What sets it.
+        limited_by: String,
+        /// The level at which it would fit.
+        fits_at: Decibels,
+    },
+    /// The output rate does not fit.
+    #[error("cannot bring the drive to the output rate: {0}")]
+    Rate(#[from] ResampleError),
+    /// The drive is no signal.
+    #[error("the drive that comes out is no signal: {0}")]
+    Drive(#[from] SeriesError),
+}
