@@ -79,6 +79,27 @@ impl std::fmt::Debug for RealTransform {
     }
 }
 
+/// The phases, rad, of the minimum-phase signal of `length` samples (even) with the given length/2 + 1 magnitudes, all above
+/// zero: the Hilbert transform of their logarithm, by folding the cepstrum.
+pub(crate) fn minimum_phase(magnitudes: &[f64], length: usize) -> Vec<f64> {
+    let mut transform = RealTransform::new(length);
+    let logarithms = magnitudes.iter().map(|m| Complex::from(m.ln())).collect();
+    let mut cepstrum = transform.inverse(logarithms);
+    for (i, value) in cepstrum.iter_mut().enumerate() {
+        *value *= match i {
+            0 => 1.0,
+            i if 2 * i < length => 2.0,
+            i if 2 * i == length => 1.0,
+            _ => 0.0,
+        };
+    }
+    transform
+        .forward(&cepstrum)
+        .into_iter()
+        .map(|bin| bin.im)
+        .collect()
+}
+
 /// The smallest even length from `n` up whose only prime factors are 2, 3 and 5: quick to transform.
 pub(crate) fn fast_length(n: usize) -> usize {
     let smooth = |mut m: usize| {
@@ -110,6 +131,22 @@ mod tests {
                 "{n}"
             );
         }
+    }
+
+    /// 1 + 0.5·z⁻¹ has its zero inside the unit circle: it is its own minimum phase.
+    #[test]
+    fn a_minimum_phase_is_found_from_its_magnitude() {
+        let n = 128;
+        let h: Vec<Complex<f64>> = (0..=n / 2)
+            .map(|k| 1.0 + Complex::from_polar(0.5, -std::f64::consts::TAU * k as f64 / n as f64))
+            .collect();
+        let magnitudes: Vec<f64> = h.iter().map(|h| h.norm()).collect();
+        let phases = minimum_phase(&magnitudes, n);
+        assert!(
+            h.iter()
+                .zip(phases)
+                .all(|(h, phase)| (h.arg() - phase).abs() < 1e-12)
+        );
     }
 
     #[test]

@@ -9,8 +9,8 @@ mod inverse;
 mod limits;
 
 pub use error::RenderError;
-pub use inverse::{InverseConfig, InversePlan, invert};
-pub use limits::{Headroom, fitting, headroom};
+pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
+pub use limits::{GainFit, Headroom, fitting, gains_for, headroom};
 
 use std::f64::consts::PI;
 
@@ -128,21 +128,34 @@ pub fn render<O: Quantity>(
         return Err(RenderError::Silent);
     }
     fade_ends(texture, rate.samples_in(config.fade));
-    let mut drive = invert(&padded, rate, function, &config.inverse)?;
-    drive.truncate(before + target.samples().len() + after);
-    fade_ends(
-        &mut drive,
-        rate.samples_in(config.fade).min(before).min(after),
-    );
-
     let band = config.inverse.band;
     let passband =
         Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.995 * rate.nyquist().0));
-    let mut samples = if rate == config.output_rate {
-        drive
-    } else {
-        Resampler::new(rate, config.output_rate, passband)?.process(&drive)
+    let resampler = (rate != config.output_rate)
+        .then(|| Resampler::new(rate, config.output_rate, passband))
+        .transpose()?;
+    let mut plan = InversePlan::new(padded.len());
+    let mut drive_of = |limiting: Option<&Limiting>| -> Result<Vec<f64>, RenderError> {
+        let mut drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
+        drive.truncate(before + target.samples().len() + after);
+        fade_ends(
+            &mut drive,
+            rate.samples_in(config.fade).min(before).min(after),
+        );
+        Ok(match &resampler {
+            Some(resampler) => resampler.process(&drive),
+            None => drive,
+        })
     };
+    let mut samples = drive_of(None)?;
+    let mut limiting = None;
+    if config.inverse.inverse == Inverse::DriveLimited {
+        let limit = function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit);
+        if peak(&samples) > limit {
+            let costs = Limiting::of(target.samples(), rate, function, band)?;
+            (samples, limiting) = fitted(&costs, limit, &mut drive_of)?;
+        }
+    }
 
     let mut doubts: Vec<Doubt> = function
         .low_coherence(band, config.lowest_coherence)
@@ -165,7 +178,7 @@ pub fn render<O: Quantity>(
     if function.drive.is_none() {
         doubts.push(Doubt::DeviceNotDescribed);
     }
-    let (achievable, given_up, share) = achievable(function, config)?;
+    let (achievable, given_up, share) = reached(function, config, limiting.as_ref())?;
     if !given_up.is_empty() {
         doubts.push(Doubt::GivenUp {
             bands: given_up.clone(),
@@ -212,11 +225,46 @@ pub fn render<O: Quantity>(
         achievable,
         given_up,
         provenance: function.provenance.clone().then(format!(
-            "rendered over {band}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
-            config.inverse.regularisation, config.modelling_delay
+            "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
+            config.inverse.inverse.name(),
+            config.inverse.phase.name(),
+            config.inverse.regularisation,
+            config.modelling_delay
         )),
         doubts,
     })
+}
+
+/// How often the strength of limiting is halved between too weak and too strong.
+const HALVINGS: usize = 20;
+
+/// The drive that comes of an inverse, turned down or not.
+type DriveOf<'a> = &'a mut dyn FnMut(Option<&Limiting>) -> Result<Vec<f64>, RenderError>;
+
+/// The drive that is turned down no more than it takes to stay within `limit`, and by what.
+fn fitted(
+    costs: &Limiting,
+    limit: f64,
+    drive_of: DriveOf<'_>,
+) -> Result<(Vec<f64>, Option<Limiting>), RenderError> {
+    let (mut weak, mut strong) = (-6.0f64, 6.0f64);
+    let mut best = None;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (weak + strong);
+        let limiting = costs.turned_down(10f64.powf(middle));
+        let drive = drive_of(Some(&limiting))?;
+        if peak(&drive) <= limit {
+            strong = middle;
+            best = Some((drive, Some(limiting)));
+        } else {
+            weak = middle;
+        }
+    }
+    match best {
+        Some(fits) => Ok(fits),
+        // Nothing in the range fits: the strongest is tried, and refused by its peak.
+        None => Ok((drive_of(None)?, None)),
+    }
 }
 
 /// The negative control: the target's samples sent as the drive as they stand, one unit of `O` as full scale,
@@ -263,7 +311,7 @@ pub fn require_gain(
 
 /// The parts of the band that the inverse reaches, those it gives up, and the share of lines given up.
 ///
-/// A line is achievable when |H|²/(|H|² + ε·max|H|²) loses no more than `largest_loss` and the coherence is
+/// A line is achievable when the share that the inverse asks of it loses no more than `largest_loss` and the coherence is
 /// at least `lowest_coherence`.
 ///
 /// Source: the delivered-to-target ratio H·Z/FIV of the inverse in [`invert`].
@@ -274,9 +322,17 @@ pub fn achievable<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     config: &RenderConfig,
 ) -> Result<(Vec<Band>, Vec<Band>, f64), RenderError> {
+    reached(function, config, None)
+}
+
+/// As [`achievable`], of an inverse that `limiting` turned down.
+fn reached<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    config: &RenderConfig,
+    limiting: Option<&Limiting>,
+) -> Result<(Vec<Band>, Vec<Band>, f64), RenderError> {
     let band = config.inverse.band;
-    let largest = function.peak_magnitude(band);
-    let floor = config.inverse.regularisation * largest * largest;
+    let largest = function.peak_magnitude(band).powi(2).max(f64::MIN_POSITIVE);
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
     // A coherence above 1 is no better than none.
     let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
@@ -289,8 +345,9 @@ pub fn achievable<I: Quantity, O: Quantity>(
     let reached: Vec<(f64, bool)> = function
         .lines_in(band)
         .map(|(k, frequency_hz)| {
-            let power = function.response()[k].norm_sqr();
-            let delivered = power / (power + floor);
+            let power = function.response()[k].norm_sqr() / largest;
+            let left = limiting.map_or(1.0, |limiting| limiting.share_at(frequency_hz));
+            let delivered = left * config.inverse.share(power, function.coherence()[k]);
             (
                 frequency_hz,
                 delivered >= least && believable.contains(&function.coherence()[k]),

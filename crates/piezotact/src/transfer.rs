@@ -285,6 +285,15 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         below + (above - below) * between
     }
 
+    /// The coherence at any frequency up to the highest line, interpolated linearly.
+    #[must_use]
+    pub fn coherence_at(&self, frequency_hz: f64) -> f64 {
+        let place = (frequency_hz / self.resolution_hz).max(0.0);
+        let line = (place as usize).min(self.coherence.len() - 2);
+        let between = (place - line as f64).min(1.0);
+        self.coherence[line] + (self.coherence[line + 1] - self.coherence[line]) * between
+    }
+
     /// The lines that lie in `band`: index and frequency in Hz.
     pub fn lines_in(&self, band: Band) -> impl Iterator<Item = (usize, f64)> + '_ {
         (0..self.response.len())

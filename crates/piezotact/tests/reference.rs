@@ -14,7 +14,7 @@ mod shared_data;
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
-use piezotact::render::{InverseConfig, invert};
+use piezotact::render::{Inverse, InverseConfig, PhaseForm, invert};
 use piezotact::resample::Resampler;
 use piezotact::series::Series;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
@@ -369,6 +369,8 @@ fn the_drive_equals_numpy() {
         band: Band::new(Hertz(20.0), Hertz(1000.0)).unwrap(),
         edge_ratio: 0.1,
         regularisation: eps,
+        inverse: Inverse::Constant,
+        phase: PhaseForm::Linear,
     };
     let drive = invert(&fiv, rate(), &function, &config).unwrap();
     let largest = z.iter().fold(0.0f64, |m, v| m.max(v.abs()));

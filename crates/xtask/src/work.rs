@@ -9,7 +9,7 @@ use piezotact::feature::{FeatureConfig, FeaturePlan, band_power};
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Unit,
 };
-use piezotact::render::{InverseConfig, InversePlan};
+use piezotact::render::{Inverse, InverseConfig, InversePlan, PhaseForm};
 use piezotact::resample::Resampler;
 use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
@@ -233,6 +233,8 @@ fn w3(folder: &Path) -> Result<Prepared> {
         band,
         edge_ratio: 0.1,
         regularisation: 1e-3,
+        inverse: Inverse::Constant,
+        phase: PhaseForm::Linear,
     };
     let resampler = Resampler::new(rate(5000.0)?, rate(48_000.0)?, Hertz(1100.0))?;
     let mut plan = InversePlan::new(target.len());

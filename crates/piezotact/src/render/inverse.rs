@@ -4,9 +4,70 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::RenderError;
-use crate::fourier;
+use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::transfer::TransferFunction;
+
+/// What is asked of every line: its share of the target, from 0 to 1, that the inverse goes for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Inverse {
+    /// All of it: plain division, as in the thesis.
+    Plain,
+    /// |H|²/(|H|² + ε·max|H|²): less where the device hardly answers.
+    #[default]
+    Constant,
+    /// γ² times that: less where the device was not understood (Wiener's filter, ε(f) = |H|²(1 − γ²)/γ²).
+    Coherence,
+    /// As constant, and where the drive does not fit the device, less where the target costs most drive: what gives a
+    /// decibel back for the least drive is kept.
+    DriveLimited,
+}
+
+impl Inverse {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Plain,
+        Self::Constant,
+        Self::Coherence,
+        Self::DriveLimited,
+    ];
+
+    /// The name as it is written on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Constant => "constant",
+            Self::Coherence => "coherence",
+            Self::DriveLimited => "drive-limited",
+        }
+    }
+}
+
+/// Which phase the inverse has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PhaseForm {
+    /// The device's own, turned back: waveforms are reproduced, late by the modelling delay, and something sounds before
+    /// a sudden onset.
+    #[default]
+    Linear,
+    /// The least that its magnitude allows: nothing sounds early, spectra are reproduced and waveforms are not.
+    Minimum,
+}
+
+impl PhaseForm {
+    /// The name as it is written on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Minimum => "minimum",
+        }
+    }
+}
 
 /// How a transfer function is inverted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +79,12 @@ pub struct InverseConfig {
     /// The regularisation ε, relative to the largest |H|² *in the band*. (Relative to all lines it would
     /// follow H1's noise above the excitation, and nothing of the target would be left.)
     pub regularisation: f64,
+    /// What is asked of every line.
+    #[serde(default)]
+    pub inverse: Inverse,
+    /// Which phase it has.
+    #[serde(default)]
+    pub phase: PhaseForm,
 }
 
 impl InverseConfig {
@@ -29,15 +96,113 @@ impl InverseConfig {
             band,
             edge_ratio: 0.1,
             regularisation: 9e-6,
+            inverse: Inverse::Constant,
+            phase: PhaseForm::Linear,
         }
+    }
+}
+
+/// What a target costs in drive, line by line, and how far it is turned down for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limiting {
+    /// The drive's power on every line of the transfer function, re its median over the band.
+    cost: Vec<f64>,
+    resolution_hz: f64,
+    /// How far: 0 leaves everything.
+    strength: f64,
+}
+
+impl Limiting {
+    /// What `target` at `rate` costs through `function`, with nothing turned down yet.
+    ///
+    /// Formula: D = S/|H|² with the target's PSD S, from a PSD on about the lines of the transfer function.
+    ///
+    /// Source: the drive's power of the inverse in [`invert`].
+    ///
+    /// # Errors
+    /// [`RenderError::NoResponse`] when nothing in the band has a cost.
+    pub fn of<I: Quantity, O: Quantity>(
+        target: &[f64],
+        rate: SampleRate,
+        function: &TransferFunction<I, O>,
+        band: Band,
+    ) -> Result<Self, RenderError> {
+        let none = || RenderError::NoResponse { band };
+        let segment = (rate.hz() / function.resolution_hz()).round().max(16.0) as usize;
+        let config = WelchConfig::hann(segment.min(target.len()).max(2));
+        let psd = WelchPlan::new(&config, rate)
+            .and_then(|mut plan| plan.estimate::<O>(&[target]))
+            .map_err(|_too_short| none())?;
+        let power_at = |hz: f64| {
+            let place = (hz / psd.resolution_hz).min((psd.values.len() - 1) as f64);
+            let line = (place as usize).min(psd.values.len() - 2);
+            let part = place - line as f64;
+            psd.values[line] * (1.0 - part) + psd.values[line + 1] * part
+        };
+        let mut cost: Vec<f64> = function
+            .frequencies_hz()
+            .into_iter()
+            .zip(function.response())
+            .map(|(hz, h)| {
+                if h.norm_sqr() > 0.0 {
+                    power_at(hz) / h.norm_sqr()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let mut inside: Vec<f64> = function
+            .lines_in(band)
+            .map(|(line, _)| cost[line])
+            .filter(|c| *c > 0.0)
+            .collect();
+        inside.sort_by(f64::total_cmp);
+        let median = *inside.get(inside.len() / 2).ok_or_else(none)?;
+        for value in &mut cost {
+            *value /= median;
+        }
+        Ok(Self {
+            cost,
+            resolution_hz: function.resolution_hz(),
+            strength: 0.0,
+        })
+    }
+
+    /// The same, turned down by `strength`.
+    #[must_use]
+    pub fn turned_down(&self, strength: f64) -> Self {
+        Self {
+            strength,
+            ..self.clone()
+        }
+    }
+
+    /// The share of the target that is left at a frequency, 0–1.
+    ///
+    /// Formula: 1/(1 + λ·D): where (1 − c)² + λ·D·c² is least, an error of a line against the drive it costs.
+    #[must_use]
+    pub fn share_at(&self, frequency_hz: f64) -> f64 {
+        let line = ((frequency_hz / self.resolution_hz).round().max(0.0) as usize)
+            .min(self.cost.len() - 1);
+        1.0 / (1.0 + self.strength * self.cost[line])
     }
 }
 
 /// The inversion of targets of one length, planned once.
 #[derive(Clone, Debug)]
 pub struct InversePlan {
-    transform: fourier::RealTransform,
-    lines: Vec<(usize, f64, Complex<f64>)>,
+    transform: RealTransform,
+    lines: Vec<Line>,
+}
+
+/// One line that counts.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    index: usize,
+    weight: f64,
+    h: Complex<f64>,
+    coherence: f64,
+    frequency_hz: f64,
 }
 
 impl InversePlan {
@@ -45,7 +210,7 @@ impl InversePlan {
     #[must_use]
     pub fn new(samples: usize) -> Self {
         Self {
-            transform: fourier::RealTransform::new(samples),
+            transform: RealTransform::new(samples),
             lines: Vec::new(),
         }
     }
@@ -61,6 +226,21 @@ impl InversePlan {
         function: &TransferFunction<I, O>,
         config: &InverseConfig,
     ) -> Result<Vec<f64>, RenderError> {
+        self.invert_limited(target, rate, function, config, None)
+    }
+
+    /// As [`Self::invert`], turned down by `limiting` where there is one.
+    ///
+    /// # Errors
+    /// Those of [`Self::invert`].
+    pub fn invert_limited<I: Quantity, O: Quantity>(
+        &mut self,
+        target: &[f64],
+        rate: SampleRate,
+        function: &TransferFunction<I, O>,
+        config: &InverseConfig,
+        limiting: Option<&Limiting>,
+    ) -> Result<Vec<f64>, RenderError> {
         let n = self.transform.length();
         if target.len() != n {
             return Err(RenderError::Length {
@@ -68,6 +248,24 @@ impl InversePlan {
                 found: target.len(),
             });
         }
+        let gains = self.gains(rate, function, config, limiting)?;
+        let spectrum = self.transform.forward(target);
+        let mut drive = vec![Complex::default(); spectrum.len()];
+        for (line, gain) in self.lines.iter().zip(gains) {
+            drive[line.index] = spectrum[line.index] * gain;
+        }
+        Ok(self.transform.inverse(drive))
+    }
+
+    /// What every line that counts is multiplied with.
+    fn gains<I: Quantity, O: Quantity>(
+        &mut self,
+        rate: SampleRate,
+        function: &TransferFunction<I, O>,
+        config: &InverseConfig,
+        limiting: Option<&Limiting>,
+    ) -> Result<Vec<Complex<f64>>, RenderError> {
+        let n = self.transform.length();
         require_band(config.band, rate.nyquist(), "the target's rate")?;
         require_band(
             config.band,
@@ -79,35 +277,82 @@ impl InversePlan {
                 found: config.regularisation,
             });
         }
-        let spectrum = self.transform.forward(target);
-        // The lines that count: index, weight, and the transfer function there.
         self.lines.clear();
-        self.lines.extend((0..spectrum.len()).filter_map(|k| {
-            let frequency_hz = k as f64 * rate.hz() / n as f64;
+        self.lines.extend((0..=n / 2).filter_map(|index| {
+            let frequency_hz = index as f64 * rate.hz() / n as f64;
             let weight = config.band.weight(frequency_hz, config.edge_ratio);
-            (weight > 0.0).then(|| (k, weight, function.at(frequency_hz)))
+            (weight > 0.0).then(|| Line {
+                index,
+                weight,
+                h: function.at(frequency_hz),
+                coherence: function.coherence_at(frequency_hz),
+                frequency_hz,
+            })
         }));
-        let in_band = self.lines.iter().filter(|(_, weight, _)| *weight > 0.5);
-        let largest = in_band.map(|(.., h)| h.norm_sqr()).fold(0.0, f64::max);
+        let in_band = self.lines.iter().filter(|line| line.weight > 0.5);
+        let largest = in_band.map(|line| line.h.norm_sqr()).fold(0.0, f64::max);
         if largest <= 0.0 {
             return Err(RenderError::NoResponse { band: config.band });
         }
-        let floor = config.regularisation * largest;
-        let mut drive = vec![Complex::default(); spectrum.len()];
-        for (k, weight, h) in &self.lines {
-            drive[*k] = spectrum[*k] * h.conj() * (weight / (h.norm_sqr() + floor));
+        let share = |line: &Line| {
+            let limited = limiting.map_or(1.0, |limiting| limiting.share_at(line.frequency_hz));
+            limited * config.share(line.h.norm_sqr() / largest, line.coherence)
+        };
+        let turned = match config.phase {
+            PhaseForm::Linear => Vec::new(),
+            PhaseForm::Minimum => self.minimum_phases(n, largest, config.regularisation),
+        };
+        let gain = |(i, line): (usize, &Line)| {
+            let power = line.h.norm_sqr();
+            if power <= 0.0 {
+                return Complex::default();
+            }
+            let asked = line.weight * share(line);
+            match turned.get(i) {
+                Some(phase) => Complex::from_polar(asked / power.sqrt(), -phase),
+                None => line.h.conj() * (asked / power),
+            }
+        };
+        Ok(self.lines.iter().enumerate().map(gain).collect())
+    }
+
+    /// The minimum phases of the lines that count, rad; beyond them the magnitude stays as it is at their ends.
+    fn minimum_phases(&self, n: usize, largest: f64, regularisation: f64) -> Vec<f64> {
+        let least = (largest * regularisation.max(1e-12)).sqrt();
+        let (Some(first), Some(last)) = (self.lines.first(), self.lines.last()) else {
+            return Vec::new();
+        };
+        let at = |index: usize| {
+            let place = index.clamp(first.index, last.index) - first.index;
+            self.lines[place].h.norm().max(least)
+        };
+        let magnitudes: Vec<f64> = (0..=n / 2).map(at).collect();
+        let phases = minimum_phase(&magnitudes, n);
+        self.lines.iter().map(|line| phases[line.index]).collect()
+    }
+}
+
+impl InverseConfig {
+    /// The share of the target, 0–1, that is asked of a line with a power of `power` re the band's largest |H|², and of
+    /// this coherence.
+    pub(super) fn share(&self, power: f64, coherence: f64) -> f64 {
+        let constant = || power / (power + self.regularisation);
+        match self.inverse {
+            Inverse::Plain => 1.0,
+            Inverse::Constant | Inverse::DriveLimited => constant(),
+            Inverse::Coherence => constant() * coherence.clamp(0.0, 1.0),
         }
-        Ok(self.transform.inverse(drive))
     }
 }
 
 /// The drive whose response is `target`, as long as the target and circular: what leaves one end comes in at
 /// the other. Samples of `O` at `rate` become samples of `I`.
 ///
-/// Formula: `irfft(FIV · conj(H)/(|H|² + ε·max_band|H|²) · W)`, H interpolated linearly in its real and
-/// imaginary part, W the band with raised-cosine edges.
+/// Formula: `irfft(FIV · c/H · W)`, H interpolated linearly in its real and imaginary part, W the band with raised-cosine
+/// edges, c the share of [`Inverse`]: with a constant ε it is `conj(H)/(|H|² + ε·max_band|H|²)`.
 ///
-/// Source: the thesis' eq. 16–17, regularised as in Kirkeby and Nelson (1999), JAES 47(7/8).
+/// Source: the thesis' eq. 16–17; regularised as in Kirkeby and Nelson (1999), JAES 47(7/8); N. Wiener (1949) for coherence;
+/// A. V. Oppenheim and R. W. Schafer, *Discrete-Time Signal Processing*, 3rd ed., section 13.5 for the minimum phase.
 ///
 /// # Errors
 /// [`RenderError::BandAboveNyquist`], [`RenderError::Regularisation`], [`RenderError::NoResponse`].

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::device::DriveSetup;
+use crate::device::{AmplifierGain, DriveSetup};
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::{Series, peak, rms};
 
@@ -65,4 +65,50 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
             steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
         }),
     }
+}
+
+/// What a drive would need, and have, at one gain of the amplifier.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GainFit {
+    /// The gain.
+    pub gain: AmplifierGain,
+    /// How far the drive's peak would stay below the first limit, dB; negative when it does not fit.
+    pub headroom_db: f64,
+    /// How far its steepest slope would stay below what the amplifier can charge the actuator with, dB.
+    pub slew_headroom_db: f64,
+}
+
+impl GainFit {
+    /// Whether the drive fits at this gain.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        self.headroom_db >= 0.0 && self.slew_headroom_db >= 0.0
+    }
+}
+
+/// How the potential that a drive with `headroom` puts on the actuator of `setup` fits each gain of the amplifier, from the
+/// lowest: the lowest that fits has the least noise. The transfer function has to be measured at the gain that is chosen.
+///
+/// Formula: the drive at another gain is the drive times the ratio of the gains; limits are those of [`DriveSetup`].
+///
+/// Source: DRV2667 data sheet SLOS751E.
+#[must_use]
+pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
+    let db = |ratio: f64| Decibels::from_amplitude_ratio(ratio.clamp(1e-12, 1e12)).0;
+    AmplifierGain::ALL
+        .into_iter()
+        .map(|gain| {
+            let other = DriveSetup {
+                gain,
+                ..setup.clone()
+            };
+            let peak = headroom.peak * setup.gain.voltage_ratio() / gain.voltage_ratio();
+            let slope = headroom.slope_v_per_s.unwrap_or(0.0);
+            GainFit {
+                gain,
+                headroom_db: db(other.drive_limit() / peak.max(1e-12)),
+                slew_headroom_db: db(other.slew_limit_v_per_s() / slope.max(1e-12)),
+            }
+        })
+        .collect()
 }
