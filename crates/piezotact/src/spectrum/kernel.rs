@@ -10,7 +10,7 @@ use std::sync::Arc;
 use num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-use super::Detrend;
+use super::{Detrend, segments_in};
 use crate::series::sum;
 
 /// A planned transform of windowed segments, with its scratch memory.
@@ -45,10 +45,6 @@ impl SegmentTransform {
         }
     }
 
-    pub(crate) fn segment(&self) -> usize {
-        self.window.len()
-    }
-
     /// Detrends and windows segment `a` into the real and `b` into the imaginary parts of `z`, and
     /// transforms it. Both have the window's length.
     pub(crate) fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
@@ -69,6 +65,28 @@ impl SegmentTransform {
             *z = Complex::new((a - trend.at(i)) * w, 0.0);
         }
         self.fft.process_with_scratch(z, &mut self.scratch);
+    }
+
+    /// Hands the transform of every two segments of `record`, `hop` samples apart, to `take`, with whether it
+    /// holds two or one; `z` is the memory for it.
+    pub(crate) fn each_pair(
+        &mut self,
+        record: &[f64],
+        hop: usize,
+        z: &mut [Complex<f64>],
+        mut take: impl FnMut(&[Complex<f64>], bool),
+    ) {
+        let segment = self.window.len();
+        let count = segments_in(record.len(), segment, hop);
+        let cut = |i: usize| &record[i * hop..i * hop + segment];
+        for i in (1..count).step_by(2) {
+            self.transform_pair(cut(i - 1), cut(i), z);
+            take(z, true);
+        }
+        if count % 2 == 1 {
+            self.transform_single(cut(count - 1), z);
+            take(z, false);
+        }
     }
 
     /// Adds the squares of the real and imaginary parts of `z` to `power`, two numbers a bin.
@@ -182,23 +200,6 @@ impl Trend {
     fn at(&self, i: usize) -> f64 {
         self.offset + self.slope * (i as f64 - self.middle)
     }
-}
-
-/// Folds a sum made by [`SegmentTransform::add_power`] into the n/2 + 1 bins of the real signals' |X|².
-pub(crate) fn fold_power(parts: &[f64]) -> Vec<f64> {
-    let n = parts.len() / 2;
-    let bin = |k: usize| parts[2 * k] + parts[2 * k + 1];
-    (0..=n / 2)
-        .map(|k| 0.5 * (bin(k) + bin((n - k) % n)))
-        .collect()
-}
-
-/// Folds a sum made by [`SegmentTransform::add_cross`] into the n/2 + 1 bins of the real signals' conj(X)·Y.
-pub(crate) fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    let n = cross.len();
-    (0..=n / 2)
-        .map(|k| (cross[k] + cross[(n - k) % n].conj()) * 0.5)
-        .collect()
 }
 
 /// |A(k)|² and |B(k)|² of the two real segments in `z`, handed bin by bin to `take`.
