@@ -9,6 +9,8 @@
 use num_complex::Complex;
 use pulp::{Simd, WithSimd};
 
+use super::eight::EightLanes;
+
 /// Samples in a vector.
 pub(super) const LANES: usize = 8;
 
@@ -173,8 +175,9 @@ impl LanePower {
     }
 
     /// Adds segments `a` and `b` with instructions for eight `f64` at once.
-    pub(super) fn add<S: Simd>(&mut self, simd: S, a: &[f64], b: &[f64]) {
-        simd.vectorize(AddPower { to: self, a, b });
+    pub(super) fn add<S: EightLanes>(&mut self, simd: S, a: &[f64], b: &[f64]) {
+        let to = self;
+        simd.vectorize(AddPower { simd, to, a, b });
     }
 
     /// The sum, one value a bin.
@@ -188,25 +191,19 @@ impl LanePower {
     }
 }
 
-struct AddPower<'a> {
+struct AddPower<'a, S> {
+    simd: S,
     to: &'a mut LanePower,
     a: &'a [f64],
     b: &'a [f64],
 }
 
-impl WithSimd for AddPower<'_> {
+impl<S: EightLanes> WithSimd for AddPower<'_, S> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let LanePower { transform, z, sums } = self.to;
-        let simd = Lanes(simd);
-        simd.all_but_last(transform, self.a, self.b, z);
-        match transform.last {
-            LastPass::Two => simd.power::<2>(transform, z, sums),
-            LastPass::Four => simd.power::<4>(transform, z, sums),
-            LastPass::Eight => simd.power::<8>(transform, z, sums),
-        }
+    fn with_simd<Same: Simd>(self, _same: Same) {
+        Lanes(self.simd).add_pair(self.to, self.a, self.b);
     }
 }
 
@@ -235,8 +232,9 @@ impl LaneCross {
     }
 
     /// Adds two segments of x and the same two of y with instructions for eight `f64` at once.
-    pub(super) fn add<S: Simd>(&mut self, simd: S, x: [&[f64]; 2], y: [&[f64]; 2]) {
-        simd.vectorize(AddCross { to: self, x, y });
+    pub(super) fn add<S: EightLanes>(&mut self, simd: S, x: [&[f64]; 2], y: [&[f64]; 2]) {
+        let to = self;
+        simd.vectorize(AddCross { simd, to, x, y });
     }
 
     /// Σ|X|², Σ|Y|² and Σconj(X)·Y, one value a bin.
@@ -254,31 +252,19 @@ impl LaneCross {
     }
 }
 
-struct AddCross<'a> {
+struct AddCross<'a, S> {
+    simd: S,
     to: &'a mut LaneCross,
     x: [&'a [f64]; 2],
     y: [&'a [f64]; 2],
 }
 
-impl WithSimd for AddCross<'_> {
+impl<S: EightLanes> WithSimd for AddCross<'_, S> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let LaneCross {
-            transform,
-            x,
-            y,
-            sums,
-        } = self.to;
-        let simd = Lanes(simd);
-        simd.all_but_last(transform, self.x[0], self.x[1], x);
-        simd.all_but_last(transform, self.y[0], self.y[1], y);
-        match transform.last {
-            LastPass::Two => simd.cross::<2>(transform, x, y, sums),
-            LastPass::Four => simd.cross::<4>(transform, x, y, sums),
-            LastPass::Eight => simd.cross::<8>(transform, x, y, sums),
-        }
+    fn with_simd<Same: Simd>(self, _same: Same) {
+        Lanes(self.simd).add_pairs(self.to, self.x, self.y);
     }
 }
 
@@ -293,7 +279,7 @@ struct Pair<S: Simd> {
 #[derive(Clone, Copy)]
 struct Lanes<S: Simd>(S);
 
-impl<S: Simd> Lanes<S> {
+impl<S: EightLanes> Lanes<S> {
     #[inline(always)]
     fn load(self, row: &[f64; LANES]) -> S::f64s {
         bytemuck::cast(*row)
@@ -574,24 +560,95 @@ impl<S: Simd> Lanes<S> {
             let turned = self.mul(y, self.get(turn));
             (*re, *im) = (turned.re, turned.im);
         }
-        let (re, im) = (transposed::<S>(re), transposed::<S>(im));
+        let (re, im) = (self.transposed(re), self.transposed(im));
         for ((x, re), im) in x.iter_mut().zip(re).zip(im) {
             *x = Pair { re, im };
         }
         self.butterfly_8(x)
     }
 
+    /// Lane l of every vector, as vector l.
+    #[inline(always)]
+    fn transposed(self, rows: [S::f64s; 8]) -> [S::f64s; 8] {
+        let s = self.0;
+        let [a, b, c, d, e, f, g, h] = rows;
+        // Neighbouring rows lane by lane, and then quarters of them, twice.
+        let [i, j, k, l] = [s.even(a, b), s.even(c, d), s.even(e, f), s.even(g, h)];
+        let [m, n, o, p] = [s.odd(a, b), s.odd(c, d), s.odd(e, f), s.odd(g, h)];
+        let [a, b, c, d] = [
+            s.even_twos(i, j),
+            s.even_twos(k, l),
+            s.even_twos(m, n),
+            s.even_twos(o, p),
+        ];
+        let [e, f, g, h] = [
+            s.odd_twos(i, j),
+            s.odd_twos(k, l),
+            s.odd_twos(m, n),
+            s.odd_twos(o, p),
+        ];
+        [
+            s.even_twos(a, b),
+            s.even_twos(c, d),
+            s.even_twos(e, f),
+            s.even_twos(g, h),
+            s.odd_twos(a, b),
+            s.odd_twos(c, d),
+            s.odd_twos(e, f),
+            s.odd_twos(g, h),
+        ]
+    }
+
+    #[inline(always)]
+    fn add_pair(self, to: &mut LanePower, a: &[f64], b: &[f64]) {
+        let LanePower { transform, z, sums } = to;
+        self.all_but_last(transform, a, b, z);
+        match transform.last {
+            LastPass::Two => self.power::<2>(transform, z, sums),
+            LastPass::Four => self.power::<4>(transform, z, sums),
+            LastPass::Eight => self.power::<8>(transform, z, sums),
+        }
+    }
+
     #[inline(always)]
     fn power<const RADIX: usize>(self, plan: &LaneTransform, z: &[Wide], sums: &mut [Row]) {
-        let s = self.0;
         let groups = z.as_chunks::<8>().0.iter();
         let groups = groups.zip(plan.lane_turns.as_chunks::<8>().0);
         for ((z, turns), sums) in groups.zip(sums.as_chunks_mut::<8>().0) {
             let z = self.join::<RADIX>(z, turns);
-            for (z, sum) in z.iter().zip(sums) {
-                let power = s.mul_add_e_f64s(z.re, z.re, self.load(&sum.0));
-                sum.0 = bytemuck::cast(s.mul_add_e_f64s(z.im, z.im, power));
-            }
+            let [a, b, c, d, e, f, g, h] = sums;
+            self.add_power(z[0], a);
+            self.add_power(z[1], b);
+            self.add_power(z[2], c);
+            self.add_power(z[3], d);
+            self.add_power(z[4], e);
+            self.add_power(z[5], f);
+            self.add_power(z[6], g);
+            self.add_power(z[7], h);
+        }
+    }
+
+    #[inline(always)]
+    fn add_power(self, z: Pair<S>, sum: &mut Row) {
+        let s = self.0;
+        let power = s.mul_add_e_f64s(z.re, z.re, self.load(&sum.0));
+        sum.0 = bytemuck::cast(s.mul_add_e_f64s(z.im, z.im, power));
+    }
+
+    #[inline(always)]
+    fn add_pairs(self, to: &mut LaneCross, of_x: [&[f64]; 2], of_y: [&[f64]; 2]) {
+        let LaneCross {
+            transform,
+            x,
+            y,
+            sums,
+        } = to;
+        self.all_but_last(transform, of_x[0], of_x[1], x);
+        self.all_but_last(transform, of_y[0], of_y[1], y);
+        match transform.last {
+            LastPass::Two => self.cross::<2>(transform, x, y, sums),
+            LastPass::Four => self.cross::<4>(transform, x, y, sums),
+            LastPass::Eight => self.cross::<8>(transform, x, y, sums),
         }
     }
 
@@ -603,23 +660,34 @@ impl<S: Simd> Lanes<S> {
         y: &[Wide],
         sums: &mut [Joint],
     ) {
-        let s = self.0;
         let groups = x.as_chunks::<8>().0.iter().zip(y.as_chunks::<8>().0);
         let groups = groups.zip(plan.lane_turns.as_chunks::<8>().0);
         for (((x, y), turns), sums) in groups.zip(sums.as_chunks_mut::<8>().0) {
             let x = self.join::<RADIX>(x, turns);
             let y = self.join::<RADIX>(y, turns);
-            for ((x, y), sum) in x.iter().zip(&y).zip(sums) {
-                let xx = s.mul_add_e_f64s(x.re, x.re, self.load(&sum.xx));
-                let yy = s.mul_add_e_f64s(y.re, y.re, self.load(&sum.yy));
-                let re = s.mul_add_e_f64s(x.re, y.re, self.load(&sum.re));
-                let im = s.mul_add_e_f64s(x.re, y.im, self.load(&sum.im));
-                sum.xx = bytemuck::cast(s.mul_add_e_f64s(x.im, x.im, xx));
-                sum.yy = bytemuck::cast(s.mul_add_e_f64s(y.im, y.im, yy));
-                sum.re = bytemuck::cast(s.mul_add_e_f64s(x.im, y.im, re));
-                sum.im = bytemuck::cast(s.negate_mul_add_e_f64s(x.im, y.re, im));
-            }
+            let [a, b, c, d, e, f, g, h] = sums;
+            self.add_joint(x[0], y[0], a);
+            self.add_joint(x[1], y[1], b);
+            self.add_joint(x[2], y[2], c);
+            self.add_joint(x[3], y[3], d);
+            self.add_joint(x[4], y[4], e);
+            self.add_joint(x[5], y[5], f);
+            self.add_joint(x[6], y[6], g);
+            self.add_joint(x[7], y[7], h);
         }
+    }
+
+    #[inline(always)]
+    fn add_joint(self, x: Pair<S>, y: Pair<S>, sum: &mut Joint) {
+        let s = self.0;
+        let xx = s.mul_add_e_f64s(x.re, x.re, self.load(&sum.xx));
+        let yy = s.mul_add_e_f64s(y.re, y.re, self.load(&sum.yy));
+        let re = s.mul_add_e_f64s(x.re, y.re, self.load(&sum.re));
+        let im = s.mul_add_e_f64s(x.re, y.im, self.load(&sum.im));
+        sum.xx = bytemuck::cast(s.mul_add_e_f64s(x.im, x.im, xx));
+        sum.yy = bytemuck::cast(s.mul_add_e_f64s(y.im, y.im, yy));
+        sum.re = bytemuck::cast(s.mul_add_e_f64s(x.im, y.im, re));
+        sum.im = bytemuck::cast(s.negate_mul_add_e_f64s(x.im, y.re, im));
     }
 }
 
@@ -627,47 +695,4 @@ impl<S: Simd> Lanes<S> {
 #[inline(always)]
 fn eighths<T>(all: &[T], stride: usize) -> [&[T]; 8] {
     std::array::from_fn(|q| &all[q * stride..(q + 1) * stride])
-}
-
-/// Lane l of every vector, as vector l.
-#[inline(always)]
-fn transposed<S: Simd>(rows: [S::f64s; 8]) -> [S::f64s; 8] {
-    let mut r = [[0.0; 8]; 8];
-    for (r, row) in r.iter_mut().zip(rows) {
-        *r = bytemuck::cast(row);
-    }
-    // Neighbouring rows, then quarters of them twice: the shuffles that processors have.
-    let low = |a: [f64; 8], b: [f64; 8]| [a[0], b[0], a[2], b[2], a[4], b[4], a[6], b[6]];
-    let high = |a: [f64; 8], b: [f64; 8]| [a[1], b[1], a[3], b[3], a[5], b[5], a[7], b[7]];
-    let even = |a: [f64; 8], b: [f64; 8]| [a[0], a[1], a[4], a[5], b[0], b[1], b[4], b[5]];
-    let odd = |a: [f64; 8], b: [f64; 8]| [a[2], a[3], a[6], a[7], b[2], b[3], b[6], b[7]];
-    let [l0, l1, l2, l3] = [
-        low(r[0], r[1]),
-        low(r[2], r[3]),
-        low(r[4], r[5]),
-        low(r[6], r[7]),
-    ];
-    let [h0, h1, h2, h3] = [
-        high(r[0], r[1]),
-        high(r[2], r[3]),
-        high(r[4], r[5]),
-        high(r[6], r[7]),
-    ];
-    let [le0, le1, lo0, lo1] = [even(l0, l1), even(l2, l3), odd(l0, l1), odd(l2, l3)];
-    let [he0, he1, ho0, ho1] = [even(h0, h1), even(h2, h3), odd(h0, h1), odd(h2, h3)];
-    let columns = [
-        even(le0, le1),
-        even(he0, he1),
-        even(lo0, lo1),
-        even(ho0, ho1),
-        odd(le0, le1),
-        odd(he0, he1),
-        odd(lo0, lo1),
-        odd(ho0, ho1),
-    ];
-    let mut result = rows;
-    for (result, column) in result.iter_mut().zip(columns) {
-        *result = bytemuck::cast(column);
-    }
-    result
 }

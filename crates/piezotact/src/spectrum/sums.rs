@@ -4,22 +4,9 @@
 use num_complex::Complex;
 
 use super::Detrend;
+use super::eight::{Eight, eight};
 use super::kernel::SegmentTransform;
 use super::lanes::{LENGTHS, LaneCross, LanePower, LaneTransform, Offset};
-
-/// The instructions for eight `f64` at once.
-#[cfg(target_arch = "x86_64")]
-type Eight = pulp::x86::V4;
-/// No other processor has instructions for eight `f64` at once: this is never made.
-#[cfg(not(target_arch = "x86_64"))]
-type Eight = pulp::Scalar512b;
-
-fn eight_lanes() -> Option<Eight> {
-    #[cfg(target_arch = "x86_64")]
-    return Eight::try_new();
-    #[cfg(not(target_arch = "x86_64"))]
-    None
-}
 
 /// The transform in lanes, where it is for segments like these and the machine has the instructions.
 fn in_lanes(window: &[f64], detrend: Detrend) -> Option<(Eight, LaneTransform)> {
@@ -31,7 +18,7 @@ fn in_lanes(window: &[f64], detrend: Detrend) -> Option<(Eight, LaneTransform)> 
     if !window.len().is_power_of_two() || !LENGTHS.contains(&window.len()) {
         return None;
     }
-    Some((eight_lanes()?, LaneTransform::new(window, offset)))
+    Some((eight()?, LaneTransform::new(window, offset)))
 }
 
 /// A sum of |X|² over segments.
