@@ -2,6 +2,7 @@
 //!
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
+mod butterfly;
 mod eight;
 mod kernel;
 mod lanes;
