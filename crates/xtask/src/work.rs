@@ -225,8 +225,9 @@ fn w2b(folder: &Path, threads: usize) -> Result<Prepared> {
                     .collect();
                 let mut out = part(&mut plan, own)?;
                 for thread in running {
-                    let more = thread.join().map_err(|_| anyhow!("a thread panicked"))??;
-                    out.extend(more);
+                    // What it panicked with is no error value; it has printed it.
+                    let done = thread.join().ok().context("a thread panicked")?;
+                    out.extend(done?);
                 }
                 Ok(out)
             })
