@@ -21,8 +21,12 @@ use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, 
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
 use shared_data::shared;
 
-/// PSD, H1, H2 and coherence: other programs agree with each other to 1e-14, FFT orders of summation differ.
+/// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;
+
+/// H1, H2 and coherence on driven lines: at the weakest of them SciPy is 1e-10 away from extended precision
+/// and this program 4e-11 (`golden/precision.py`), not always to the same side.
+const TRANSFER_RTOL: f64 = 2e-10;
 
 struct Npz(zip::ZipArchive<std::fs::File>);
 
@@ -117,7 +121,7 @@ fn assert_driven_lines(
         "{what}: worst relative error {:.1e} on {} driven lines, {:.1e} on {} others",
         worst[0].0, counted[0], worst[1].0, counted[1]
     );
-    assert!(worst[0].0 <= SPECTRUM_RTOL, "{what}: {:?}", worst[0]);
+    assert!(worst[0].0 <= TRANSFER_RTOL, "{what}: {:?}", worst[0]);
     assert!(worst[1].0 <= 2e-6, "{what}, undriven: {:?}", worst[1]);
 }
 

@@ -1,4 +1,5 @@
-//! The inner loops of every spectral estimate: cut, detrend, window, transform, and sum.
+//! The inner loops of a spectral estimate for segments of any length, on any machine: cut, detrend, window,
+//! transform, and sum. Where [`lanes`](super::lanes) can do it, they are faster.
 //!
 //! Two real segments are transformed as the real and imaginary part of one complex segment, Z = A + iB.
 //! Summed over segments nothing has to be taken apart again: |Z(k)|² + |Z(−k)|² = 2(|A|² + |B|²), and for
