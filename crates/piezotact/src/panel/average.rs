@@ -89,21 +89,24 @@ pub struct CellPenalties {
     pub verdict: Verdict,
 }
 
-/// By how much the complex mean lies below the mean of log magnitudes, and why.
+/// How the complex mean differs from the mean of log magnitudes, and why: levels that differ between people raise it,
+/// since loud ones count for more, and phases that differ lower it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AverageDifference {
     /// The complex mean's level less the other's, mean over the band, dB.
     pub mean_db: f64,
-    /// The largest loss, dB.
+    /// The same at the line where it is lowest, dB.
     pub lowest_db: f64,
     /// Where it is, Hz.
     pub lowest_at_hz: f64,
     /// The rms over people and band of the phases about their mean, degrees.
     pub phase_rms_deg: f64,
-    /// The rms over people at the line of the largest loss, degrees.
+    /// The rms over people at the line where the difference is lowest, degrees.
     pub phase_rms_there_deg: f64,
-    /// The mean loss that normally distributed phases of that rms would bring, dB.
-    pub explained_db: f64,
+    /// What the phases' spread explains, were they normally distributed, mean over the band, dB: zero or less.
+    pub by_phases_db: f64,
+    /// What the levels' spread explains, were they normally distributed in dB, mean over the band, dB: zero or more.
+    pub by_levels_db: f64,
 }
 
 /// The averages over people in one cell.
@@ -136,11 +139,12 @@ impl CellAverage {
 
 /// Both averages over people of every cell with two or more, with what they cost a new person over `band`.
 ///
-/// Formula: [`leave_one_out`] over each person's own average. A complex mean of phases with the standard deviation σ
-/// (radians, normal) is exp(−σ²/2) of the magnitude, 4.34·σ² dB less.
+/// Formula: [`leave_one_out`] over each person's own average. A complex mean over phases of the standard deviation σ
+/// (radians, normal) is exp(−σ²/2) of the magnitude, 4.34·σ² dB less; over magnitudes whose logarithm has the standard
+/// deviation τ (normal) it is exp(τ²/2) of their geometric mean, 4.34·τ² dB more.
 ///
 /// Source: L. Felicetti's thesis (2024), section 5.2; K. V. Mardia and P. E. Jupp, *Directional Statistics*, 2000, for
-/// the wrapped normal distribution.
+/// the wrapped normal distribution; the mean of the log-normal distribution.
 ///
 /// # Errors
 /// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
@@ -246,33 +250,35 @@ fn difference<I: Quantity, O: Quantity>(
     complex: &TransferFunction<I, O>,
     band: Band,
 ) -> AverageDifference {
-    let mut losses = Vec::new();
-    let mut phases = Vec::new();
+    let half_db = 10.0 * std::f64::consts::LOG10_E;
+    let (mut differences, mut phases, mut levels) = (Vec::new(), Vec::new(), Vec::new());
     for (line, hz) in log.lines_in(band) {
-        let middle = log.response()[line].conj();
+        let middle = log.response()[line];
         let off: Vec<f64> = functions
             .iter()
-            .map(|f| (f.response()[line] * middle).arg().to_degrees())
+            .map(|f| (f.response()[line] * middle.conj()).arg().to_degrees())
             .collect();
         phases.push(rms(&off));
-        losses.push((
-            level_db(complex.response()[line]) - level_db(log.response()[line]),
-            hz,
-        ));
+        let ratios = functions
+            .iter()
+            .map(|f| level_db(f.response()[line]) - level_db(middle));
+        levels.push(rms(&ratios.collect::<Vec<f64>>()) / (2.0 * half_db));
+        differences.push((level_db(complex.response()[line]) - level_db(middle), hz));
     }
-    let lowest = (0..losses.len()).min_by(|a, b| losses[*a].0.total_cmp(&losses[*b].0));
-    let (lowest_db, lowest_at_hz) = lowest.map_or((0.0, f64::NAN), |line| losses[line]);
-    let explained: Vec<f64> = phases
-        .iter()
-        .map(|deg| -10.0 * std::f64::consts::LOG10_E * deg.to_radians().powi(2))
-        .collect();
+    let lowest =
+        (0..differences.len()).min_by(|a, b| differences[*a].0.total_cmp(&differences[*b].0));
+    let (lowest_db, lowest_at_hz) = lowest.map_or((0.0, f64::NAN), |line| differences[line]);
+    let mean_square = |radians: &mut dyn Iterator<Item = f64>| {
+        mean(&radians.map(|r| r * r).collect::<Vec<f64>>())
+    };
     AverageDifference {
-        mean_db: mean(&losses.iter().map(|(db, _)| *db).collect::<Vec<_>>()),
+        mean_db: mean(&differences.iter().map(|(db, _)| *db).collect::<Vec<_>>()),
         lowest_db,
         lowest_at_hz,
         phase_rms_deg: rms(&phases),
         phase_rms_there_deg: lowest.map_or(0.0, |line| phases[line]),
-        explained_db: mean(&explained),
+        by_phases_db: -half_db * mean_square(&mut phases.iter().map(|deg| deg.to_radians())),
+        by_levels_db: half_db * mean_square(&mut levels.iter().copied()),
     }
 }
 

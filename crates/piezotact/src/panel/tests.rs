@@ -231,10 +231,10 @@ fn the_complex_mean_loses_what_phases_spread() {
     assert!((difference.phase_rms_deg - 60.0).abs() < 1e-9);
     // exp(−σ²/2) is for normal phases; ±60° are not.
     assert!(
-        (difference.explained_db + 4.7625).abs() < 1e-3,
-        "{}",
-        difference.explained_db
+        (difference.by_phases_db + 4.7625).abs() < 1e-3,
+        "{difference:?}"
     );
+    assert!(difference.by_levels_db.abs() < 1e-9);
     let log =
         average_of_panel(&panel, cell(0.2, 20.0), BundleAverage::LogMagnitude, band()).unwrap();
     assert!((log.response()[100].norm() - 1.0).abs() < 1e-12);
@@ -253,6 +253,25 @@ fn the_complex_mean_loses_what_phases_spread() {
             ..
         }
     )));
+}
+
+/// Levels of ±1 dB in phase: the mean of amplitudes is cosh(ln 10/20) of their geometric mean, 0.0575 dB more.
+#[test]
+fn the_complex_mean_gains_what_levels_spread() {
+    let at = cell(0.2, 20.0);
+    let of = |who: &str, level: f64| filed(who, at, [1, 1], function(|_| db(level)));
+    let panel = Panel::new(vec![of("a", -1.0), of("b", 1.0)]).unwrap();
+    let found = cell_averages(
+        &panel,
+        BundleAverage::LogMagnitude,
+        band(),
+        Criterion::thesis_2024(),
+    );
+    let difference = found.unwrap()[0].difference;
+    assert!((difference.mean_db - 0.0574).abs() < 1e-4, "{difference:?}");
+    assert!(
+        (difference.by_levels_db - 0.0576).abs() < 1e-4 && difference.by_phases_db.abs() < 1e-9
+    );
 }
 
 /// Persons, placements and repeats with standard deviations 2, 1 and 0.5 dB, independent on every line: over 200 lines

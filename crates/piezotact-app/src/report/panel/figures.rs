@@ -16,6 +16,8 @@ const SINGLE: RGBColor = RGBColor(172, 180, 188);
 const MEAN: RGBColor = RGBColor(0, 121, 107);
 /// The odd one.
 const OUTSIDE: RGBColor = RGBColor(213, 94, 0);
+/// Where people lie furthest apart.
+const WIDEST: RGBColor = RGBColor(30, 30, 30);
 
 /// Levels of the lines of a band.
 fn levels<I: Quantity, O: Quantity>(
@@ -143,7 +145,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Outcome<String> {
         let ends = (at_hz, bundle.lowest_db[line], bundle.highest_db[line]);
         chart
             .lines
-            .push(Line::new("largest deviation", OUTSIDE, Vec::new()).spread(vec![ends]));
+            .push(Line::new("largest deviation", WIDEST, Vec::new()).spread(vec![ends]));
     }
     chart.legend = Corner::Beside;
     chart.svg(HEIGHT)
@@ -275,7 +277,8 @@ pub(super) fn person_by_angle(page: &Page<'_>, load_n: f64) -> Outcome<Option<(S
 }
 
 /// The counterpart of figure 70b.
-pub(super) fn averages_by_load(said: &PanelAnalysis, angle_deg: f64) -> Outcome<String> {
+pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Outcome<String> {
+    let said = page.said;
     let there = |a: &&CellAverage| (a.cell.angle_deg.0 - angle_deg).abs() < 1e-9;
     let lines = said.averages.iter().filter(there).map(|average| {
         let db = average_db(average, said.config.averaging);
@@ -284,7 +287,7 @@ pub(super) fn averages_by_load(said: &PanelAnalysis, angle_deg: f64) -> Outcome<
             zipped(&average.frequencies_hz, db),
         )
     });
-    over_frequency(said.config.band, "magnitude, dB", coloured(lines.collect()))
+    over_frequency(said.config.band, unit(page), coloured(lines.collect()))
 }
 
 /// The counterpart of figure 78: the person and cell with most measurements, in the cell that is judged if it can be.
@@ -312,7 +315,7 @@ pub(super) fn repeats(page: &Page<'_>) -> Outcome<Option<(String, String, String
     let (mut functions, mut coherence) = (Vec::new(), Vec::new());
     for entry in page.panel.of(who, cell) {
         let filing = &entry.filing;
-        let name = format!("placement {}, {}", filing.placement, filing.repeat);
+        let name = format!("placement {}, repeat {}", filing.placement, filing.repeat);
         let f = &entry.function;
         functions.push((name.clone(), levels(f, band)));
         let lines = f.lines_in(band).filter(|(_, hz)| *hz > 0.0);
@@ -335,18 +338,14 @@ pub(super) fn repeats(page: &Page<'_>) -> Outcome<Option<(String, String, String
     Ok(Some((caption, functions, chart.svg(HEIGHT)?)))
 }
 
-pub(super) fn averages(average: &CellAverage) -> Outcome<String> {
-    let band = Band::try_from([
-        average.frequencies_hz.first().copied().unwrap_or(1.0),
-        average.frequencies_hz.last().copied().unwrap_or(2.0),
-    ])?;
+pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Outcome<String> {
     let log = zipped(&average.frequencies_hz, &average.log_magnitude_db);
     let complex = zipped(&average.frequencies_hz, &average.complex_db);
     let lines = vec![
         ("log magnitudes".to_owned(), log),
         ("complex".to_owned(), complex),
     ];
-    over_frequency(band, "magnitude, dB", coloured(lines))
+    over_frequency(page.said.config.band, unit(page), coloured(lines))
 }
 
 pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Outcome<String> {

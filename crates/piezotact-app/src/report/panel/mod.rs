@@ -119,7 +119,7 @@ fn interval(interval: Option<[f64; 2]>) -> String {
 }
 
 fn percent(share: f64) -> String {
-    format!("{:.0} %", share * 100.0)
+    format!("{:.0}\u{a0}%", share * 100.0)
 }
 
 fn headline(said: &PanelAnalysis) -> Markup {
@@ -294,7 +294,7 @@ fn load(page: &Page<'_>) -> Outcome<Markup> {
         }
         drawn.push(titled(
             &format!("Averages by load, {angle_deg}°"),
-            &figures::averages_by_load(said, angle_deg)?,
+            &figures::averages_by_load(page, angle_deg)?,
             &format!("The {} over people.", averaging_word(said.config.averaging)),
         ));
     }
@@ -367,13 +367,13 @@ fn average(page: &Page<'_>) -> Outcome<Markup> {
         section {
             h2 { "The average over people" }
             p {
-                "At " (cell) " the complex mean lies " (format!("{:.2}", -difference.mean_db)) " dB below the mean of log magnitudes, at most "
-                (format!("{:.2} dB at {:.0} Hz", -difference.lowest_db, difference.lowest_at_hz)) ", because phases differ: by "
-                (format!("{:.1}° rms over the band, {:.1}° there", difference.phase_rms_deg, difference.phase_rms_there_deg))
-                (format!("; normally distributed phases of that spread would cost {:.2} dB.", -difference.explained_db))
+                "At " (cell) " the complex mean differs from the mean of log magnitudes by "
+                (format!("{:+.2} dB over the band, at the lowest by {:+.2} dB at {:.0} Hz.", difference.mean_db, difference.lowest_db, difference.lowest_at_hz))
+                (format!(" Levels that differ between people raise it (by {:+.2} dB), phases that differ lower it (by {:.2} dB): they spread by {:.1}° rms over the band, and by {:.1}° where it is lowest.",
+                    difference.by_levels_db, difference.by_phases_db, difference.phase_rms_deg, difference.phase_rms_there_deg))
             }
             div.counterparts {
-                (titled("Both averages", &figures::averages(found)?, &format!("At {cell}.")))
+                (titled("Both averages", &figures::averages(page, found)?, &format!("At {cell}.")))
                 (titled("What it costs each person", &figures::penalties(found, said)?, "The average of all others against the person's own, rms over the band. Red: the criterion."))
                 @if let Some((svg, caption)) = &learning {
                     (titled("How many people are enough", svg, caption))

@@ -30,7 +30,7 @@ fn p_value(p: Option<f64>) -> String {
 pub(super) fn cells(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
-            table.second {
+            table.second.tight {
                 tr { th { "angle, load" } th.n { "people" } th.n { "largest deviation, dB" } th.n { "at, Hz" } th.n { "sd over people, dB rms" } th { "furthest from the mean" } }
                 @for spread in &said.spreads {
                     @let furthest = spread.people.iter().max_by(|a, b| a.db_rms.total_cmp(&b.db_rms));
@@ -56,7 +56,7 @@ pub(super) fn bands(said: &PanelAnalysis) -> Markup {
             h3 { "By bands" }
             p.soft { "Largest deviation / standard deviation over people, rms / cost of the average for a new person, rms; all in dB." }
             div.wide {
-                table {
+                table.tight {
                     tr { th { "angle, load" } @for part in parts { th.n { (part.band_hz) } } }
                     @for spread in &said.spreads {
                         tr {
@@ -75,7 +75,7 @@ pub(super) fn bands(said: &PanelAnalysis) -> Markup {
 pub(super) fn loads(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
-            table.second {
+            table.second.tight {
                 tr { th { "angle" } th { "load" } th.n { "people" } th.n { "gain rises for" } th.n { "mean step, dB (95 %)" } th.n { "least of all, dB" } th.n { "rising lines, least of all" } th.n { "sign test, p" } }
                 @for step in &said.load_steps {
                     @let least = step.people.iter().map(|p| p.mean_db).fold(f64::MAX, f64::min);
@@ -98,7 +98,7 @@ pub(super) fn loads(said: &PanelAnalysis) -> Markup {
 pub(super) fn angles(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
-            table.second {
+            table.second.tight {
                 tr { th { "angle" } th { "load" } th.n { "people" } th.n { "difference, dB rms, median" } th.n { "largest" } th { "of" } th.n { "louder when steeper" } th.n { "mean step, dB (95 %)" } th.n { "paired t, p" } th.n { "sign test, p" } }
                 @for effect in &said.angle_effects {
                     tr {
@@ -139,7 +139,7 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
     html! {
         @if found.lying.is_some() || found.put_back.is_some() {
             div.wide {
-                table.second {
+                table.second.tight {
                     tr { th { "two measurements of one person" } th.n { "groups" } th.n { "pairs" } th.n { "apart, dB rms, median" } th.n { "largest" } th { "of" } th.n { "sd, dB rms" } }
                     @if let Some(pairs) = &found.lying { (row("finger left where it is", pairs)) }
                     @if let Some(pairs) = &found.put_back { (row("finger put back in between", pairs)) }
@@ -149,7 +149,7 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
         @if !found.components.is_empty() {
             h3 { "What makes measurements at one load and angle vary" }
             div.wide {
-                table {
+                table.tight {
                     tr { th { "band" } th.n { "between people, dB" } th.n { "between placements, dB" } th.n { "between repeats, dB" } th.n { "share of the variance between people" } }
                     @for part in &found.components {
                         tr {
@@ -170,7 +170,7 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
 pub(super) fn averages(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
-            table.second {
+            table.second.tight {
                 tr { th { "angle, load" } th { "average" } th.n { "cost for a new person, dB rms (95 %)" } th.n { "largest error of a person, mean, dB" } th { "most for" } th.n { "people within " (said.config.criterion.db_rms) " dB" } th { "will it do" } th.n { "people that are enough" } }
                 @for average in &said.averages {
                     @let curve = said.learning.iter().find(|c| c.cell.is(average.cell));
