@@ -323,9 +323,9 @@ fn fits<I: Quantity, O: Quantity>(
     let (one, other) = (&first.function, &entry.function);
     let differ = |what, one: String, other: String| PanelError::Differ {
         what,
-        one: first.filing.clone(),
+        one: first.filing.to_string(),
         one_has: one,
-        other: entry.filing.clone(),
+        other: entry.filing.to_string(),
         other_has: other,
     };
     let lines = |f: &TransferFunction<I, O>| {
@@ -415,11 +415,11 @@ pub enum PanelError {
         /// Lines, rate or device.
         what: &'static str,
         /// One of them.
-        one: Filing,
+        one: String,
         /// What it has.
         one_has: String,
         /// The other.
-        other: Filing,
+        other: String,
         /// What it has.
         other_has: String,
     },

@@ -86,8 +86,7 @@ struct Single {
 /// lines; an estimate below zero is 0. Repeats are doubted whose largest distance is more than 3 times the median of all
 /// groups', at least 0.5 dB, and 6 robust standard deviations (1.4826·MAD) above it.
 ///
-/// Source: L. Felicetti's thesis (2024), figure 78; S. R. Searle, G. Casella and C. E. McCulloch, *Variance Components*,
-/// 1992, chapter 5.
+/// Source: L. Felicetti's thesis (2024), figure 78; S. R. Searle and others (1992), *Variance Components*, chapter 5.
 ///
 /// # Errors
 /// [`PanelError::Empty`] when no line lies in the band.

@@ -144,7 +144,7 @@ fn known_offsets_come_back() {
     );
 }
 
-/// For flat curves with offsets o the penalty of person i is |mean of the others − o_i|; the parts of the band agree.
+/// For flat curves the penalty of a person is how far the mean of the others' offsets is from the own one; the parts of the band agree.
 #[test]
 fn penalties_and_learning_follow_the_offsets() {
     let offsets = [-2.0, 0.0, 1.0, 5.0];
@@ -384,7 +384,8 @@ fn what_does_not_belong_together_is_refused_by_name() {
         change(&mut other);
         Panel::new(vec![good(), other]).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut Entry<Force, Acceleration>), &[&str]); 8] = [
+    type Change<'a> = &'a dyn Fn(&mut Entry<Force, Acceleration>);
+    let cases: [(Change<'_>, &[&str]); 8] = [
         (
             &|e| e.function.condition.participant = Some("c".into()),
             &["participant b", "participant c"],

@@ -127,7 +127,7 @@ impl Panels {
                 ),
                 (
                     shaker.1 >= 0.95,
-                    "on the shaker somebody's gain rises on fewer than 95 % of the lines, though three repeats were averaged",
+                    "on the shaker somebody's gain rises on fewer than 95 % of the lines: around 100 Hz, where the step is small there, a person's own ripple outweighs it",
                 ),
             ]),
             format!(
