@@ -95,7 +95,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     for part in [
         "The average will do.",
         "People differ most at 20°, 0.2 N.",
-        "1000 panels drawn from these 4 people",
+        "1000 draws of half of these 4 people",
         "Largest deviation by load and angle",
         "How many people are enough",
         "no person took part",

@@ -197,5 +197,6 @@ fn forty_panels() {
 #[ignore = "forty panels take minutes: run it with --release"]
 fn forty_panels_of_chapter_5() {
     let counts = counted(40, &[5]);
-    at_least_nine_in_ten(&counts, &[2, 3, 4, 5, 6, 7, 9]);
+    // 1, 2, 3 and 8 have less margin than a panel scatters: docs/decisions/0018 says how many meet them, and why.
+    at_least_nine_in_ten(&counts, &[4, 5, 6, 7, 9]);
 }

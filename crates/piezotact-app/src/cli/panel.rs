@@ -187,7 +187,7 @@ pub(crate) struct Analyse {
     /// The mean error, in dB rms, up to which an average will do for a new person.
     #[arg(long, default_value_t = 3.0, value_name = "DB")]
     pub(crate) criterion: f64,
-    /// Draws the resamples of people, for how sure the worst case is.
+    /// Draws halves of the people, for how sure the worst case is, and their order, for how many are enough.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Writes a report.

@@ -30,7 +30,7 @@ pub struct PanelConfig {
     pub enough_within_db: f64,
     /// Random orders of people for the learning curve, where there are too many for every subset.
     pub orders: usize,
-    /// Resamples of people, for how sure the worst case is.
+    /// Resamples, each half of the people, for how sure the worst case is.
     pub resamples: usize,
     /// Draws orders and resamples.
     pub seed: u64,

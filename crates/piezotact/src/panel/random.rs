@@ -16,11 +16,6 @@ impl Draws {
         ((share * below as f64) as usize).min(below.saturating_sub(1))
     }
 
-    /// As many draws with replacement as there are things to draw from.
-    pub(super) fn resample(&mut self, count: usize) -> Vec<usize> {
-        (0..count).map(|_| self.below(count)).collect()
-    }
-
     /// `things` in a random order (Fisher and Yates).
     pub(super) fn shuffle(&mut self, things: &mut [usize]) {
         for i in (1..things.len()).rev() {

@@ -133,7 +133,7 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
     if let Some(worst) = &said.worst {
         let sure = worst.share.map_or(String::new(), |share| {
             format!(
-                ", the worst in {:.0} % of resamples of people",
+                ", the worst in {:.0} % of draws of half of them",
                 share * 100.0
             )
         });
@@ -150,7 +150,7 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             .map(|(load, db)| format!("{load}: {db:.1} dB"))
             .collect();
         let sure = falls.share.map_or(String::new(), |share| {
-            format!(" in {:.0} % of resamples", share * 100.0)
+            format!(", in {:.0} % of draws of half of the people", share * 100.0)
         });
         lines.push(format!(
             "maximum deviation at {}°: {}; it {} with load at every step{sure}",

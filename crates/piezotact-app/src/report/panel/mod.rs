@@ -209,7 +209,7 @@ fn how_sure(said: &PanelAnalysis) -> String {
         "how sure that is stays open with so few people".into(),
         |share| {
             format!(
-                "it is the widest in {} of {} panels drawn from these {} people",
+                "it is the widest in {} of {} draws of half of these {} people",
                 percent(share),
                 worst.resamples,
                 worst.people
@@ -229,7 +229,7 @@ fn falling(said: &PanelAnalysis) -> Markup {
                 "At " (falls.angle_deg.0) "° the largest deviation "
                 @if falls.falls { "falls with load at every step" } @else { "does not fall with load at every step" }
                 @if let (Some(every), Some(overall)) = (falls.share, falls.share_overall) {
-                    "; of panels drawn from these " (falls.people) " people it falls at every step in " (percent(every))
+                    "; of draws of half of these " (falls.people) " people it falls at every step in " (percent(every))
                     ", and from the lightest to the heaviest load in " (percent(overall))
                 }
                 "."
@@ -405,7 +405,7 @@ fn artefact(page: &Page<'_>) -> Outcome<Markup> {
                 ))
             }
             div.counterparts {
-                (titled("The control", &drawn.0, "The accelerometer on the plate, without a finger. Shaded: what is divided out."))
+                (titled("The control", &drawn.0, "The control measurement, without a finger. Shaded: where the dip is divided out."))
                 @if let Some(both) = &drawn.1 {
                     (titled("A finger before and after", both, "The first measurement of the panel."))
                 }
@@ -451,7 +451,7 @@ fn origin(page: &Page<'_>) -> Markup {
                 }
                 tr { th { "averages" } td { "Repeats of a placement, then placements, then people, each counted once: " (averaging_word(config.averaging)) "." } }
                 tr { th { "comparisons" } td { (format!("Between loads and between angles only people count who were measured on both sides; {} of {} were measured everywhere.", said.complete, said.participants.len())) } }
-                tr { th { "how sure" } td { (format!("People are drawn with replacement {} times, seed {}.", config.resamples, config.seed)) } }
+                tr { th { "how sure" } td { (format!("Half of the people are drawn {} times, seed {}: a largest distance hangs on two people, and what holds for halves may hold for another panel.", config.resamples, config.seed)) } }
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }
         }

@@ -82,7 +82,7 @@ impl Panels {
                 .collect();
             let share = f.share_overall.map_or(String::new(), |share| {
                 format!(
-                    " (0.6 below 0.2 N in {:.0} % of resamples of people)",
+                    " (0.6 below 0.2 N in {:.0} % of draws of half of the people)",
                     share * 100.0
                 )
             });
@@ -180,7 +180,7 @@ impl Panels {
             .map_or(String::new(), |(at, db)| format!("; next {at}: {db:.1} dB"));
         let sure = worst.share.map_or(String::new(), |share| {
             format!(
-                "; the widest in {:.0} % of resamples of people",
+                "; the widest in {:.0} % of draws of half of the people",
                 share * 100.0
             )
         });
