@@ -331,17 +331,19 @@ impl PanelFolder {
         write_json(&self.path.join(PANEL_INDEX), index)
     }
 
-    /// The name for a measurement; another one where a file of that name is listed.
+    /// The name for a measurement; another one where a file of that name is there: nothing is replaced.
     fn free_name(&self, filing: &Filing) -> String {
         let plain = file_name(filing);
-        let listed = |name: &str| self.index.entries.iter().any(|e| e.file == name);
-        if !listed(&plain) {
+        let taken = |name: &str| {
+            self.index.entries.iter().any(|e| e.file == name) || self.path.join(name).exists()
+        };
+        if !taken(&plain) {
             return plain;
         }
         let stem = plain.trim_end_matches(".json");
         (2_u32..)
             .map(|number| format!("{stem}_{number}.json"))
-            .find(|name| !listed(name))
+            .find(|name| !taken(name))
             .unwrap_or(plain)
     }
 
@@ -556,9 +558,11 @@ mod tests {
             (2, 1)
         );
         assert!(last.not_listed().is_empty());
-        // A file of somebody else is not taken for it.
+        // A file of somebody else is not taken for it, nor replaced.
         write_transfer(&at.join(file_name(&filing("c", 1))), &document("b")).unwrap();
         assert_eq!(again.adopt(&filing("c", 1)).unwrap(), Adopted::Nothing);
+        again.file(&filing("c", 1), &document("c")).unwrap();
+        assert_eq!(again.index.entries[2].file, "c_20deg_0.2N_p1_r1_2.json");
     }
 
     #[test]
