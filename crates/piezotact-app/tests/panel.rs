@@ -99,7 +99,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         "Largest deviation by load and angle",
         "How many people are enough",
         "no person took part",
-        "twin:seed=7,gain=B3: 4 s",
+        "twin:seed=7,gain=B3: random, 4 s",
     ] {
         assert!(report.contains(part), "{part}");
     }
