@@ -1,7 +1,7 @@
 """How far SciPy's transfer functions in ../shared/reference/transfer.npz are from extended precision.
 
 The drive of that reference ends at 1 kHz. Above, its power falls to 1e-16 of its largest: the rounding of a
-double-precision FFT. This prints why tests/reference.rs asks for 1e-10 on the driven lines and 2e-6 on the
+double-precision FFT. This prints why tests/reference.rs asks for 2e-10 on the driven lines and 2e-6 on the
 others. Made with NumPy 2.4.6 and SciPy 1.17.1:
 
     python3 golden/precision.py ../shared/reference/transfer.npz

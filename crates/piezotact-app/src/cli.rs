@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod device;
+pub(crate) mod panel;
 pub(crate) mod twin;
 
 use std::path::PathBuf;
@@ -89,6 +90,8 @@ pub(crate) enum Command {
         after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none nothing but the mean height is taken away, unless --form says otherwise.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
     Roughness(Roughness),
+    /// Measures, files, analyses and averages transfer functions of a panel of people.
+    Panel(panel::Panel),
     /// Records, maps and describes the digital twin: samples, people and benches without hardware.
     Twin(twin::Twin),
     /// Measures the thesis again on the digital twin, and says which of its claims hold there.

@@ -38,6 +38,28 @@ impl BenchSpec {
     }
 }
 
+impl BenchSpec {
+    /// The same bench with somebody else at it.
+    #[must_use]
+    pub fn with_participant(self, number: u64) -> Self {
+        match self {
+            Self::Twin { seed, gain, .. } => Self::Twin {
+                participant: number,
+                seed,
+                gain,
+            },
+        }
+    }
+
+    /// The bench by name and settings, whoever sits at it.
+    #[must_use]
+    pub fn apart_from_participant(&self) -> String {
+        match self {
+            Self::Twin { seed, gain, .. } => format!("twin:seed={seed},gain={gain}"),
+        }
+    }
+}
+
 impl FromStr for BenchSpec {
     type Err = BenchError;
 

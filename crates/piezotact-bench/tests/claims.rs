@@ -139,40 +139,64 @@ later! { "comes with the brain's answer":
     claim_33_desynchronisation_in_three_tasks,
 }
 
-/// How many of forty panels meet each claim that can be measured; some minutes in a release build:
-/// `cargo test --release -p piezotact-bench --test claims -- --ignored --nocapture forty_panels`.
-#[test]
-#[ignore = "forty panels take minutes: run it with --release"]
-fn forty_panels() {
-    const PANELS: u64 = 40;
-    let mut met = [0; 35];
-    let mut seen = [0; 35];
-    for seed in 1..=PANELS {
-        for number in Replay::CHAPTERS {
-            for finding in measured(number, seed).findings {
-                let claim = usize::from(finding.claim);
+/// How many of `panels` panels meet each claim of `chapters`, by claim: those that do, and those that were measured.
+fn counted(panels: u64, chapters: &[u8]) -> Vec<(u64, u64)> {
+    let mut counts = vec![(0, 0); 35];
+    for seed in 1..=panels {
+        for number in chapters {
+            for finding in measured(*number, seed).findings {
+                let (met, seen) = &mut counts[usize::from(finding.claim)];
                 match finding.verdict {
                     Verdict::Holds => {
-                        met[claim] += 1;
-                        seen[claim] += 1;
+                        *met += 1;
+                        *seen += 1;
                     }
-                    Verdict::DoesNot { .. } => seen[claim] += 1,
+                    Verdict::DoesNot { reason } => {
+                        *seen += 1;
+                        println!(
+                            "seed {seed}, claim {}: {reason}: {}",
+                            finding.claim, finding.measured
+                        );
+                    }
                     Verdict::NotYet { .. } => {}
                 }
             }
         }
     }
-    for (claim, (met, seen)) in met.iter().zip(seen).enumerate() {
-        if seen > 0 {
+    for (claim, (met, seen)) in counts.iter().enumerate() {
+        if *seen > 0 {
             println!("claim {claim}: {met} of {seen} panels");
         }
     }
-    // The others have less margin than a panel scatters: docs/decisions/0018 says which and why.
-    for claim in [4, 5, 6, 7, 9, 10, 11, 14, 15, 16, 18, 21, 30, 31] {
+    counts
+}
+
+fn at_least_nine_in_ten(counts: &[(u64, u64)], claims: &[usize]) {
+    for claim in claims {
+        let (met, seen) = counts[*claim];
         assert!(
-            met[claim] as f64 >= 0.9 * PANELS as f64,
-            "claim {claim}: {}",
-            met[claim]
+            met as f64 >= 0.9 * seen as f64,
+            "claim {claim}: {met} of {seen}"
         );
     }
+}
+
+/// How many of forty panels meet each claim that can be measured; minutes in a release build:
+/// `cargo test --release -p piezotact-bench --test claims -- --ignored --nocapture forty_panels`.
+///
+/// The claims that are not named have less margin than a panel scatters: docs/decisions/0018 says which and why.
+#[test]
+#[ignore = "forty panels take minutes: run it with --release"]
+fn forty_panels() {
+    let counts = counted(40, &[3, 4, 6]);
+    at_least_nine_in_ten(&counts, &[10, 11, 14, 15, 16, 18, 21, 30, 31]);
+}
+
+/// The same for chapter 5 alone, which takes most of the time.
+#[test]
+#[ignore = "forty panels take minutes: run it with --release"]
+fn forty_panels_of_chapter_5() {
+    let counts = counted(40, &[5]);
+    // 1, 2, 3 and 8 have less margin than a panel scatters: docs/decisions/0018 says how many meet them, and why.
+    at_least_nine_in_ten(&counts, &[4, 5, 6, 7, 9]);
 }

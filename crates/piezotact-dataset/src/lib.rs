@@ -13,6 +13,7 @@ pub mod lvm;
 pub mod matlab;
 mod naming;
 mod open;
+mod panel_folder;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;
@@ -29,6 +30,10 @@ pub use error::{ReadError, WriteError};
 pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
+pub use panel_folder::{
+    Adopted, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
+    function_of_any_unit, panel_of,
+};
 pub use sample_set::{known_sample_sets, read_sample_set};
 pub use topography::{
     TopographyFile, TopographyKind, TopographyOptions, read_topography, write_sur,

@@ -391,6 +391,88 @@ pub enum Doubt {
         /// How far lags reach, m.
         reached_m: f64,
     },
+    /// A panel in which somebody was not measured in every cell.
+    IncompletePanel {
+        /// Who and where.
+        missing: Vec<String>,
+        /// How many people are complete.
+        complete: usize,
+        /// Of how many.
+        participants: usize,
+    },
+    /// Fewer people than a panel needs to say how sure it is.
+    FewPeople {
+        /// How many.
+        participants: usize,
+        /// What is recommended.
+        recommended: usize,
+    },
+    /// A person whose transfer function is unlike everybody else's.
+    OddOneOut {
+        /// The pseudonym.
+        participant: String,
+        /// Load and angle.
+        at: String,
+        /// How far it is from the mean curve, dB rms.
+        db_rms: f64,
+        /// How far the usual person is, dB rms.
+        usual_db_rms: f64,
+    },
+    /// Repeats of one person that differ as those of different people do.
+    MixedRepeats {
+        /// Repeats or placements.
+        what: String,
+        /// Who and where.
+        of: String,
+        /// How far two of them are apart, dB rms.
+        db_rms: f64,
+        /// How far they usually are, dB rms.
+        usual_db_rms: f64,
+    },
+    /// Measurements that carry doubts of their own.
+    OfMembers {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+        /// One of them.
+        example: String,
+    },
+    /// A transfer function that is an average over people.
+    Averaged {
+        /// How many.
+        participants: usize,
+        /// What it costs a new person, dB rms.
+        penalty_db_rms: f64,
+        /// The 95 % confidence interval of its mean, dB rms.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        interval_db_rms: Option<[f64; 2]>,
+        /// Whom it costs most.
+        worst: String,
+        /// How much, dB rms.
+        worst_db_rms: f64,
+    },
+    /// A control measurement that was not measured well where it counts.
+    ControlIncoherent {
+        /// The lowest coherence.
+        lowest: f64,
+        /// Where, Hz.
+        at_hz: f64,
+        /// The level asked for.
+        asked: f64,
+    },
+    /// Transfer functions in the folder of a panel that its index does not list.
+    NotListed {
+        /// Their names.
+        files: Vec<String>,
+    },
+    /// Measurements that a panel plans and lacks.
+    NotMeasured {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: String,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.

@@ -16,6 +16,7 @@ pub mod feature;
 pub mod filter;
 mod fourier;
 mod order;
+pub mod panel;
 pub mod quantity;
 pub mod recording;
 pub mod render;

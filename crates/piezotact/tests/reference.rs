@@ -21,8 +21,12 @@ use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, 
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
 use shared_data::shared;
 
-/// PSD, H1, H2 and coherence: other programs agree with each other to 1e-14, FFT orders of summation differ.
+/// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;
+
+/// H1, H2 and coherence on driven lines: at the weakest of them SciPy is 1e-10 away from extended precision
+/// and this program 4e-11 (`golden/precision.py`), not always to the same side.
+const TRANSFER_RTOL: f64 = 2e-10;
 
 struct Npz(zip::ZipArchive<std::fs::File>);
 
@@ -93,8 +97,8 @@ fn assert_close_complex(what: &str, got: &[Complex<f64>], expected: &[Complex<f6
 
 /// Compares lines one by one. The drive of these references ends at 1 kHz; up to Nyquist its power falls to
 /// 1e-16 of its largest, which is the rounding of every double-precision FFT: there SciPy itself is 1e-7
-/// to 1e-6 away from the same sum in extended precision (`golden/precision.py`), and 2e-6 is asked instead. "Driven" is 100 dB below the
-/// strongest line and up.
+/// to 1e-6 away from the same sum in extended precision (`golden/precision.py`), and 2e-6 is asked instead. On lines 90 to
+/// 100 dB below the strongest SciPy is up to 9.6e-11 away from it, and 2e-10 is asked; above, 1e-10.
 fn assert_driven_lines(
     what: &str,
     spectra: &CrossSpectra<Drive, Acceleration>,
@@ -103,22 +107,25 @@ fn assert_driven_lines(
 ) {
     assert_eq!(got.len(), expected.len(), "{what}");
     let strongest = spectra.drive_power.iter().copied().fold(0.0, f64::max);
-    let mut worst = [(0.0f64, 0usize); 2];
-    let mut counted = [0; 2];
+    let tiers = [(1e-9, SPECTRUM_RTOL), (1e-10, TRANSFER_RTOL), (0.0, 2e-6)];
+    let mut worst = [(0.0f64, 0usize); 3];
+    let mut counted = [0; 3];
     for (k, power) in spectra.drive_power.iter().enumerate() {
-        let undriven = usize::from(*power < 1e-10 * strongest);
+        let of = |(share, _): &(f64, f64)| *power >= share * strongest;
+        let tier = tiers.iter().position(of).unwrap();
         let error = (got[k] - expected[k]).norm() / expected[k].norm();
-        counted[undriven] += 1;
-        if error > worst[undriven].0 || error.is_nan() {
-            worst[undriven] = (error, k);
+        counted[tier] += 1;
+        if error > worst[tier].0 || error.is_nan() {
+            worst[tier] = (error, k);
         }
     }
-    eprintln!(
-        "{what}: worst relative error {:.1e} on {} driven lines, {:.1e} on {} others",
-        worst[0].0, counted[0], worst[1].0, counted[1]
-    );
-    assert!(worst[0].0 <= SPECTRUM_RTOL, "{what}: {:?}", worst[0]);
-    assert!(worst[1].0 <= 2e-6, "{what}, undriven: {:?}", worst[1]);
+    for (((_, rtol), worst), count) in tiers.iter().zip(worst).zip(counted) {
+        eprintln!(
+            "{what}: worst relative error {:.1e} on {count} lines",
+            worst.0
+        );
+        assert!(worst.0 <= *rtol, "{what}: {worst:?}");
+    }
 }
 
 #[test]

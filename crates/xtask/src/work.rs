@@ -1,6 +1,7 @@
 //! Our side of the benchmark: one piece of work in a process of its own, as `bench/peers.py` does for others.
 
 use std::path::Path;
+use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use cpu_time::ProcessTime;
@@ -23,7 +24,7 @@ use piezotact_dataset::wav::{SampleFormat, write_wav};
 use serde_json::json;
 
 /// Runs the work `name` on the inputs in `folder`, once uncounted and then `repetitions` times, and prints
-/// its CPU times and memory.
+/// its times and memory.
 #[allow(clippy::print_stdout, reason = "its result is one line of JSON")]
 pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
     let Prepared {
@@ -33,7 +34,8 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W1a" => w1a(folder)?,
         "W1b" => w1b(folder)?,
         "W2a" => w2a(folder)?,
-        "W2b" => w2b(folder)?,
+        "W2b" => w2b(folder, 1)?,
+        "W2b2" => w2b(folder, 2)?,
         "W3" => w3(folder)?,
         "W5" => w5(folder, Judging::ContactOnly)?,
         "W5j" => w5(folder, Judging::Sliding)?,
@@ -42,16 +44,18 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
     };
     let mut result = work()?;
     let mut cpu_s = Vec::with_capacity(repetitions);
+    let mut wall_s = Vec::with_capacity(repetitions);
     for _ in 0..repetitions {
-        let start = ProcessTime::now();
+        let (cpu, wall) = (ProcessTime::now(), Instant::now());
         result = work()?;
-        cpu_s.push(start.elapsed().as_secs_f64());
+        cpu_s.push(cpu.elapsed().as_secs_f64());
+        wall_s.push(wall.elapsed().as_secs_f64());
     }
     let bytes: Vec<u8> = result.iter().flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(folder.join(format!("{name}-piezotact.f64")), bytes)?;
     println!(
         "{}",
-        json!({ "cpu_s": cpu_s, "peak_mb": peak_memory_mb()?, "input_mb": input_bytes as f64 / f64::from(1 << 20) })
+        json!({ "cpu_s": cpu_s, "wall_s": wall_s, "peak_mb": peak_memory_mb()?, "input_mb": input_bytes as f64 / f64::from(1 << 20) })
     );
     Ok(())
 }
@@ -188,7 +192,8 @@ fn w2a(folder: &Path) -> Result<Prepared> {
     })
 }
 
-fn w2b(folder: &Path) -> Result<Prepared> {
+/// The pairs in equal parts, each on a thread with a plan of its own.
+fn w2b(folder: &Path, threads: usize) -> Result<Prepared> {
     const N: usize = 150_000;
     let rolled = |base: &[f64], i: usize| {
         let signal = &base[(i % 6) * N..(i % 6 + 1) * N];
@@ -196,17 +201,37 @@ fn w2b(folder: &Path) -> Result<Prepared> {
     };
     let base = load(folder, "W2b")?;
     let (drives, answers) = base.split_at(6 * N);
-    let drive: Vec<Vec<f64>> = (0..360).map(|i| rolled(drives, i)).collect();
-    let answer: Vec<Vec<f64>> = (0..360).map(|i| rolled(answers, i)).collect();
+    let pairs: Vec<[Vec<f64>; 2]> = (0..360)
+        .map(|i| [rolled(drives, i), rolled(answers, i)])
+        .collect();
     let mut plan = CrossPlan::new(&WelchConfig::hann(2048), rate(5000.0)?)?;
+    let mut others = vec![plan.clone(); threads - 1];
+    let each = pairs.len().div_ceil(threads);
+    let part = move |plan: &mut CrossPlan, pairs: &[[Vec<f64>; 2]]| -> Result<Vec<f64>> {
+        let mut out = Vec::with_capacity(pairs.len() * 3 * 1025);
+        for [drive, answer] in pairs {
+            transfer(plan, drive, answer, &mut out)?;
+        }
+        Ok(out)
+    };
     Ok(Prepared {
         input_bytes: 2 * 360 * N * 8,
         work: Box::new(move || {
-            let mut out = Vec::with_capacity(360 * 3 * 1025);
-            for (drive, answer) in drive.iter().zip(&answer) {
-                transfer(&mut plan, drive, answer, &mut out)?;
-            }
-            Ok(out)
+            let (own, rest) = pairs.split_at(each);
+            std::thread::scope(|scope| {
+                let running: Vec<_> = rest
+                    .chunks(each)
+                    .zip(&mut others)
+                    .map(|(pairs, plan)| scope.spawn(move || part(plan, pairs)))
+                    .collect();
+                let mut out = part(&mut plan, own)?;
+                for thread in running {
+                    // What it panicked with is no error value; it has printed it.
+                    let done = thread.join().ok().context("a thread panicked")?;
+                    out.extend(done?);
+                }
+                Ok(out)
+            })
         }),
     })
 }

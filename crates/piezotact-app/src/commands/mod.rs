@@ -3,6 +3,7 @@
 mod characterise;
 mod demo;
 mod info;
+pub(crate) mod panel;
 mod play;
 mod render;
 mod replay;
@@ -40,6 +41,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Analyse(args) => touch::analyse::run(&args),
         Command::Compare(args) => touch::compare::run(&args),
         Command::Roughness(args) => roughness::run(&args),
+        Command::Panel(args) => panel::run(&args),
         Command::Twin(args) => twin::run(&args),
         Command::Replay(args) => replay::run(&args),
     }

@@ -138,6 +138,9 @@ pub enum ReplayError {
     /// Transfer functions make no bundle.
     #[error("{0}")]
     Bundle(#[from] piezotact::transfer::BundleError),
+    /// Transfer functions make no panel.
+    #[error("{0}")]
+    Panel(#[from] piezotact::panel::PanelError),
     /// A number that cannot be.
     #[error("{0}")]
     Quantity(#[from] QuantityError),

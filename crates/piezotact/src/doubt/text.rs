@@ -16,6 +16,16 @@ fn list(f: &mut fmt::Formatter<'_>, bands: &[Band]) -> fmt::Result {
     Ok(())
 }
 
+/// As many of a list are named.
+const LISTED: usize = 4;
+
+fn and_more(count: usize) -> String {
+    match count.saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    }
+}
+
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |share: f64| {
@@ -309,6 +319,49 @@ impl fmt::Display for Doubt {
                 f,
                 "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is left open, and Sal where nothing falls; measure a larger area or take away more form or waviness",
                 reached_m * 1e3
+            ),
+            Self::IncompletePanel { missing, complete, participants } => write!(
+                f,
+                "{complete} of {participants} participants were measured at every load and angle; missing: {}{}: comparisons take only those who are in both sides; measure the others",
+                missing.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join("; "),
+                and_more(missing.len())
+            ),
+            Self::FewPeople { participants, recommended } => write!(
+                f,
+                "{participants} participants say nothing of what another panel would find: how sure the worst case is stays open; measure {recommended} or more"
+            ),
+            Self::OddOneOut { participant, at, db_rms, usual_db_rms } => write!(
+                f,
+                "{participant} at {at} is {db_rms:.1} dB rms from the mean curve, the usual person {usual_db_rms:.1} dB: look at that measurement (sensor, placement, person), and repeat it"
+            ),
+            Self::MixedRepeats { what, of, db_rms, usual_db_rms } => write!(
+                f,
+                "{what} of {of} are up to {db_rms:.1} dB rms apart, usual are {usual_db_rms:.1} dB: they may be of different people, or the sensor came loose; look at them one by one, and repeat"
+            ),
+            Self::OfMembers { count, of, example } => write!(
+                f,
+                "{count} of {of} measurements carry doubts of their own, such as {example}"
+            ),
+            Self::Averaged { participants, penalty_db_rms, interval_db_rms, worst, worst_db_rms } => {
+                write!(f, "the average of {participants} people: for somebody who is not in it, it is {penalty_db_rms:.1} dB rms off")?;
+                if let Some([low, high]) = interval_db_rms {
+                    write!(f, " (95 %: {low:.1} to {high:.1})")?;
+                }
+                write!(f, ", for {worst} {worst_db_rms:.1} dB; characterise the person where that is too much")
+            }
+            Self::ControlIncoherent { lowest, at_hz, asked } => write!(
+                f,
+                "the control's coherence falls to {lowest:.2} at {at_hz:.0} Hz, below {asked}: what is taken out there is partly noise; measure the control longer or louder"
+            ),
+            Self::NotListed { files } => write!(
+                f,
+                "the folder holds transfer functions that panel.json does not list and that are left out: {}{}; run the campaign again, or add them",
+                files.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", "),
+                and_more(files.len())
+            ),
+            Self::NotMeasured { count, first } => write!(
+                f,
+                "{count} planned measurements are missing, the first is {first}: run the campaign again to go on with it"
             ),
             Self::ShortSignal { segments } => write!(
                 f,

@@ -1,4 +1,5 @@
-//! The inner loops of every spectral estimate: cut, detrend, window, transform, and sum.
+//! The inner loops of a spectral estimate for segments of any length, on any machine: cut, detrend, window,
+//! transform, and sum. Where [`lanes`](super::lanes) can do it, they are faster.
 //!
 //! Two real segments are transformed as the real and imaginary part of one complex segment, Z = A + iB.
 //! Summed over segments nothing has to be taken apart again: |Z(k)|² + |Z(−k)|² = 2(|A|² + |B|²), and for
@@ -10,7 +11,7 @@ use std::sync::Arc;
 use num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-use super::Detrend;
+use super::{Detrend, segments_in};
 use crate::series::sum;
 
 /// A planned transform of windowed segments, with its scratch memory.
@@ -45,10 +46,6 @@ impl SegmentTransform {
         }
     }
 
-    pub(crate) fn segment(&self) -> usize {
-        self.window.len()
-    }
-
     /// Detrends and windows segment `a` into the real and `b` into the imaginary parts of `z`, and
     /// transforms it. Both have the window's length.
     pub(crate) fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
@@ -69,6 +66,28 @@ impl SegmentTransform {
             *z = Complex::new((a - trend.at(i)) * w, 0.0);
         }
         self.fft.process_with_scratch(z, &mut self.scratch);
+    }
+
+    /// Hands the transform of every two segments of `record`, `hop` samples apart, to `take`, with whether it
+    /// holds two or one; `z` is the memory for it.
+    pub(crate) fn each_pair(
+        &mut self,
+        record: &[f64],
+        hop: usize,
+        z: &mut [Complex<f64>],
+        mut take: impl FnMut(&[Complex<f64>], bool),
+    ) {
+        let segment = self.window.len();
+        let count = segments_in(record.len(), segment, hop);
+        let cut = |i: usize| &record[i * hop..i * hop + segment];
+        for i in (1..count).step_by(2) {
+            self.transform_pair(cut(i - 1), cut(i), z);
+            take(z, true);
+        }
+        if count % 2 == 1 {
+            self.transform_single(cut(count - 1), z);
+            take(z, false);
+        }
     }
 
     /// Adds the squares of the real and imaginary parts of `z` to `power`, two numbers a bin.
@@ -184,23 +203,6 @@ impl Trend {
     }
 }
 
-/// Folds a sum made by [`SegmentTransform::add_power`] into the n/2 + 1 bins of the real signals' |X|².
-pub(crate) fn fold_power(parts: &[f64]) -> Vec<f64> {
-    let n = parts.len() / 2;
-    let bin = |k: usize| parts[2 * k] + parts[2 * k + 1];
-    (0..=n / 2)
-        .map(|k| 0.5 * (bin(k) + bin((n - k) % n)))
-        .collect()
-}
-
-/// Folds a sum made by [`SegmentTransform::add_cross`] into the n/2 + 1 bins of the real signals' conj(X)·Y.
-pub(crate) fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    let n = cross.len();
-    (0..=n / 2)
-        .map(|k| (cross[k] + cross[(n - k) % n].conj()) * 0.5)
-        .collect()
-}
-
 /// |A(k)|² and |B(k)|² of the two real segments in `z`, handed bin by bin to `take`.
 pub(crate) fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f64)) {
     let n = z.len();
@@ -219,60 +221,28 @@ mod tests {
     use super::*;
     use crate::spectrum::{Symmetry, Window};
 
-    /// The definition, without any trick: one bin of one real segment.
-    fn naive(segment: &[f64], window: &[f64], k: usize) -> Complex<f64> {
-        let n = segment.len() as f64;
-        let mean = segment.iter().sum::<f64>() / n;
-        let turn = -std::f64::consts::TAU * k as f64 / n;
-        segment
-            .iter()
-            .zip(window)
-            .enumerate()
-            .map(|(i, (v, w))| Complex::from_polar((v - mean) * w, turn * i as f64))
-            .sum()
-    }
-
-    /// Two segments of two signals, packed and folded, are the sums over the segments by definition; for even
-    /// and odd lengths, at 0 Hz, at Nyquist and between.
+    /// The squares of two packed segments, taken apart, add to those of their packed transform, and each is that
+    /// of its segment transformed alone.
     #[test]
-    fn packed_and_folded_sums_are_the_sums_by_definition() {
+    fn packed_segments_come_apart() {
         for n in [2, 3, 8, 9, 30, 31] {
             let signal = |seed: usize| -> Vec<f64> {
                 (0..n)
                     .map(|i| ((i * i * seed + 3 * i) as f64 * 0.7).sin() + 0.3)
                     .collect()
             };
-            let [xa, xb, ya, yb] = [1, 2, 3, 5].map(signal);
+            let (a, b) = (signal(1), signal(2));
             let window = Window::Hann.coefficients(n, Symmetry::Periodic);
-            let mut transform = SegmentTransform::new(window.clone(), Detrend::Constant);
-            let (mut zx, mut zy) = (vec![Complex::default(); n], vec![Complex::default(); n]);
-            transform.transform_pair(&xa, &xb, &mut zx);
-            transform.transform_pair(&ya, &yb, &mut zy);
-            let (mut power, mut cross) = (vec![0.0; 2 * n], vec![Complex::default(); n]);
-            transform.add_power(&zx, &mut power);
-            transform.add_cross(&zx, &zy, &mut cross);
-            let (power, cross) = (fold_power(&power), fold_cross(&cross));
-            assert_eq!(power.len(), n / 2 + 1);
-            for k in 0..=n / 2 {
-                let [xa, xb, ya, yb] =
-                    [&xa, &xb, &ya, &yb].map(|segment| naive(segment, &window, k));
-                assert!(
-                    (power[k] - (xa.norm_sqr() + xb.norm_sqr())).abs() < 1e-12,
-                    "{n}, {k}"
-                );
-                assert!(
-                    (cross[k] - (xa.conj() * ya + xb.conj() * yb)).norm() < 1e-12,
-                    "{n}, {k}"
-                );
-                split_power(&zx, |bin, a, b| {
-                    if bin == k {
-                        assert!(
-                            (a - xa.norm_sqr()).abs() < 1e-12 && (b - xb.norm_sqr()).abs() < 1e-12,
-                            "{n}, {k}"
-                        );
-                    }
-                });
-            }
+            let mut transform = SegmentTransform::new(window, Detrend::Constant);
+            let mut both = vec![Complex::default(); n];
+            let (mut alone_a, mut alone_b) = (both.clone(), both.clone());
+            transform.transform_pair(&a, &b, &mut both);
+            transform.transform_single(&a, &mut alone_a);
+            transform.transform_single(&b, &mut alone_b);
+            split_power(&both, |k, a, b| {
+                assert!((a - alone_a[k].norm_sqr()).abs() < 1e-12, "{n}, {k}");
+                assert!((b - alone_b[k].norm_sqr()).abs() < 1e-12, "{n}, {k}");
+            });
         }
     }
 }

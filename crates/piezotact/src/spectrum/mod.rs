@@ -2,8 +2,12 @@
 //!
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
+mod butterfly;
+mod eight;
 mod kernel;
+mod lanes;
 mod spectrogram;
+mod sums;
 mod window;
 
 use std::marker::PhantomData;
@@ -11,13 +15,15 @@ use std::marker::PhantomData;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use kernel::{SegmentTransform, fold_cross, fold_power};
 pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, spectrogram};
+pub(crate) use sums::{CrossSum, Folded};
 pub use window::{Symmetry, UnknownWindow, Window};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
+use kernel::SegmentTransform;
+use sums::PowerSum;
 
 /// What is taken away from every segment before the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -213,10 +219,18 @@ pub struct WelchPlan {
     config: WelchConfig,
     rate: SampleRate,
     hop: usize,
-    transform: SegmentTransform,
-    buffer: Vec<Complex<f64>>,
+    average: Average,
     window_power: f64,
     window_sum: f64,
+}
+
+/// What an average over segments needs.
+#[derive(Clone, Debug)]
+enum Average {
+    /// Their sum.
+    Mean(PowerSum),
+    /// Every one by itself.
+    Median(SegmentTransform, Vec<Complex<f64>>),
 }
 
 impl WelchPlan {
@@ -230,8 +244,13 @@ impl WelchPlan {
         Ok(Self {
             window_power: window.iter().map(|w| w * w).sum(),
             window_sum: window.iter().sum(),
-            buffer: vec![Complex::default(); config.segment],
-            transform: SegmentTransform::new(window, config.detrend),
+            average: match config.averaging {
+                Averaging::Mean => Average::Mean(PowerSum::new(&window, config.detrend)),
+                Averaging::Median => Average::Median(
+                    SegmentTransform::new(window, config.detrend),
+                    vec![Complex::default(); config.segment],
+                ),
+            },
             config: config.clone(),
             rate,
             hop,
@@ -257,9 +276,10 @@ impl WelchPlan {
                 found: records.iter().map(|record| record.len()).max().unwrap_or(0),
             });
         }
-        let mut values = match self.config.averaging {
-            Averaging::Mean => self.mean_power(records, averages),
-            Averaging::Median => self.median_power(records, averages),
+        let (n, hop) = (self.config.segment, self.hop);
+        let mut values = match &mut self.average {
+            Average::Mean(sum) => mean_power(sum, records, n, hop, averages),
+            Average::Median(transform, z) => median_power(transform, z, records, hop, averages),
         };
         let scale = match self.config.scaling {
             Scaling::Density => 1.0 / (self.rate.hz() * self.window_power),
@@ -283,23 +303,43 @@ impl WelchPlan {
     fn segments_in(&self, samples: usize) -> usize {
         segments_in(samples, self.config.segment, self.hop)
     }
+}
 
-    fn mean_power(&mut self, records: &[&[f64]], averages: usize) -> Vec<f64> {
-        let mut power = vec![0.0; 2 * self.config.segment];
-        self.each_pair(records, |transform, z, _| {
-            transform.add_power(z, &mut power)
-        });
-        let mut values = fold_power(&power);
-        for value in &mut values {
-            *value /= averages as f64;
+fn mean_power(
+    sum: &mut PowerSum,
+    records: &[&[f64]],
+    segment: usize,
+    hop: usize,
+    averages: usize,
+) -> Vec<f64> {
+    sum.clear();
+    for record in records {
+        let count = segments_in(record.len(), segment, hop);
+        let cut = |i: usize| &record[i * hop..i * hop + segment];
+        for i in (1..count).step_by(2) {
+            sum.add_pair(cut(i - 1), cut(i));
         }
-        values
+        if count % 2 == 1 {
+            sum.add_single(cut(count - 1));
+        }
     }
+    let mut values = sum.folded();
+    for value in &mut values {
+        *value /= averages as f64;
+    }
+    values
+}
 
-    fn median_power(&mut self, records: &[&[f64]], averages: usize) -> Vec<f64> {
-        let bins = self.config.segment / 2 + 1;
-        let mut columns = vec![Vec::with_capacity(averages); bins];
-        self.each_pair(records, |_, z, both| {
+fn median_power(
+    transform: &mut SegmentTransform,
+    z: &mut [Complex<f64>],
+    records: &[&[f64]],
+    hop: usize,
+    averages: usize,
+) -> Vec<f64> {
+    let mut columns = vec![Vec::with_capacity(averages); z.len() / 2 + 1];
+    for record in records {
+        transform.each_pair(record, hop, z, |z, both| {
             kernel::split_power(z, |k, a, b| {
                 columns[k].push(a);
                 if both {
@@ -307,35 +347,12 @@ impl WelchPlan {
                 }
             });
         });
-        let bias = median_bias(averages);
-        columns
-            .iter_mut()
-            .map(|column| median(column) / bias)
-            .collect()
     }
-
-    /// Hands the transform of every pair of segments to `take`, with whether it holds two or one.
-    fn each_pair(
-        &mut self,
-        records: &[&[f64]],
-        mut take: impl FnMut(&SegmentTransform, &[Complex<f64>], bool),
-    ) {
-        let segment = self.config.segment;
-        for record in records {
-            let count = self.segments_in(record.len());
-            let cut = |i: usize| &record[i * self.hop..i * self.hop + segment];
-            for i in (1..count).step_by(2) {
-                self.transform
-                    .transform_pair(cut(i - 1), cut(i), &mut self.buffer);
-                take(&self.transform, &self.buffer, true);
-            }
-            if count % 2 == 1 {
-                self.transform
-                    .transform_single(cut(count - 1), &mut self.buffer);
-                take(&self.transform, &self.buffer, false);
-            }
-        }
-    }
+    let bias = median_bias(averages);
+    columns
+        .iter_mut()
+        .map(|column| median(column) / bias)
+        .collect()
 }
 
 pub(crate) fn segments_in(samples: usize, segment: usize, hop: usize) -> usize {

@@ -2,11 +2,12 @@
 
 use std::marker::PhantomData;
 
+use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Averaging, Detrend, EstimateError, Scaling, Symmetry, WelchConfig, WelchPlan, Window,
-    frequency_axis, kernel, one_sided,
+    Averaging, Detrend, EstimateError, Scaling, SegmentTransform, Symmetry, WelchConfig, Window,
+    frequency_axis, kernel, one_sided, segments_in,
 };
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
@@ -222,20 +223,23 @@ pub fn spectrogram<Q: Quantity>(
             found: format!("{columns} and {rows}"),
         });
     }
-    let mut plan = WelchPlan::new(&welch, x.rate())?;
-    let segments = plan.segments_in(x.samples().len());
+    let hop = welch.hop()?;
+    let window = welch.window.coefficients(segment, welch.symmetry);
+    let window_power: f64 = window.iter().map(|w| w * w).sum();
+    let segments = segments_in(x.samples().len(), segment, hop);
     let (times, frequencies) = (Groups::of(segments, columns), Groups::of(lines, rows));
     let rows = frequencies.len();
 
     // What every line counts in its row.
     let mut weights = vec![1.0; bins];
-    one_sided(&mut weights, segment, 1.0 / (rate_hz * plan.window_power));
+    one_sided(&mut weights, segment, 1.0 / (rate_hz * window_power));
     for (k, weight) in weights[..lines].iter_mut().enumerate() {
         *weight /= frequencies.size(k / frequencies.each) as f64;
     }
     let mut values = vec![0.0; times.len() * rows];
     let mut done = 0;
-    plan.each_pair(&[x.samples()], |_, z, both| {
+    let mut z = vec![Complex::default(); segment];
+    SegmentTransform::new(window, welch.detrend).each_pair(x.samples(), hop, &mut z, |z, both| {
         let start = |segment: usize| segment / times.each * rows;
         let (a, b) = (start(done), start(done + 1));
         kernel::split_power(z, |k, power_a, power_b| {
@@ -254,7 +258,7 @@ pub fn spectrogram<Q: Quantity>(
         column.iter_mut().for_each(|value| *value /= averaged);
     }
 
-    let hop = plan.hop as f64;
+    let hop = hop as f64;
     Ok(Spectrogram {
         values,
         times_s: times

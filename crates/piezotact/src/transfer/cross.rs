@@ -7,8 +7,7 @@ use num_complex::Complex;
 use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::{
-    Averaging, EstimateError, Scaling, SegmentTransform, WelchConfig, fold_cross, fold_power,
-    one_sided, segments_in,
+    Averaging, CrossSum, EstimateError, Folded, Scaling, WelchConfig, one_sided, segments_in,
 };
 
 /// The averaged one-sided auto- and cross-spectra of a drive x (`I`) and a response y (`O`), segment/2 + 1
@@ -201,15 +200,11 @@ fn total_least_squares(cross: Complex<f64>, x: f64, y: f64, noise_ratio: f64) ->
 #[derive(Clone, Debug)]
 pub struct CrossPlan {
     config: WelchConfig,
-    transform: SegmentTransform,
+    sums: CrossSum,
+    segment: usize,
     rate: SampleRate,
     hop: usize,
     scale: f64,
-    zx: Vec<Complex<f64>>,
-    zy: Vec<Complex<f64>>,
-    drive_power: Vec<f64>,
-    response_power: Vec<f64>,
-    cross: Vec<Complex<f64>>,
 }
 
 impl CrossPlan {
@@ -230,16 +225,12 @@ impl CrossPlan {
         let window = config.window.coefficients(n, config.symmetry);
         let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
         Ok(Self {
-            transform: SegmentTransform::new(window, config.detrend),
+            sums: CrossSum::new(&window, config.detrend),
+            segment: n,
             config: config.clone(),
             rate,
             hop,
             scale,
-            zx: vec![Complex::default(); n],
-            zy: vec![Complex::default(); n],
-            drive_power: vec![0.0; 2 * n],
-            response_power: vec![0.0; 2 * n],
-            cross: vec![Complex::default(); n],
         })
     }
 
@@ -262,7 +253,7 @@ impl CrossPlan {
                 right_value: response.len().to_string(),
             });
         }
-        let n = self.transform.segment();
+        let n = self.segment;
         let averages = segments_in(drive.len(), n, self.hop);
         if averages == 0 {
             return Err(EstimateError::TooShort {
@@ -270,36 +261,28 @@ impl CrossPlan {
                 found: drive.len(),
             });
         }
-        self.drive_power.fill(0.0);
-        self.response_power.fill(0.0);
-        self.cross.fill(Complex::default());
-        for i in (0..averages).step_by(2) {
-            let (a, b) = (i * self.hop, (i + 1) * self.hop);
-            if i + 1 < averages {
-                self.transform
-                    .transform_pair(&drive[a..a + n], &drive[b..b + n], &mut self.zx);
-                self.transform.transform_pair(
-                    &response[a..a + n],
-                    &response[b..b + n],
-                    &mut self.zy,
-                );
-            } else {
-                self.transform
-                    .transform_single(&drive[a..a + n], &mut self.zx);
-                self.transform
-                    .transform_single(&response[a..a + n], &mut self.zy);
-            }
-            self.transform.add_power(&self.zx, &mut self.drive_power);
-            self.transform.add_power(&self.zy, &mut self.response_power);
-            self.transform
-                .add_cross(&self.zx, &self.zy, &mut self.cross);
+        self.sums.clear();
+        let hop = self.hop;
+        let cut = |i: usize| i * hop..i * hop + n;
+        for i in (1..averages).step_by(2) {
+            let (a, b) = (cut(i - 1), cut(i));
+            self.sums.add_pair(
+                [&drive[a.clone()], &drive[b.clone()]],
+                [&response[a], &response[b]],
+            );
+        }
+        if averages % 2 == 1 {
+            let last = cut(averages - 1);
+            self.sums.add_single(&drive[last.clone()], &response[last]);
         }
         let scale = self.scale / averages as f64;
-        let mut drive_power = fold_power(&self.drive_power);
-        let mut response_power = fold_power(&self.response_power);
+        let Folded {
+            xx: mut drive_power,
+            yy: mut response_power,
+            xy: mut cross,
+        } = self.sums.folded();
         one_sided(&mut drive_power, n, scale);
         one_sided(&mut response_power, n, scale);
-        let mut cross = fold_cross(&self.cross);
         let last = cross.len() - 1;
         for (k, value) in cross.iter_mut().enumerate() {
             let alone = k == 0 || (k == last && n.is_multiple_of(2));

@@ -21,6 +21,9 @@ pub fn pooled<I: Quantity, O: Quantity>(
 ) -> Result<TransferFunction<I, O>, BundleError> {
     same_lines(repeats, 1)?;
     let first = repeats[0];
+    if repeats.len() == 1 {
+        return Ok(first.clone());
+    }
     let all: f64 = repeats.iter().map(|r| r.averages.max(1) as f64).sum();
     let lines = first.response.len();
     let (mut response, mut power) = (vec![Complex::default(); lines], vec![0.0; lines]);
@@ -63,11 +66,9 @@ pub fn pooled<I: Quantity, O: Quantity>(
             one.doubts.push(doubt.clone());
         }
     }
-    if repeats.len() > 1 {
-        one.provenance = one
-            .provenance
-            .then(format!("{} repeats as one estimate", repeats.len()));
-    }
+    one.provenance = one
+        .provenance
+        .then(format!("{} repeats as one estimate", repeats.len()));
     Ok(one)
 }
 

@@ -3,13 +3,15 @@
 mod panels;
 
 use panels::Panels;
+use piezotact::panel::{
+    Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, Panel, artefact_of, repeatability,
+};
 use piezotact::quantity::{
-    Acceleration, Band, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
+    Acceleration, Band, Degrees, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
 };
 use piezotact::recording::Recording;
-use piezotact::series::{mean, rms};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Estimator, TransferFunction, estimate};
+use piezotact::transfer::{BundleAverage, Estimator, TransferFunction, estimate};
 
 use crate::BenchError;
 use crate::procedure::record;
@@ -17,7 +19,7 @@ use crate::replay::claims::{Finding, Holds, least, most};
 use crate::replay::figure::{Axis, Figure, Line, Mark, Shown, frequency};
 use crate::replay::rendering::{characterised, device, resting};
 use crate::replay::{Chapter, Replay, ReplayError, said_once};
-use crate::traits::RunPlan;
+use crate::traits::{Lying, RunPlan};
 use crate::twin::{Participant, ShakerBench, ShakerExcitation, ShakerMount};
 
 const LOADS_N: [f64; 3] = [0.2, 0.4, 0.6];
@@ -25,31 +27,83 @@ const ANGLES_DEG: [f64; 2] = [20.0, 40.0];
 /// On the shaker (*thesis* 5.1.1) and on the device (*thesis* 5.1.2).
 const ON_SHAKER: u64 = 5;
 const ON_DEVICE: u64 = 20;
+/// Consecutive measurements of one placement in every condition (*thesis* 5.1.2).
+const REPEATS: u32 = 3;
+/// How long each measurement lasts: the control, one on the shaker, one on the device, one of the repeatability test.
+const CONTROL_S: f64 = 60.0;
 const SHAKER_S: f64 = 60.0;
-const DEVICE_S: f64 = 30.0;
+const DEVICE_S: f64 = 20.0;
+const REPEATED_S: f64 = 60.0;
 /// Lines 2.4 Hz apart.
 const SEGMENT: usize = 2_048;
 const RENDERING: &str = "Rendering that knows its limits";
 
 type Inertance = TransferFunction<Force, Acceleration>;
 type Device = TransferFunction<Drive, Acceleration>;
-
-/// One transfer function of a panel.
-struct Measured<H> {
-    participant: u64,
-    load_n: f64,
-    angle_deg: f64,
-    function: H,
-}
+type Fingers = Panel<Force, Acceleration>;
+type Devices = Panel<Drive, Acceleration>;
 
 /// Whether two numbers of a protocol are one.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-9
 }
 
-impl<H> Measured<H> {
-    fn is_at(&self, angle_deg: f64, load_n: f64) -> bool {
-        same(self.angle_deg, angle_deg) && same(self.load_n, load_n)
+fn cell(load_n: f64, angle_deg: f64) -> Cell {
+    Cell {
+        load_n: Newtons(load_n),
+        angle_deg: Degrees(angle_deg),
+    }
+}
+
+fn pseudonym(replay: &Replay, participant: u64) -> String {
+    Participant::of(participant, replay.seed, &replay.parameters).pseudonym()
+}
+
+/// One measurement of a protocol: the finger is put down for the first repeat of a placement, and left there.
+#[derive(Clone, Copy)]
+struct Asked {
+    participant: u64,
+    cell: Cell,
+    placement: u32,
+    repeat: u32,
+}
+
+impl Asked {
+    fn label(self) -> String {
+        let (Cell { load_n, angle_deg }, placement) = (self.cell, self.placement);
+        format!("panel {} {} placement {placement}", angle_deg.0, load_n.0)
+    }
+
+    fn run(self) -> RunPlan {
+        let first = self.label();
+        let run = resting(&first, self.cell.load_n.0, self.cell.angle_deg.0);
+        if self.repeat == 1 {
+            return run;
+        }
+        RunPlan {
+            label: format!("{first} repeat {}", self.repeat),
+            lying: Lying::AsIn(first),
+            ..run
+        }
+    }
+
+    /// Every repeat is driven by its own random signal.
+    fn seed(self, replay: &Replay) -> u64 {
+        replay.seed.wrapping_add(u64::from(self.repeat - 1))
+    }
+
+    fn filed<I: Quantity>(
+        self,
+        replay: &Replay,
+        function: TransferFunction<I, Acceleration>,
+    ) -> Entry<I, Acceleration> {
+        let filing = Filing {
+            participant: pseudonym(replay, self.participant),
+            cell: self.cell,
+            placement: self.placement,
+            repeat: self.repeat,
+        };
+        Entry { filing, function }
     }
 }
 
@@ -58,8 +112,8 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let fingers = fingers(replay)?;
     let devices = devices(replay)?;
     let repeats = repeats(replay)?;
-    let panels = Panels::of(&fingers, &devices)?;
-    let mut figures = figures(&control, &fingers, &devices, &repeats);
+    let panels = Panels::of(&fingers, &devices, replay.seed)?;
+    let mut figures = figures(replay, &control, &fingers, &devices, &repeats)?;
     figures.extend(panels.figures());
     figures.sort_by_key(|figure| {
         let digits = figure
@@ -70,28 +124,33 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let findings = vec![
         panels.all_together(),
         panels.narrower_with_load(),
-        louder_with_load(&fingers, &devices),
-        panels::angle(&devices),
+        panels.louder_with_load(),
+        panels.angle(),
         antiresonance(&control, &fingers),
-        repeatable(&repeats),
+        repeatable(&repeats)?,
         coherent(&repeats),
         panels.widest_condition(),
         panels.average_inside(),
         Finding::not_yet(22, RENDERING),
         Finding::not_yet(26, "the issue of campaigns"),
     ];
+    let of_entries = fingers.entries().iter().flat_map(|e| &e.function.doubts);
+    let of_devices = devices.entries().iter().flat_map(|e| &e.function.doubts);
+    let of_repeats = repeats.entries().iter().flat_map(|e| &e.function.doubts);
     Ok(Chapter {
         number: 5,
         title: "Transfer functions of finger and device",
         measured: vec![
-            format!("On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20° for {SHAKER_S} s of random drive to 1 kHz each; the control measurement had the accelerometer on the plate."),
-            format!("On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each, and participant 1 six times at 20° and 0.2 N, taking the finger off in between."),
+            format!("On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20°, each {REPEATS} times for {SHAKER_S} s of random drive to 1 kHz without taking the finger off; the control measurement had the accelerometer on the plate."),
+            format!("On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each time. The {REPEATS} are averaged. Participant 1 was measured six times for {REPEATED_S} s at 20° and 0.2 N, three times without taking the finger off and three times putting it back."),
         ],
         findings,
         doubts: said_once(
-            (fingers.iter().flat_map(|m| &m.function.doubts).map(|d| ("shaker", d)))
-                .chain(devices.iter().flat_map(|m| &m.function.doubts).map(|d| ("device", d)))
-                .chain(repeats.iter().flat_map(|r| &r.doubts).map(|d| ("repeats", d))),
+            (of_entries.map(|d| ("shaker", d)))
+                .chain(of_devices.map(|d| ("device", d)))
+                .chain(of_repeats.map(|d| ("repeats", d)))
+                .chain(of_panel(&panels.fingers.doubts).map(|d| ("panel on the shaker", d)))
+                .chain(of_panel(&panels.devices.doubts).map(|d| ("panel on the device", d))),
         ),
         figures,
         missing: vec![
@@ -100,20 +159,22 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     })
 }
 
+/// The doubts of a panel itself: those of its members are said one by one.
+fn of_panel(doubts: &[piezotact::Doubt]) -> impl Iterator<Item = &piezotact::Doubt> {
+    let of_members = |d: &&piezotact::Doubt| matches!(d, piezotact::Doubt::OfMembers { .. });
+    doubts.iter().filter(move |d| !of_members(d))
+}
+
 fn shaken(
     replay: &Replay,
     participant: u64,
     mount: ShakerMount,
-    load_n: Option<f64>,
+    run: &RunPlan,
+    excitation: ShakerExcitation,
 ) -> Result<Recording, ReplayError> {
     let person = Participant::of(participant, replay.seed, &replay.parameters);
-    let excitation = ShakerExcitation::thesis(Seconds(SHAKER_S), replay.seed);
     let bench = ShakerBench::new(&replay.parameters, person, mount, excitation);
-    let run = RunPlan {
-        load: load_n.map(Newtons),
-        ..resting(&format!("shaker at {} N", load_n.unwrap_or(0.0)), 0.2, 20.0)
-    };
-    Ok(record(bench.into_acquirer().as_mut(), &run)?)
+    Ok(record(bench.into_acquirer().as_mut(), run)?)
 }
 
 fn h1<I: Quantity>(
@@ -127,57 +188,81 @@ fn h1<I: Quantity>(
         .series::<Acceleration>(Some("acceleration"))
         .map_err(BenchError::from)?;
     let config = WelchConfig::hann(SEGMENT);
-    Ok(estimate(&from, &to, &config, Estimator::H1).map_err(BenchError::from)?)
+    let mut function = estimate(&from, &to, &config, Estimator::H1).map_err(BenchError::from)?;
+    function.condition = recording.condition.clone();
+    Ok(function)
 }
 
 fn control(replay: &Replay) -> Result<TransferFunction<Potential, Acceleration>, ReplayError> {
-    h1(&shaken(replay, 1, ShakerMount::Plate, None)?, "drive")
+    let run = RunPlan {
+        load: None,
+        ..resting("control", 0.2, ANGLES_DEG[0])
+    };
+    let excitation = ShakerExcitation::thesis(Seconds(CONTROL_S), replay.seed);
+    let recording = shaken(replay, 1, ShakerMount::Plate, &run, excitation)?;
+    h1(&recording, "drive")
 }
 
-fn fingers(replay: &Replay) -> Result<Vec<Measured<Inertance>>, ReplayError> {
+fn fingers(replay: &Replay) -> Result<Fingers, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=ON_SHAKER {
         for load_n in LOADS_N {
-            let recording = shaken(replay, participant, ShakerMount::Finger, Some(load_n))?;
-            let function = h1(&recording, "force")?;
-            all.push(Measured {
-                participant,
-                load_n,
-                angle_deg: ANGLES_DEG[0],
-                function,
-            });
+            for repeat in 1..=REPEATS {
+                let asked = Asked {
+                    participant,
+                    cell: cell(load_n, ANGLES_DEG[0]),
+                    placement: 1,
+                    repeat,
+                };
+                let excitation = ShakerExcitation::thesis(Seconds(SHAKER_S), asked.seed(replay));
+                let mount = ShakerMount::Finger;
+                let recording = shaken(replay, participant, mount, &asked.run(), excitation)?;
+                all.push(asked.filed(replay, h1(&recording, "force")?));
+            }
         }
     }
-    Ok(all)
+    Ok(Panel::new(all)?)
 }
 
-fn devices(replay: &Replay) -> Result<Vec<Measured<Device>>, ReplayError> {
+fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=ON_DEVICE {
         let mut bench = device(replay, participant);
         for (angle_deg, load_n) in ANGLES_DEG.into_iter().flat_map(|a| LOADS_N.map(|l| (a, l))) {
-            let run = resting(&format!("panel {angle_deg} {load_n}"), load_n, angle_deg);
-            let function = characterised(&mut bench, run, DEVICE_S, replay.seed)?;
-            all.push(Measured {
-                participant,
-                load_n,
-                angle_deg,
-                function,
-            });
+            for repeat in 1..=REPEATS {
+                let asked = Asked {
+                    participant,
+                    cell: cell(load_n, angle_deg),
+                    placement: 1,
+                    repeat,
+                };
+                let seed = asked.seed(replay);
+                let function = characterised(&mut bench, asked.run(), DEVICE_S, seed)?;
+                all.push(asked.filed(replay, function));
+            }
         }
     }
-    Ok(all)
+    Ok(Panel::new(all)?)
 }
 
-/// One finger six times, put back in between.
-fn repeats(replay: &Replay) -> Result<Vec<Device>, ReplayError> {
+/// One finger three times as it lies, and three times put back.
+fn repeats(replay: &Replay) -> Result<Devices, ReplayError> {
     let mut bench = device(replay, 1);
-    (1..=6)
-        .map(|i| {
-            let run = resting(&format!("repeat {i}"), 0.2, 20.0);
-            characterised(&mut bench, run, SHAKER_S, replay.seed)
-        })
-        .collect()
+    let lying = (1..=REPEATS).map(|repeat| (1, repeat));
+    let put_back = (2..=4).map(|placement| (placement, 1));
+    let mut all = Vec::new();
+    for (placement, repeat) in lying.chain(put_back) {
+        let asked = Asked {
+            participant: 1,
+            cell: cell(LOADS_N[0], ANGLES_DEG[0]),
+            placement,
+            repeat,
+        };
+        let seed = asked.seed(replay).wrapping_add(u64::from(placement));
+        let function = characterised(&mut bench, asked.run(), REPEATED_S, seed)?;
+        all.push(asked.filed(replay, function));
+    }
+    Ok(Panel::new(all)?)
 }
 
 /// Magnitudes in dB within a band, with their frequencies.
@@ -195,154 +280,86 @@ fn levels<I: Quantity>(
         .collect()
 }
 
-/// How much louder each person's response is at 0.6 than at 0.2 N: the mean, and the share of lines where it is.
-fn steps<I: Quantity>(panel: &[Measured<TransferFunction<I, Acceleration>>]) -> Vec<(f64, f64)> {
-    let of = |participant: u64, load_n: f64| {
-        let found = panel
-            .iter()
-            .find(|m| m.participant == participant && m.is_at(ANGLES_DEG[0], load_n));
-        found.map(|m| levels(&m.function, 20.0, 1000.0))
-    };
-    let mut people: Vec<u64> = panel.iter().map(|m| m.participant).collect();
-    people.dedup();
-    people
-        .into_iter()
-        .filter_map(|p| {
-            let (light, firm) = (of(p, 0.2)?, of(p, 0.6)?);
-            let steps: Vec<f64> = light.iter().zip(&firm).map(|(a, b)| b.1 - a.1).collect();
-            let rising = steps.iter().filter(|step| **step > 0.0).count();
-            Some((mean(&steps), rising as f64 / steps.len() as f64))
-        })
-        .collect()
-}
-
-fn louder_with_load(fingers: &[Measured<Inertance>], devices: &[Measured<Device>]) -> Finding {
-    let worst = |steps: &[(f64, f64)]| {
-        (
-            least(steps.iter().map(|s| s.0)),
-            least(steps.iter().map(|s| s.1)),
-        )
-    };
-    let (shaker, device) = (worst(&steps(fingers)), worst(&steps(devices)));
-    Finding::of(
-        3,
-        Holds::all([
-            (
-                shaker.0 > 0.0 && device.0 > 0.0,
-                "somebody's mean gain falls",
-            ),
-            (
-                device.1 >= 0.95,
-                "on the device somebody's gain rises on fewer than 95 % of the lines",
-            ),
-            (
-                shaker.1 >= 0.95,
-                "on the shaker somebody's gain rises on fewer than 95 % of the lines: single estimates of a minute scatter there by as much as the step",
-            ),
-        ]),
-        format!(
-            "0.2 to 0.6 N, least of all people: shaker {:+.2} dB, {:.0} % of lines; device {:+.2} dB, {:.0} % of lines",
-            shaker.0,
-            shaker.1 * 100.0,
-            device.0,
-            device.1 * 100.0
-        ),
-    )
-}
-
-/// The frequency of the lowest level of a range that is lower than both its ends by 2 dB, and its depth below their mean.
-fn dip(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let lowest = levels.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let (first, last) = (levels.first()?, levels.last()?);
-    let depth = 0.5 * (first.1 + last.1) - lowest.1;
-    (lowest.1 < first.1.min(last.1) - 2.0).then_some((lowest.0, depth))
-}
-
 fn antiresonance(
     control: &TransferFunction<Potential, Acceleration>,
-    fingers: &[Measured<Inertance>],
+    fingers: &Fingers,
 ) -> Finding {
-    const AROUND: (f64, f64) = (225.0, 305.0);
-    let in_control = dip(&levels(control, AROUND.0, AROUND.1));
-    // Far above the suspension the bare plate's own response is flat.
-    let flat = levels(control, 700.0, 900.0);
-    let flat_db = mean(&flat.iter().map(|l| l.1).collect::<Vec<f64>>());
-    let artefact: Vec<f64> = levels(control, AROUND.0, AROUND.1)
+    let searched = Band::new(Hertz(100.0), Hertz(500.0)).ok();
+    let artefact =
+        searched.and_then(|band| artefact_of(control, &ArtefactConfig::usual(band)).ok());
+    let control_hz = artefact.as_ref().map_or(f64::NAN, |a| a.at_hz);
+    let dips = artefact.as_ref().map_or(Vec::new(), |a| dips(a, fingers));
+    // Lower than what is close by.
+    let places: Vec<f64> = dips
         .iter()
-        .map(|l| l.1 - flat_db)
+        .filter(|(before, _)| before.depth_db > 2.0)
+        .map(|(before, _)| before.at_hz)
         .collect();
-    let (mut places, mut left) = (Vec::new(), Vec::new());
-    for m in fingers {
-        let measured = levels(&m.function, AROUND.0, AROUND.1);
-        places.extend(dip(&measured).map(|(hz, _)| hz));
-        let removed: Vec<f64> = measured
-            .iter()
-            .zip(&artefact)
-            .map(|(l, a)| l.1 - a)
-            .collect();
-        left.push(bulge(&removed));
-    }
     let (lowest, highest) = (least(places.iter().copied()), most(places.iter().copied()));
-    let left = most(left);
+    let left = most(dips.iter().map(|(_, after)| after.largest_db));
     let near = |hz: f64| (hz - 265.0).abs() <= 5.0;
-    let control_hz = in_control.map_or(f64::NAN, |(hz, _)| hz);
+    let count = fingers.participants().len() * fingers.cells().len();
     Finding::of(
         5,
         Holds::all([
             (near(control_hz), "it is not in the control"),
             (
-                places.len() == fingers.len() && near(lowest) && near(highest),
+                places.len() == count && near(lowest) && near(highest),
                 "it is not in every finger",
             ),
             (left <= 2.0, "more than 2 dB are left after compensation"),
         ]),
         format!(
-            "control {control_hz:.1} Hz; {} of {} fingers, {lowest:.1}–{highest:.1} Hz; after division by the control at most {left:.1} dB are left",
+            "control {control_hz:.1} Hz, {:.1} dB deep; {} of {count} fingers, {lowest:.1}–{highest:.1} Hz; after division by the control's narrow structure at most {left:.1} dB are left",
+            artefact.as_ref().map_or(f64::NAN, |a| a.depth_db),
             places.len(),
-            fingers.len()
         ),
     )
 }
 
-/// The largest departure of levels from the straight line between their ends, dB.
-fn bulge(levels_db: &[f64]) -> f64 {
-    let (Some(first), Some(last)) = (levels_db.first(), levels_db.last()) else {
-        return f64::NAN;
-    };
-    let steps = (levels_db.len() - 1).max(1) as f64;
-    let line = |i: usize| first + (last - first) * i as f64 / steps;
-    most(
-        levels_db
-            .iter()
-            .enumerate()
-            .map(|(i, l)| (l - line(i)).abs()),
-    )
-}
-
-fn repeatable(repeats: &[Device]) -> Finding {
-    let all: Vec<Vec<(f64, f64)>> = repeats.iter().map(|r| levels(r, 20.0, 1000.0)).collect();
-    let mut apart = Vec::new();
-    for (i, a) in all.iter().enumerate() {
-        for b in &all[..i] {
-            let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a.1 - b.1).collect();
-            apart.push(rms(&off));
+/// The artefact in everybody's finger, before and after it is taken out.
+fn dips(artefact: &Artefact, fingers: &Fingers) -> Vec<(Dip, Dip)> {
+    let mut found = Vec::new();
+    for who in fingers.participants() {
+        for at in fingers.cells() {
+            let own = fingers.person(who, *at, BundleAverage::LogMagnitude);
+            let removed = own
+                .ok()
+                .flatten()
+                .and_then(|own| artefact.removed_from(&own).ok());
+            found.extend(removed.map(|removed| (removed.before, removed.after)));
         }
     }
-    let apart = most(apart);
-    Finding::of(
-        6,
-        Holds::all([(apart <= 1.0, "two are further apart")]),
-        format!("six measurements, any two at most {apart:.2} dB rms apart over 20–1000 Hz"),
-    )
+    found
 }
 
-fn coherent(repeats: &[Device]) -> Finding {
+fn repeatable(repeats: &Devices) -> Result<Finding, ReplayError> {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
+    let (found, _) = repeatability(repeats, band, &[])?;
+    let largest = |pairs: Option<&piezotact::panel::PairDistances>| {
+        pairs.map_or(f64::NAN, |pairs| pairs.largest_db_rms)
+    };
+    let (lying, put_back) = (
+        largest(found.lying.as_ref()),
+        largest(found.put_back.as_ref()),
+    );
+    Ok(Finding::of(
+        6,
+        Holds::all([(most([lying, put_back]) <= 1.0, "two are further apart")]),
+        format!(
+            "any two of three as the finger lies at most {lying:.2} dB rms apart over 20–1000 Hz, and any two with the finger put back at most {put_back:.2} dB"
+        ),
+    ))
+}
+
+fn coherent(repeats: &Devices) -> Finding {
     let band = Band::new(Hertz(25.0), Hertz(950.0)).ok();
-    let lowest = least(repeats.iter().map(|r| {
+    let all = || repeats.entries().iter().map(|entry| &entry.function);
+    let lowest = least(all().map(|r| {
         let summary = band.and_then(|band| r.coherence_in(band));
         summary.map_or(f64::NAN, |summary| summary.lowest)
     }));
-    let at_5_hz = most(repeats.iter().map(|r| {
+    let at_5_hz = most(all().map(|r| {
         let k = (5.0 / r.resolution_hz()).round() as usize;
         r.coherence().get(k).copied().unwrap_or(f64::NAN)
     }));
@@ -377,91 +394,137 @@ fn drawn(
     }
 }
 
+/// A person's own average in one condition, as it is drawn.
+fn shown<I: Quantity>(
+    panel: &Panel<I, Acceleration>,
+    who: &str,
+    at: Cell,
+    [low_hz, high_hz]: [f64; 2],
+) -> Result<Vec<(f64, f64)>, ReplayError> {
+    let own = panel.person(who, at, BundleAverage::LogMagnitude)?;
+    Ok(own.map_or(Vec::new(), |own| levels(&own, low_hz, high_hz)))
+}
+
+/// One line with its name.
+type Named = (String, Vec<(f64, f64)>);
+
 fn figures(
+    replay: &Replay,
     control: &TransferFunction<Potential, Acceleration>,
-    fingers: &[Measured<Inertance>],
-    devices: &[Measured<Device>],
-    repeats: &[Device],
-) -> Vec<Figure> {
+    fingers: &Fingers,
+    devices: &Devices,
+    repeats: &Devices,
+) -> Result<Vec<Figure>, ReplayError> {
     const INERTANCE: &str = "(m/s²)/N";
     const DEVICE: &str = "(m/s²)/full scale";
-    let shown = |m: &Measured<Inertance>| levels(&m.function, 20.0, 1000.0);
-    let at = |load_n: f64| -> Vec<(String, Vec<(f64, f64)>)> {
-        let chosen = fingers.iter().filter(|m| same(m.load_n, load_n));
-        chosen
-            .map(|m| (format!("P{:02}", m.participant), shown(m)))
+    const ALL_HZ: [f64; 2] = [20.0, 1000.0];
+    const NEAR_HZ: [f64; 2] = [200.0, 340.0];
+    let flat = |load_n: f64| cell(load_n, ANGLES_DEG[0]);
+    let first = pseudonym(replay, 1);
+    let at = |load_n: f64| -> Result<Vec<Named>, ReplayError> {
+        let people = fingers.participants().iter();
+        people
+            .map(|who| Ok((who.clone(), shown(fingers, who, flat(load_n), ALL_HZ)?)))
             .collect()
     };
-    let one = |participant: u64| -> Vec<(String, Vec<(f64, f64)>)> {
-        let chosen = fingers.iter().filter(|m| m.participant == participant);
-        chosen
-            .map(|m| (format!("{} N", m.load_n), shown(m)))
+    let everybody = |range: [f64; 2]| -> Result<Vec<Named>, ReplayError> {
+        let mut lines = Vec::new();
+        for who in fingers.participants() {
+            for at in fingers.cells() {
+                lines.push((String::new(), shown(fingers, who, *at, range)?));
+            }
+        }
+        Ok(lines)
+    };
+    let over_loads = |angle_deg: f64| -> Result<Vec<Named>, ReplayError> {
+        LOADS_N
+            .into_iter()
+            .map(|load_n| {
+                let lines = shown(devices, &first, cell(load_n, angle_deg), ALL_HZ)?;
+                Ok((format!("{load_n} N"), lines))
+            })
             .collect()
     };
-    let all = fingers.iter().map(|m| (String::new(), shown(m))).collect();
+    let one = LOADS_N
+        .into_iter()
+        .map(|load_n| {
+            Ok((
+                format!("{load_n} N"),
+                shown(fingers, &first, flat(load_n), ALL_HZ)?,
+            ))
+        })
+        .collect::<Result<Vec<Named>, ReplayError>>()?;
     let mut figures = vec![
         drawn(
             "67a",
             "The finger alone, five participants at 0.2 N.",
             INERTANCE,
-            at(0.2),
+            at(0.2)?,
         ),
-        drawn("67b", "The same at 0.4 N.", INERTANCE, at(0.4)),
-        drawn("67c", "The same at 0.6 N.", INERTANCE, at(0.6)),
-        drawn("67d", "All participants at all loads.", INERTANCE, all),
+        drawn("67b", "The same at 0.4 N.", INERTANCE, at(0.4)?),
+        drawn("67c", "The same at 0.6 N.", INERTANCE, at(0.6)?),
+        drawn(
+            "67d",
+            "All participants at all loads.",
+            INERTANCE,
+            everybody(ALL_HZ)?,
+        ),
         drawn(
             "70a",
             "The finger of participant 1 at three loads.",
             INERTANCE,
-            one(1),
+            one,
         ),
         drawn(
             "71a",
             "The control measurement: the accelerometer on the plate.",
             "(m/s²)/V",
-            vec![(String::new(), levels(control, 20.0, 1000.0))],
+            vec![(String::new(), levels(control, ALL_HZ[0], ALL_HZ[1]))],
+        ),
+        drawn(
+            "71b",
+            "All fingers around the antiresonance of the bench.",
+            INERTANCE,
+            everybody(NEAR_HZ)?,
+        ),
+        drawn(
+            "74a",
+            "The device with the finger of participant 1 at three loads, 20°.",
+            DEVICE,
+            over_loads(ANGLES_DEG[0])?,
+        ),
+        drawn(
+            "74b",
+            "The same at 40°.",
+            DEVICE,
+            over_loads(ANGLES_DEG[1])?,
         ),
     ];
-    let near = |m: &Measured<Inertance>| (String::new(), levels(&m.function, 200.0, 340.0));
-    figures.push(drawn(
-        "71b",
-        "All fingers around the antiresonance of the bench.",
-        INERTANCE,
-        fingers.iter().map(near).collect(),
-    ));
-    let of_device = |m: &Measured<Device>| levels(&m.function, 20.0, 1000.0);
-    let first = devices
-        .iter()
-        .filter(|m| m.participant == 1 && same(m.angle_deg, ANGLES_DEG[0]));
-    figures.push(drawn(
-        "74a",
-        "The device with the finger of participant 1 at three loads, 20°.",
-        DEVICE,
-        first
-            .map(|m| (format!("{} N", m.load_n), of_device(m)))
-            .collect(),
-    ));
-    let at = |angle_deg: f64, load_n: f64| {
-        let found = devices
-            .iter()
-            .find(|m| m.participant == 1 && m.is_at(angle_deg, load_n));
-        found.map(of_device).unwrap_or_default()
-    };
-    let steep = LOADS_N.map(|load_n| (format!("{load_n} N"), at(ANGLES_DEG[1], load_n)));
-    figures.push(drawn("74b", "The same at 40°.", DEVICE, steep.into()));
     for (number, load_n) in [("75a", 0.2), ("75b", 0.4), ("75c", 0.6)] {
-        let both = ANGLES_DEG.map(|angle_deg| (format!("{angle_deg}°"), at(angle_deg, load_n)));
+        let both = ANGLES_DEG
+            .into_iter()
+            .map(|angle_deg| {
+                let lines = shown(devices, &first, cell(load_n, angle_deg), ALL_HZ)?;
+                Ok((format!("{angle_deg}°"), lines))
+            })
+            .collect::<Result<Vec<Named>, ReplayError>>()?;
         let caption =
             format!("The device with the finger of participant 1 at two angles, {load_n} N.");
-        figures.push(drawn(number, &caption, DEVICE, both.into()));
+        figures.push(drawn(number, &caption, DEVICE, both));
     }
-    let repeated = repeats
-        .iter()
-        .enumerate()
-        .map(|(i, r)| (format!("repeat {}", i + 1), levels(r, 20.0, 1000.0)));
+    let named = |entry: &Entry<Drive, Acceleration>| match entry.filing {
+        Filing {
+            placement: 1,
+            repeat,
+            ..
+        } => format!("as it lies, {repeat}"),
+        Filing { placement, .. } => format!("put back, {}", placement - 1),
+    };
+    let all = || repeats.entries().iter();
+    let repeated = all().map(|e| (named(e), levels(&e.function, ALL_HZ[0], ALL_HZ[1])));
     figures.push(drawn(
         "78a",
-        "Six measurements of one finger, taken off and put back.",
+        "Six measurements of one finger: three as it lies, three with the finger put back.",
         DEVICE,
         repeated.collect(),
     ));
@@ -471,19 +534,18 @@ fn figures(
         shown: Shown::Lines {
             x: frequency(),
             y: Axis::linear("coherence"),
-            lines: repeats
-                .iter()
-                .enumerate()
-                .map(|(i, r)| {
-                    let points = r
+            lines: all()
+                .map(|entry| {
+                    let f = &entry.function;
+                    let points = f
                         .frequencies_hz()
                         .into_iter()
-                        .zip(r.coherence().iter().copied());
-                    let within = points.filter(|(f, _)| *f <= 1000.0).collect();
-                    Line::new(format!("repeat {}", i + 1), Mark::Line, within)
+                        .zip(f.coherence().iter().copied());
+                    let within = points.filter(|(hz, _)| *hz <= ALL_HZ[1]).collect();
+                    Line::new(named(entry), Mark::Line, within)
                 })
                 .collect(),
         },
     });
-    figures
+    Ok(figures)
 }

@@ -1,0 +1,117 @@
+//! `piezotact panel add`: transfer functions that were measured elsewhere.
+
+use std::path::Path;
+
+use anyhow::{Context as _, anyhow};
+use piezotact::panel::{Cell, Entry, Filing, Panel};
+use piezotact::quantity::{Degrees, Newtons, Uncalibrated};
+use piezotact_dataset::{PanelFolder, TransferDocument, function_of_any_unit, read_transfer};
+use serde_json::json;
+
+use super::open_or_begin;
+use crate::cli::panel::Add;
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{print, print_json};
+
+pub(crate) fn run(args: &Add) -> Outcome {
+    if let Some(found) = [args.load, args.angle]
+        .into_iter()
+        .flatten()
+        .find(|v| !v.is_finite())
+    {
+        return Err(usage(anyhow!(
+            "expected a number for --load and --angle, found {found}; state it in N and degrees"
+        )));
+    }
+    // Everything is read, and fits together, before anything is written.
+    let mut documents = Vec::new();
+    for path in &args.files {
+        documents.push((path.as_path(), read_transfer(path)?));
+    }
+    let mut folder = open_or_begin(&args.folder)?;
+    let mut entries = if folder.index.entries.is_empty() {
+        Vec::new()
+    } else {
+        folder.read()?.panel
+    };
+    let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
+    for (path, mut document) in documents {
+        let filing = filing_of(args, path, &mut document, &folder, &filed)?;
+        entries.push(Entry {
+            filing: filing.clone(),
+            function: function_of_any_unit(document.clone(), path)?,
+        });
+        filed.push((filing, document));
+    }
+    Panel::<Uncalibrated, Uncalibrated>::new(entries)
+        .with_context(|| args.folder.display().to_string())?;
+    for (filing, document) in &filed {
+        folder.file(filing, document)?;
+    }
+    if args.json {
+        let filings: Vec<&Filing> = filed.iter().map(|(filing, _)| filing).collect();
+        return print_json(&json!({
+            "folder": args.folder,
+            "filed": filings,
+            "measurements": folder.index.entries.len(),
+        }));
+    }
+    for (filing, _) in &filed {
+        print(&format!("filed as {filing}"))?;
+    }
+    Ok(())
+}
+
+/// Under what a transfer function goes: what it says of itself, or else what the person says.
+fn filing_of(
+    args: &Add,
+    path: &Path,
+    document: &mut TransferDocument,
+    folder: &PanelFolder,
+    filed: &[(Filing, TransferDocument)],
+) -> Outcome<Filing> {
+    let lacks = |what: &str, option: &str| -> Failure {
+        anyhow!(
+            "{}: expected to know the {what}, found nothing that says it; state it with {option}",
+            path.display()
+        )
+        .into()
+    };
+    let known = &mut document.condition;
+    let participant = args
+        .participant
+        .clone()
+        .or_else(|| known.participant.clone());
+    let load_n = args.load.map(Newtons).or(known.load_n);
+    let angle_deg = args.angle.map(Degrees).or(known.angle_deg);
+    let participant = participant.ok_or_else(|| lacks("participant", "--participant"))?;
+    let cell = Cell {
+        load_n: load_n.ok_or_else(|| lacks("load", "--load"))?,
+        angle_deg: angle_deg.ok_or_else(|| lacks("angle", "--angle"))?,
+    };
+    // What the file states stays, and is compared with what it is filed under.
+    known.participant.get_or_insert_with(|| participant.clone());
+    known.load_n.get_or_insert(cell.load_n);
+    known.angle_deg.get_or_insert(cell.angle_deg);
+    let taken = folder
+        .index
+        .entries
+        .iter()
+        .map(|entry| &entry.filing)
+        .chain(filed.iter().map(|(filing, _)| filing))
+        .filter(|f| {
+            f.participant == participant && f.cell.is(cell) && f.placement == args.placement
+        })
+        .map(|f| f.repeat)
+        .max();
+    let repeat = match args.repeat {
+        Some(repeat) if filed.is_empty() => repeat,
+        _ => taken.map_or(1, |last| last.saturating_add(1)),
+    };
+    Ok(Filing {
+        participant,
+        cell,
+        placement: args.placement,
+        repeat,
+    })
+}

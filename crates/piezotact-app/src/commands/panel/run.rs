@@ -1,0 +1,249 @@
+//! `piezotact panel run`: a whole campaign on a bench.
+
+use anyhow::anyhow;
+use piezotact::panel::{Cell, Filing};
+use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::Estimator;
+use piezotact_bench::procedure::{
+    CharacteriseConfig, Gating, RepeatConfig, excite, play_and_record, repeated,
+};
+use piezotact_bench::twin::TwinParameters;
+use piezotact_bench::{Bench, BenchError, ExcitationConfig, Lying, RunPlan};
+use piezotact_dataset::{Adopted, PanelFolder, TransferDocument};
+use serde_json::json;
+
+use super::open_or_begin;
+use crate::cli::panel::Run;
+use crate::commands::bench_failure;
+use crate::commands::characterise::gating;
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{print, print_json, progress, say};
+
+/// A participant with what is to be measured.
+struct Person {
+    number: u64,
+    filings: Vec<Filing>,
+}
+
+pub(crate) fn run(args: &Run) -> Outcome {
+    let people = planned(args)?;
+    let gating = gating(&args.gate)?;
+    let mut folder = open_or_begin(&args.out)?;
+    begin(&mut folder, args)?;
+    let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
+    folder.plan(&all)?;
+    let (mut before, mut adopted) = (0, 0);
+    for filing in &all {
+        if folder.holds(filing) {
+            before += 1;
+        } else if folder.adopt(filing)? == Adopted::Listed {
+            adopted += 1;
+        }
+    }
+    let left = all.iter().filter(|filing| !folder.holds(filing)).count();
+    if before + adopted > 0 {
+        say(&format!(
+            "{} of {} measurements are there already",
+            before + adopted,
+            all.len()
+        ));
+    }
+    let mut measured = 0;
+    for person in &people {
+        let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();
+        let Some(first) = open.first() else {
+            continue;
+        };
+        let what = format!("{} ({measured} of {left} measured)", first.participant);
+        let bar = progress(&what, Seconds(args.seconds * open.len() as f64));
+        let mut bench = bench_of(args, person.number);
+        let mut done = || -> Outcome {
+            for filing in &open {
+                measure(
+                    &mut bench,
+                    args,
+                    &gating,
+                    filing,
+                    &mut folder,
+                    &mut |seconds| {
+                        bar.inc((seconds * 10.0).round() as u64);
+                    },
+                )?;
+                measured += 1;
+            }
+            Ok(())
+        };
+        let outcome = done();
+        bar.finish_and_clear();
+        outcome?;
+    }
+    if args.json {
+        return print_json(&json!({
+            "out": args.out,
+            "measured": measured,
+            "there_already": before + adopted,
+            "measurements": folder.index.entries.len(),
+            "participants": folder.index.participants,
+            "loads_n": folder.index.loads_n,
+            "angles_deg": folder.index.angles_deg,
+            "bench": folder.index.bench,
+        }));
+    }
+    print(&format!(
+        "wrote {}: {measured} measurements, {} in all of {} participants; analyse them with `piezotact panel analyse {}`",
+        args.out.display(),
+        folder.index.entries.len(),
+        folder.index.participants.len(),
+        args.out.display()
+    ))
+}
+
+/// Who is to be measured how, refused before a file is begun where a bench cannot do it.
+fn planned(args: &Run) -> Outcome<Vec<Person>> {
+    let mut people: Vec<Person> = Vec::new();
+    for &number in &args.participants.0 {
+        let mut bench = bench_of(args, number);
+        let description = bench.acquirer.describe();
+        let participant = description.condition.participant.ok_or_else(|| {
+            anyhow!(
+                "expected a bench that says who sits at it, found {}; give participants pseudonyms",
+                description.name
+            )
+        })?;
+        let mut filings = Vec::new();
+        for (angle, load) in args
+            .angles
+            .iter()
+            .flat_map(|angle| args.loads.iter().map(move |load| (*angle, *load)))
+        {
+            let cell = Cell {
+                load_n: Newtons(load),
+                angle_deg: Degrees(angle),
+            };
+            if filings.iter().any(|f: &Filing| f.cell.is(cell)) {
+                return Err(usage(anyhow!(
+                    "expected each load and angle once, found {cell} twice; leave one out"
+                )));
+            }
+            for placement in 1..=args.placements {
+                filings.extend((1..=args.repeats).map(|repeat| Filing {
+                    participant: participant.clone(),
+                    cell,
+                    placement,
+                    repeat,
+                }));
+            }
+            if people.is_empty() {
+                let probe = config(args, &filings[filings.len() - 1]);
+                excite(&mut bench, &probe).map_err(bench_failure)?;
+                bench.acquirer.ready(&probe.run).map_err(bench_failure)?;
+                bench.acquirer.stop();
+            }
+        }
+        people.push(Person { number, filings });
+    }
+    Ok(people)
+}
+
+/// A folder belongs to one bench and one way of measuring.
+fn begin(folder: &mut PanelFolder, args: &Run) -> Outcome {
+    let bench = format!(
+        "{}: {}, {} s over {}, peak {}, segments of {} samples, drives from seed {}",
+        args.bench.apart_from_participant(),
+        args.excitation.name(),
+        args.seconds,
+        args.band,
+        args.peak,
+        args.segment,
+        args.seed
+    );
+    match &folder.index.bench {
+        Some(other) if *other != bench => Err(usage(anyhow!(
+            "expected to go on with {other}, as {} was begun, found {bench}; measure as before, or give another folder",
+            args.out.display()
+        ))),
+        _ => {
+            folder.index.bench = Some(bench);
+            Ok(())
+        }
+    }
+}
+
+fn bench_of(args: &Run, participant: u64) -> Bench {
+    let spec = args.bench.clone().with_participant(participant);
+    spec.open(&TwinParameters::built_in())
+}
+
+/// How one measurement is made: the finger is put down for the first repeat of a placement and left there.
+fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
+    let Cell { load_n, angle_deg } = filing.cell;
+    let first = format!(
+        "panel {} {} placement {}",
+        angle_deg.0, load_n.0, filing.placement
+    );
+    let (label, lying) = match filing.repeat {
+        1 => (first, Lying::Anew),
+        repeat => (format!("{first} repeat {repeat}"), Lying::AsIn(first)),
+    };
+    CharacteriseConfig {
+        excitation: ExcitationConfig {
+            kind: args.excitation,
+            band: args.band,
+            duration: Seconds(args.seconds),
+            peak: args.peak,
+            seed: args.seed.wrapping_add(u64::from(filing.repeat - 1)),
+        },
+        welch: WelchConfig::hann(args.segment),
+        estimator: Estimator::H1,
+        run: RunPlan {
+            label,
+            load: Some(load_n),
+            angle: angle_deg,
+            lying,
+        },
+    }
+}
+
+/// Measures once, or again where the gate refuses.
+fn measure(
+    bench: &mut Bench,
+    args: &Run,
+    gating: &Gating,
+    filing: &Filing,
+    folder: &mut PanelFolder,
+    went_on: &mut dyn FnMut(f64),
+) -> Outcome {
+    let rate = bench.acquirer.describe().rate;
+    let config = config(args, filing);
+    let (drive, setup) = excite(bench, &config).map_err(bench_failure)?;
+    let once = RepeatConfig {
+        repeats: 1,
+        attempts: usize::from(args.gate.attempts),
+        gating: gating.clone(),
+    };
+    let done = repeated(
+        bench,
+        (&config, &setup),
+        &once,
+        &mut |bench, attempt, mut gate| {
+            play_and_record(bench, &drive, Some(&setup), &attempt.run, &mut |chunk| {
+                let frames = chunk.channels.first().map_or(0, Vec::len);
+                went_on(frames as f64 / rate.hz());
+                match gate.as_deref_mut() {
+                    Some(gate) => gate.admit(chunk).map_err(Into::into),
+                    None => Ok(()),
+                }
+            })
+        },
+        &mut |refused| say(&format!("{filing}: {refused}")),
+    )
+    .map_err(|error| match error {
+        BenchError::Refused { .. } => Failure::Data(anyhow!(
+            "{filing}: {error}; what was measured before is kept, go on with the same command"
+        )),
+        other => bench_failure(other),
+    })?;
+    let document = TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT);
+    Ok(folder.file(filing, &document)?)
+}

@@ -1,0 +1,183 @@
+//! All that a panel says, as one value.
+
+use serde::{Deserialize, Serialize};
+
+use super::average::{averages, of_members};
+use super::learning::curves;
+use super::levels::Levels;
+use super::spread::{ENOUGH_FOR_RESAMPLES, all_together, by_cell, falls, worst};
+use super::trend::{by_angle, by_load};
+use super::{
+    AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Criterion, FallsWithLoad,
+    LearningCurve, LoadStep, Panel, PanelError, Repeatability, WorstCase, repeatability,
+};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Hertz, Quantity};
+use crate::transfer::{Bundle, BundleAverage};
+
+/// How a panel is analysed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PanelConfig {
+    /// The band.
+    pub band: Band,
+    /// Its parts, for tables.
+    pub bands: Vec<Band>,
+    /// How a person's own measurements are averaged, and by which average a new person is served.
+    pub averaging: BundleAverage,
+    /// When an average will do.
+    pub criterion: Criterion,
+    /// How near the penalty of few people in an average is to come to that of all but one to be enough, dB.
+    pub enough_within_db: f64,
+    /// Random orders of people for the learning curve, where there are too many for every subset.
+    pub orders: usize,
+    /// Resamples, each half of the people, for how sure the worst case is.
+    pub resamples: usize,
+    /// Draws orders and resamples.
+    pub seed: u64,
+}
+
+impl PanelConfig {
+    /// Over `band` and its parts 20–50, 50–100, 100–250, 250–500 and 500–1000 Hz, with the mean of log magnitudes, the
+    /// thesis' criterion, 0.1 dB for enough people, 100 orders and 1000 resamples.
+    #[must_use]
+    pub fn usual(band: Band, seed: u64) -> Self {
+        let edges = [20.0, 50.0, 100.0, 250.0, 500.0, 1000.0];
+        let bands = edges
+            .windows(2)
+            .filter_map(|pair| Band::new(Hertz(pair[0]), Hertz(pair[1])).ok()?.common(band))
+            .collect();
+        Self {
+            band,
+            bands,
+            averaging: BundleAverage::LogMagnitude,
+            criterion: Criterion::thesis_2024(),
+            enough_within_db: 0.1,
+            orders: 100,
+            resamples: 1000,
+            seed,
+        }
+    }
+}
+
+/// All that a panel says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PanelAnalysis {
+    /// How it was analysed.
+    pub config: PanelConfig,
+    /// The participants.
+    pub participants: Vec<String>,
+    /// How many of them were measured in every cell.
+    pub complete: usize,
+    /// How many transfer functions there are.
+    pub measurements: usize,
+    /// The cells, by angle and load.
+    pub cells: Vec<Cell>,
+    /// The cell in which people lie furthest apart; absent when fewer than two people were measured in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst: Option<WorstCase>,
+    /// All curves together.
+    pub all: Bundle,
+    /// How far people lie apart, by cell.
+    pub spreads: Vec<CellSpread>,
+    /// Whether that falls with load, by angle.
+    pub falls: Vec<FallsWithLoad>,
+    /// What load does.
+    pub load_steps: Vec<LoadStep>,
+    /// What the angle does.
+    pub angle_effects: Vec<AngleEffect>,
+    /// How well measurements repeat.
+    pub repeatability: Repeatability,
+    /// Averages over people, by cell.
+    pub averages: Vec<CellAverage>,
+    /// How many people an average needs, by cell.
+    pub learning: Vec<LearningCurve>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl PanelAnalysis {
+    /// The cell by which the panel is judged: the one in which people lie furthest apart.
+    #[must_use]
+    pub fn judged(&self) -> Option<Cell> {
+        let widest = || {
+            let widest = self.spreads.iter().max_by(|a, b| {
+                let (a, b) = (a.bundle.max_deviation_db, b.bundle.max_deviation_db);
+                a.total_cmp(&b)
+            });
+            widest.map(|spread| spread.cell)
+        };
+        self.worst.as_ref().map(|worst| worst.cell).or_else(widest)
+    }
+
+    /// What the average costs a new person in one cell, by the average that is asked for in the configuration.
+    #[must_use]
+    pub fn penalties_at(&self, cell: Cell) -> Option<&CellPenalties> {
+        let found = self.averages.iter().find(|a| a.cell.is(cell))?;
+        Some(found.penalties_of(self.config.averaging))
+    }
+}
+
+/// All that `panel` says over the band of `config`: how far people lie apart and where most, what load and angle do, how
+/// well measurements repeat, and what an average over people costs a new person. Levels in dB re 1 unit of `O` per `I`.
+///
+/// Source: L. Felicetti's thesis (2024), chapter 5, and the sources of [`super::spread_by_cell`], [`super::worst_case`],
+/// [`super::load_steps`], [`super::angle_effects`], [`repeatability`], [`super::cell_averages`] and
+/// [`super::learning_curve`].
+///
+/// # Errors
+/// [`PanelError::Few`] for fewer than two participants, [`PanelError::Empty`] when no line lies in the band,
+/// [`PanelError::Bundle`] when people cannot be averaged.
+pub fn analyse<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    config: &PanelConfig,
+) -> Result<PanelAnalysis, PanelError> {
+    let people = panel.participants().len();
+    if people < 2 {
+        return Err(PanelError::Few {
+            cell: "any load and angle".into(),
+            expected: 2,
+            found: people,
+        });
+    }
+    let (band, seed) = (config.band, config.seed);
+    let levels = Levels::of(panel, band, config.averaging)?;
+    let mut doubts = panel.doubts.clone();
+    if people < ENOUGH_FOR_RESAMPLES {
+        doubts.push(Doubt::FewPeople {
+            participants: people,
+            recommended: ENOUGH_FOR_RESAMPLES,
+        });
+    }
+    let (spreads, odd) = by_cell(&levels, band, &config.bands)?;
+    let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
+    doubts.extend(mixed);
+    doubts.extend(odd);
+    let members = panel.entries().iter();
+    doubts.extend(of_members(
+        members.map(|e| (e.filing.to_string(), e.function.doubts.as_slice())),
+    ));
+    Ok(PanelAnalysis {
+        config: config.clone(),
+        participants: panel.participants().to_vec(),
+        complete: panel.complete().len(),
+        measurements: panel.entries().len(),
+        cells: panel.cells().to_vec(),
+        worst: worst(&levels, config.resamples, seed).ok(),
+        all: all_together(&levels, band)?,
+        spreads,
+        falls: falls(&levels, config.resamples, seed),
+        load_steps: by_load(&levels),
+        angle_effects: by_angle(&levels),
+        repeatability,
+        averages: averages(&levels, band, config.criterion)?,
+        learning: curves(
+            &levels,
+            config.averaging,
+            band,
+            config.enough_within_db,
+            config.orders,
+            seed,
+        ),
+        doubts,
+    })
+}

@@ -1,0 +1,363 @@
+//! The average over people: by both means, what it costs a new person, and whether it will do.
+
+use serde::{Deserialize, Serialize};
+
+use super::levels::{Levels, level_db};
+use super::{Cell, Panel, PanelError};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Quantity};
+use crate::series::{mean, rms};
+use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
+
+/// Fewer people than this have penalties without an interval: each is in the others' average.
+const ENOUGH_FOR_INTERVAL: usize = 3;
+
+/// When an average over people will do for a new person.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Criterion {
+    /// What the mean penalty may be, dB rms.
+    pub db_rms: f64,
+    /// The share of people whose own penalty is to be within it, 0–1.
+    pub least_share: f64,
+}
+
+impl Criterion {
+    /// 3 dB rms, within which a texture that is rendered with the average is "slightly less performing", for nine of ten
+    /// people.
+    ///
+    /// Source: the first number, L. Felicetti's thesis (2024), figure 79; the second is ours.
+    #[must_use]
+    pub fn thesis_2024() -> Self {
+        Self {
+            db_rms: 3.0,
+            least_share: 0.9,
+        }
+    }
+}
+
+/// Whether the average will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WillDo {
+    /// The upper end of the interval is within the criterion, and so are enough people.
+    Yes,
+    /// The lower end of the interval is beyond the criterion.
+    No,
+    /// Neither can be said.
+    Unsure,
+}
+
+/// A verdict on an average.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Whether it will do.
+    pub will_do: WillDo,
+    /// By which criterion.
+    pub criterion: Criterion,
+    /// The share of people whose penalty is within it, 0–1.
+    pub share_within: f64,
+}
+
+/// What the average of the others costs one person.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PersonPenalty {
+    /// The pseudonym.
+    pub participant: String,
+    /// The rms over the band of the difference of the levels, dB.
+    pub db_rms: f64,
+    /// The largest difference, dB.
+    pub db_max: f64,
+}
+
+/// What one kind of average costs people, each left out in turn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellPenalties {
+    /// Which average.
+    pub averaging: BundleAverage,
+    /// Everybody.
+    pub people: Vec<PersonPenalty>,
+    /// The mean of the rms penalties, dB.
+    pub mean_db_rms: f64,
+    /// Its 95 % confidence interval over people, dB; absent for fewer than three.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_db_rms: Option<[f64; 2]>,
+    /// The mean of the largest differences, dB.
+    pub mean_db_max: f64,
+    /// Whom it costs most.
+    pub worst: PersonPenalty,
+    /// Whether it will do.
+    pub verdict: Verdict,
+}
+
+/// How the complex mean differs from the mean of log magnitudes, and why: levels that differ between people raise it,
+/// since loud ones count for more, and phases that differ lower it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AverageDifference {
+    /// The complex mean's level less the other's, mean over the band, dB.
+    pub mean_db: f64,
+    /// The same at the line where it is lowest, dB.
+    pub lowest_db: f64,
+    /// Where it is, Hz.
+    pub lowest_at_hz: f64,
+    /// The rms over people and band of the phases about their mean, degrees.
+    pub phase_rms_deg: f64,
+    /// The rms over people at the line where the difference is lowest, degrees.
+    pub phase_rms_there_deg: f64,
+    /// What the phases' spread explains, were they normally distributed, mean over the band, dB: zero or less.
+    pub by_phases_db: f64,
+    /// What the levels' spread explains, were they normally distributed in dB, mean over the band, dB: zero or more.
+    pub by_levels_db: f64,
+}
+
+/// The averages over people in one cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellAverage {
+    /// Load and angle.
+    pub cell: Cell,
+    /// The lines of the band, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// The level of the mean of log magnitudes, dB.
+    pub log_magnitude_db: Vec<f64>,
+    /// The level of the complex mean, dB.
+    pub complex_db: Vec<f64>,
+    /// How they differ.
+    pub difference: AverageDifference,
+    /// What each costs: first the mean of log magnitudes, then the complex mean.
+    pub penalties: [CellPenalties; 2],
+}
+
+impl CellAverage {
+    /// What the average `averaging` costs.
+    #[must_use]
+    pub fn penalties_of(&self, averaging: BundleAverage) -> &CellPenalties {
+        match averaging {
+            BundleAverage::LogMagnitude => &self.penalties[0],
+            BundleAverage::Complex => &self.penalties[1],
+        }
+    }
+}
+
+/// Both averages over people of every cell with two or more, with what they cost a new person over `band`.
+///
+/// Formula: [`leave_one_out`] over each person's own average. A complex mean over phases of the standard deviation σ
+/// (radians, normal) is exp(−σ²/2) of the magnitude, 4.34·σ² dB less; over magnitudes whose logarithm has the standard
+/// deviation τ (normal) it is exp(τ²/2) of their geometric mean, 4.34·τ² dB more.
+///
+/// Source: L. Felicetti's thesis (2024), section 5.2; K. V. Mardia and P. E. Jupp, *Directional Statistics*, 2000, for
+/// the wrapped normal distribution; the mean of the log-normal distribution.
+///
+/// # Errors
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
+pub fn cell_averages<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    criterion: Criterion,
+) -> Result<Vec<CellAverage>, PanelError> {
+    averages(&Levels::of(panel, band, averaging)?, band, criterion)
+}
+
+pub(super) fn averages<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    band: Band,
+    criterion: Criterion,
+) -> Result<Vec<CellAverage>, PanelError> {
+    let mut found = Vec::new();
+    for (i, cell) in levels.cells.iter().enumerate() {
+        let inside = levels.in_cell(i);
+        if inside.len() < 2 {
+            continue;
+        }
+        let people: Vec<&str> = inside
+            .iter()
+            .map(|(p, _)| levels.people[*p].as_str())
+            .collect();
+        let functions: Vec<&TransferFunction<I, O>> =
+            inside.iter().map(|(_, own)| &own.function).collect();
+        let log = average(&functions, BundleAverage::LogMagnitude)?;
+        let complex = average(&functions, BundleAverage::Complex)?;
+        let costs = |averaging| costs(&functions, &people, averaging, band, criterion);
+        found.push(CellAverage {
+            cell: *cell,
+            frequencies_hz: levels.frequencies_hz.clone(),
+            log_magnitude_db: super::levels::levels_db(&log, band),
+            complex_db: super::levels::levels_db(&complex, band),
+            difference: difference(&functions, &log, &complex, band),
+            penalties: [
+                costs(BundleAverage::LogMagnitude)?,
+                costs(BundleAverage::Complex)?,
+            ],
+        });
+    }
+    Ok(found)
+}
+
+fn costs<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    people: &[&str],
+    averaging: BundleAverage,
+    band: Band,
+    criterion: Criterion,
+) -> Result<CellPenalties, PanelError> {
+    let left = leave_one_out(functions, averaging, band)?;
+    let people: Vec<PersonPenalty> = people
+        .iter()
+        .zip(&left.penalties)
+        .map(|(who, penalty)| PersonPenalty {
+            participant: (*who).to_owned(),
+            db_rms: penalty.db_rms,
+            db_max: penalty.db_max,
+        })
+        .collect();
+    let worst = people
+        .iter()
+        .max_by(|a, b| a.db_rms.total_cmp(&b.db_rms))
+        .cloned()
+        .ok_or(PanelError::Nothing)?;
+    let interval_db_rms = left
+        .interval_db_rms
+        .filter(|_| people.len() >= ENOUGH_FOR_INTERVAL);
+    let within = people
+        .iter()
+        .filter(|p| p.db_rms <= criterion.db_rms)
+        .count();
+    let share_within = within as f64 / people.len() as f64;
+    let will_do = match interval_db_rms {
+        Some([_, high]) if high <= criterion.db_rms && share_within >= criterion.least_share => {
+            WillDo::Yes
+        }
+        Some([low, _]) if low > criterion.db_rms => WillDo::No,
+        _ => WillDo::Unsure,
+    };
+    Ok(CellPenalties {
+        averaging,
+        mean_db_rms: left.mean_db_rms,
+        interval_db_rms,
+        mean_db_max: mean(&people.iter().map(|p| p.db_max).collect::<Vec<_>>()),
+        worst,
+        verdict: Verdict {
+            will_do,
+            criterion,
+            share_within,
+        },
+        people,
+    })
+}
+
+fn difference<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    log: &TransferFunction<I, O>,
+    complex: &TransferFunction<I, O>,
+    band: Band,
+) -> AverageDifference {
+    let half_db = 10.0 * std::f64::consts::LOG10_E;
+    let (mut differences, mut phases, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+    for (line, hz) in log.lines_in(band) {
+        let middle = log.response()[line];
+        let off: Vec<f64> = functions
+            .iter()
+            .map(|f| (f.response()[line] * middle.conj()).arg().to_degrees())
+            .collect();
+        phases.push(rms(&off));
+        let ratios = functions
+            .iter()
+            .map(|f| level_db(f.response()[line]) - level_db(middle));
+        levels.push(rms(&ratios.collect::<Vec<f64>>()) / (2.0 * half_db));
+        differences.push((level_db(complex.response()[line]) - level_db(middle), hz));
+    }
+    let lowest =
+        (0..differences.len()).min_by(|a, b| differences[*a].0.total_cmp(&differences[*b].0));
+    let (lowest_db, lowest_at_hz) = lowest.map_or((0.0, f64::NAN), |line| differences[line]);
+    let mean_square = |radians: &mut dyn Iterator<Item = f64>| {
+        mean(&radians.map(|r| r * r).collect::<Vec<f64>>())
+    };
+    AverageDifference {
+        mean_db: mean(&differences.iter().map(|(db, _)| *db).collect::<Vec<_>>()),
+        lowest_db,
+        lowest_at_hz,
+        phase_rms_deg: rms(&phases),
+        phase_rms_there_deg: lowest.map_or(0.0, |line| phases[line]),
+        by_phases_db: -half_db * mean_square(&mut phases.iter().map(|deg| deg.to_radians())),
+        by_levels_db: half_db * mean_square(&mut levels.iter().copied()),
+    }
+}
+
+/// The average over the people of one cell, in units of `O` per `I`, with what it costs a new person over `band` as a
+/// doubt, and the people in its provenance.
+///
+/// Formula: [`average`] of each person's own average.
+///
+/// Source: L. Felicetti's thesis (2024), section 5.2.
+///
+/// # Errors
+/// [`PanelError::Few`] when nobody was measured in the cell; those of [`cell_averages`].
+pub fn average_of_panel<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    cell: Cell,
+    averaging: BundleAverage,
+    band: Band,
+) -> Result<TransferFunction<I, O>, PanelError> {
+    let mut people = Vec::new();
+    let mut functions = Vec::new();
+    for who in panel.participants() {
+        if let Some(own) = panel.person(who, cell, averaging)? {
+            people.push(who.as_str());
+            functions.push(own);
+        }
+    }
+    if functions.is_empty() {
+        return Err(PanelError::Few {
+            cell: cell.to_string(),
+            expected: 1,
+            found: 0,
+        });
+    }
+    let functions: Vec<&TransferFunction<I, O>> = functions.iter().collect();
+    let mut averaged = average(&functions, averaging)?;
+    let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
+    averaged.provenance.steps.push(format!(
+        "of {} measurements at {cell} of participants {}, each person's own averaged first",
+        measured.clone().count(),
+        people.join(", ")
+    ));
+    averaged.doubts.extend(of_members(
+        measured.map(|e| (e.filing.to_string(), e.function.doubts.as_slice())),
+    ));
+    if functions.len() > 1 {
+        let costs = costs(
+            &functions,
+            &people,
+            averaging,
+            band,
+            Criterion::thesis_2024(),
+        )?;
+        averaged.doubts.push(Doubt::Averaged {
+            participants: people.len(),
+            penalty_db_rms: costs.mean_db_rms,
+            interval_db_rms: costs.interval_db_rms,
+            worst: costs.worst.participant,
+            worst_db_rms: costs.worst.db_rms,
+        });
+    } else {
+        averaged.doubts.push(Doubt::NoInterval {
+            what: "the average over people".into(),
+            groups: 1,
+        });
+    }
+    Ok(averaged)
+}
+
+/// The doubts that single measurements carry, as one.
+pub(super) fn of_members<'a>(
+    members: impl Iterator<Item = (String, &'a [Doubt])>,
+) -> Option<Doubt> {
+    let (mut count, mut of, mut example) = (0, 0, None);
+    for (name, doubts) in members {
+        of += 1;
+        if let Some(first) = doubts.first() {
+            count += 1;
+            example.get_or_insert_with(|| format!("{name}: {first}"));
+        }
+    }
+    example.map(|example| Doubt::OfMembers { count, of, example })
+}

@@ -1,0 +1,367 @@
+//! The bench's own narrow resonances, as a control measurement without a finger shows them, taken out of fingers.
+
+use std::f64::consts::{PI, TAU};
+
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::levels::level_db;
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Hertz, Quantity};
+use crate::transfer::TransferFunction;
+
+/// The straight lines on both sides of an artefact hold at least this many lines each.
+const LEAST_LINES: usize = 3;
+/// An artefact is the lowest line within this ratio of its frequency.
+const ALONE_RATIO: f64 = 1.15;
+/// How deep a dip is in a finger is read against the levels at this ratio of its frequency, where fingers change little.
+const NEAR_RATIO: [f64; 2] = [1.15, 1.25];
+
+/// How an artefact is found in a control measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArtefactConfig {
+    /// Where it is looked for.
+    pub search: Band,
+    /// Within this ratio of its frequency the control's structure is the artefact, above 1.
+    pub inner_ratio: f64,
+    /// From there to this ratio it fades, and the control's own trend is read.
+    pub outer_ratio: f64,
+    /// How deep it must be, dB.
+    pub least_depth_db: f64,
+    /// What coherence of the control is doubted below, 0–1.
+    pub least_coherence: f64,
+}
+
+impl ArtefactConfig {
+    /// A dip of 3 dB or more in `search`, its structure within a ratio of 1.6 and the trend from there to 2.5.
+    #[must_use]
+    pub fn usual(search: Band) -> Self {
+        Self {
+            search,
+            inner_ratio: 1.6,
+            outer_ratio: 2.5,
+            least_depth_db: 3.0,
+            least_coherence: 0.8,
+        }
+    }
+}
+
+/// A narrow structure of a bench, free of the bench's own level and trend: 1 where there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Artefact {
+    /// Where it is lowest, Hz.
+    pub at_hz: f64,
+    /// How far below the trend it reaches, dB.
+    pub depth_db: f64,
+    /// Where it is not 1.
+    pub window_hz: Band,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+    factor: Vec<Complex<f64>>,
+    resolution_hz: f64,
+}
+
+/// A dip in a transfer function at an artefact, read against the straight line between the levels close by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dip {
+    /// The lowest line within ±15 % of the artefact, Hz.
+    pub at_hz: f64,
+    /// How far it lies below the straight line in dB over log f between the mean levels 15–25 % below and above, dB.
+    pub depth_db: f64,
+    /// The largest departure from that line, either way, within ±15 %, dB.
+    pub largest_db: f64,
+}
+
+/// A transfer function freed of an artefact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Removed<I: Quantity, O: Quantity> {
+    /// What is left.
+    pub function: TransferFunction<I, O>,
+    /// At the artefact, before.
+    pub before: Dip,
+    /// At the artefact, after.
+    pub after: Dip,
+}
+
+/// A straight line.
+#[derive(Clone, Copy)]
+struct Straight {
+    middle: f64,
+    slope: f64,
+    about: f64,
+}
+
+impl Straight {
+    fn at(self, x: f64) -> f64 {
+        self.middle + self.slope * (x - self.about)
+    }
+
+    fn through(points: &[(f64, f64)]) -> Self {
+        let n = points.len().max(1) as f64;
+        let about = points.iter().map(|p| p.0).sum::<f64>() / n;
+        let middle = points.iter().map(|p| p.1).sum::<f64>() / n;
+        let (xy, xx) = points.iter().fold((0.0, 0.0), |(xy, xx), (x, y)| {
+            (
+                xy + (x - about) * (y - middle),
+                xx + (x - about) * (x - about),
+            )
+        });
+        Self {
+            middle,
+            slope: if xx > 0.0 { xy / xx } else { 0.0 },
+            about,
+        }
+    }
+}
+
+/// The lines on both sides of `at_hz` from `inner` to `outer` times away; `None` when one side has too few.
+fn shoulders(
+    at_hz: f64,
+    [inner, outer]: [f64; 2],
+    lines: usize,
+    resolution_hz: f64,
+) -> Option<Vec<usize>> {
+    let hz = |line: usize| line as f64 * resolution_hz;
+    let side = |low: f64, high: f64| -> Vec<usize> {
+        (1..lines)
+            .filter(|line| (low..=high).contains(&hz(*line)))
+            .collect()
+    };
+    let below = side(at_hz / outer, at_hz / inner);
+    let above = side(at_hz * inner, at_hz * outer);
+    (below.len() >= LEAST_LINES && above.len() >= LEAST_LINES).then(|| [below, above].concat())
+}
+
+/// The bench's narrow dip in `control`, a measurement without a finger, of any quantities.
+///
+/// Formula: of every line that is the lowest within ±15 % the depth below the straight line in dB over log f, fitted by
+/// least squares to the levels at 1/2.5–1/1.6 and 1.6–2.5 times its frequency; the deepest is the artefact. Its factor is
+/// the control over that line, with the phase over a straight line in f fitted to the same places, and fades to 1 there
+/// with a raised cosine over log f. The control's own level and trend are not taken out.
+///
+/// Source: L. Felicetti's thesis (2024), figure 71, for the control measurement; the normalisation is ours.
+///
+/// # Errors
+/// [`ControlError::NoDip`] when nothing is deep enough.
+pub fn artefact_of<C: Quantity, R: Quantity>(
+    control: &TransferFunction<C, R>,
+    config: &ArtefactConfig,
+) -> Result<Artefact, ControlError> {
+    let ratios = [config.inner_ratio, config.outer_ratio];
+    let resolution_hz = control.resolution_hz();
+    let db: Vec<f64> = control.response().iter().map(|h| level_db(*h)).collect();
+    let hz = |line: usize| line as f64 * resolution_hz;
+    let log = |line: usize| hz(line).max(f64::MIN_POSITIVE).ln();
+    let mut deepest: Option<(usize, Straight, f64, Vec<usize>)> = None;
+    for (line, at_hz) in control
+        .lines_in(config.search)
+        .filter(|(line, _)| *line > 0)
+    {
+        let near =
+            |other: &usize| (at_hz / ALONE_RATIO..=at_hz * ALONE_RATIO).contains(&hz(*other));
+        if (1..db.len()).filter(near).any(|other| db[other] < db[line]) {
+            continue;
+        }
+        let Some(sides) = shoulders(at_hz, ratios, db.len(), resolution_hz) else {
+            continue;
+        };
+        let points: Vec<(f64, f64)> = sides.iter().map(|k| (log(*k), db[*k])).collect();
+        let trend = Straight::through(&points);
+        let depth = trend.at(log(line)) - db[line];
+        if deepest
+            .as_ref()
+            .is_none_or(|(_, _, found, _)| depth > *found)
+        {
+            deepest = Some((line, trend, depth, sides));
+        }
+    }
+    let found = deepest.filter(|(_, _, depth, _)| *depth >= config.least_depth_db);
+    let Some((line, trend, depth_db, sides)) = found else {
+        return Err(ControlError::NoDip {
+            band: config.search,
+            least_db: config.least_depth_db,
+        });
+    };
+    let at_hz = hz(line);
+    let phases = unwrapped(control);
+    let points: Vec<(f64, f64)> = sides.iter().map(|k| (hz(*k), phases[*k])).collect();
+    let turning = Straight::through(&points);
+    let factor = (0..db.len())
+        .map(|k| {
+            let weight = fading(hz(k) / at_hz, ratios);
+            if weight <= 0.0 {
+                return Complex::ONE;
+            }
+            let level = (db[k] - trend.at(log(k))) * weight;
+            Complex::from_polar(
+                10f64.powf(level / 20.0),
+                (phases[k] - turning.at(hz(k))) * weight,
+            )
+        })
+        .collect();
+    let mut doubts = Vec::new();
+    let inner = Band::new(
+        Hertz(at_hz / config.inner_ratio),
+        Hertz(at_hz * config.inner_ratio),
+    );
+    let seen = inner.ok().and_then(|band| control.coherence_in(band));
+    if let Some(seen) = seen.filter(|seen| seen.lowest < config.least_coherence) {
+        doubts.push(Doubt::ControlIncoherent {
+            lowest: seen.lowest,
+            at_hz: seen.lowest_at_hz,
+            asked: config.least_coherence,
+        });
+    }
+    let window_hz = Band::new(
+        Hertz(at_hz / config.outer_ratio),
+        Hertz(at_hz * config.outer_ratio),
+    );
+    Ok(Artefact {
+        at_hz,
+        depth_db,
+        window_hz: window_hz.map_err(|_no_band| ControlError::NoDip {
+            band: config.search,
+            least_db: config.least_depth_db,
+        })?,
+        doubts,
+        factor,
+        resolution_hz,
+    })
+}
+
+/// 1 within the inner ratio of 1, 0 beyond the outer one.
+fn fading(ratio: f64, [inner, outer]: [f64; 2]) -> f64 {
+    let away = ratio.max(f64::MIN_POSITIVE).ln().abs();
+    let (from, to) = (inner.ln(), outer.ln());
+    if away <= from {
+        1.0
+    } else if away >= to {
+        0.0
+    } else {
+        0.5 + 0.5 * (PI * (away - from) / (to - from)).cos()
+    }
+}
+
+/// The phase of every line without jumps, radians.
+fn unwrapped<C: Quantity, R: Quantity>(function: &TransferFunction<C, R>) -> Vec<f64> {
+    let mut phase = 0.0;
+    function
+        .response()
+        .iter()
+        .map(|h| {
+            let own = h.arg();
+            phase = own + TAU * ((phase - own) / TAU).round();
+            phase
+        })
+        .collect()
+}
+
+impl Artefact {
+    /// The level of the artefact's factor by line, dB: 0 where there is none.
+    #[must_use]
+    pub fn levels_db(&self) -> Vec<f64> {
+        self.factor.iter().map(|h| level_db(*h)).collect()
+    }
+
+    /// `function` divided by the artefact, magnitude and phase, with what was seen of it before and after.
+    ///
+    /// # Errors
+    /// [`ControlError::Lines`] when the control had other lines; [`ControlError::Transfer`] when nothing is left.
+    pub fn removed_from<I: Quantity, O: Quantity>(
+        &self,
+        function: &TransferFunction<I, O>,
+    ) -> Result<Removed<I, O>, ControlError> {
+        let lines = function.response().len();
+        if lines != self.factor.len()
+            || (function.resolution_hz() / self.resolution_hz - 1.0).abs() > 1e-9
+        {
+            return Err(ControlError::Lines {
+                control: format!(
+                    "{} lines every {:.4} Hz",
+                    self.factor.len(),
+                    self.resolution_hz
+                ),
+                function: format!("{lines} lines every {:.4} Hz", function.resolution_hz()),
+            });
+        }
+        let divided = function
+            .response()
+            .iter()
+            .zip(&self.factor)
+            .map(|(h, artefact)| h / artefact)
+            .collect();
+        let mut freed = TransferFunction::from_lines(
+            divided,
+            function.coherence().to_vec(),
+            function.resolution_hz(),
+            function.rate,
+            function.estimator,
+            function.averages,
+        )
+        .map_err(ControlError::Transfer)?;
+        freed.condition = function.condition.clone();
+        freed.drive.clone_from(&function.drive);
+        freed.doubts.clone_from(&function.doubts);
+        freed.provenance = function.provenance.clone().then(format!(
+            "divided by the bench's artefact at {:.1} Hz, {:.1} dB deep in the control",
+            self.at_hz, self.depth_db
+        ));
+        Ok(Removed {
+            before: self.dip_of(function),
+            after: self.dip_of(&freed),
+            function: freed,
+        })
+    }
+
+    fn dip_of<I: Quantity, O: Quantity>(&self, function: &TransferFunction<I, O>) -> Dip {
+        let resolution_hz = self.resolution_hz;
+        let lines = function.response().len();
+        let hz = |line: usize| line as f64 * resolution_hz;
+        let db = |line: usize| level_db(function.response()[line]);
+        let sides = shoulders(self.at_hz, NEAR_RATIO, lines, resolution_hz).unwrap_or_default();
+        let points: Vec<(f64, f64)> = sides.iter().map(|k| (hz(*k).ln(), db(*k))).collect();
+        let trend = Straight::through(&points);
+        let range = self.at_hz / NEAR_RATIO[0]..=self.at_hz * NEAR_RATIO[0];
+        let mut dip = Dip {
+            at_hz: self.at_hz,
+            depth_db: f64::MIN,
+            largest_db: 0.0,
+        };
+        for line in (1..lines).filter(|line| range.contains(&hz(*line))) {
+            let below = trend.at(hz(line).ln()) - db(line);
+            if below > dip.depth_db {
+                (dip.at_hz, dip.depth_db) = (hz(line), below);
+            }
+            dip.largest_db = dip.largest_db.max(below.abs());
+        }
+        dip
+    }
+}
+
+/// Why an artefact cannot be taken out.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlError {
+    /// Nothing narrow is in the control.
+    #[error(
+        "expected a dip of {least_db} dB or more in the control measurement within {band}, found none; check that it was measured without a finger, or leave it out"
+    )]
+    NoDip {
+        /// Where it was looked for.
+        band: Band,
+        /// How deep it would have to be, dB.
+        least_db: f64,
+    },
+    /// Lines that do not lie on each other.
+    #[error(
+        "cannot take the control out: it has {control}, the transfer function {function}; estimate them with one rate and segment length"
+    )]
+    Lines {
+        /// Of the control.
+        control: String,
+        /// Of the transfer function.
+        function: String,
+    },
+    /// What is left is no transfer function.
+    #[error("{0}")]
+    Transfer(crate::transfer::TransferError),
+}

@@ -1,0 +1,239 @@
+//! How many people an average needs.
+
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::levels::{Levels, level_db};
+use super::random::Draws;
+use super::{Cell, Panel, PanelError};
+use crate::compare::mean_interval;
+use crate::quantity::{Band, Quantity};
+use crate::series::{mean, rms};
+use crate::transfer::BundleAverage;
+
+/// With no more others than this, every subset of them is averaged.
+const ALL_SUBSETS: usize = 8;
+/// Fewer people than this say nothing of how a penalty falls.
+const LEAST: usize = 3;
+
+/// What an average costs a person who is not in it, by how many people are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LearningCurve {
+    /// Load and angle.
+    pub cell: Cell,
+    /// Which average.
+    pub averaging: BundleAverage,
+    /// From one person to all but one.
+    pub points: Vec<LearningPoint>,
+    /// The fewest people whose mean penalty lies within `within_db` of that of all but one.
+    pub enough: usize,
+    /// The tolerance of `enough`, dB.
+    pub within_db: f64,
+    /// Random orders of the others that were drawn for each person; 0 where every subset was averaged.
+    pub orders: usize,
+}
+
+/// One point of a [`LearningCurve`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LearningPoint {
+    /// How many people are in the average.
+    pub people: usize,
+    /// The mean over people left out, and over averages of that many others, of the rms penalty, dB.
+    pub mean_db_rms: f64,
+    /// Its 95 % confidence interval over people left out, dB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_db_rms: Option<[f64; 2]>,
+}
+
+/// What an average of 1 to N − 1 people costs a person who is not in it, for every cell with three or more people, over
+/// `band`; `within_db` is the tolerance for how many are enough.
+///
+/// Formula: for each person left out and each number n, the mean over sets of n others of the rms over lines of the
+/// difference of levels: all sets where there are at most eight others, or else the first n of each of `orders` random
+/// orders drawn by `seed`.
+///
+/// Source: learning curves as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd ed.,
+/// section 7.10.
+///
+/// # Errors
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
+pub fn learning_curve<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    within_db: f64,
+    orders: usize,
+    seed: u64,
+) -> Result<Vec<LearningCurve>, PanelError> {
+    let levels = Levels::of(panel, band, averaging)?;
+    Ok(curves(&levels, averaging, band, within_db, orders, seed))
+}
+
+pub(super) fn curves<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    within_db: f64,
+    orders: usize,
+    seed: u64,
+) -> Vec<LearningCurve> {
+    levels
+        .cells
+        .iter()
+        .enumerate()
+        .filter_map(|(i, cell)| {
+            let inside = levels.in_cell(i);
+            if inside.len() < LEAST {
+                return None;
+            }
+            let people: Vec<Summand> = inside
+                .iter()
+                .map(|(_, own)| Summand {
+                    db: &own.db,
+                    terms: match averaging {
+                        BundleAverage::LogMagnitude => {
+                            own.db.iter().map(|db| Complex::new(*db, 0.0)).collect()
+                        }
+                        BundleAverage::Complex => {
+                            let lines = own.function.lines_in(band);
+                            lines
+                                .map(|(line, _)| own.function.response()[line])
+                                .collect()
+                        }
+                    },
+                })
+                .collect();
+            Some(curve(*cell, &people, averaging, within_db, orders, seed))
+        })
+        .collect()
+}
+
+/// One person: the level that an average is held against, and what is summed for averages.
+struct Summand<'a> {
+    db: &'a [f64],
+    terms: Vec<Complex<f64>>,
+}
+
+fn curve(
+    cell: Cell,
+    people: &[Summand<'_>],
+    averaging: BundleAverage,
+    within_db: f64,
+    orders: usize,
+    seed: u64,
+) -> LearningCurve {
+    let others = people.len() - 1;
+    let every = others <= ALL_SUBSETS;
+    let mut draws = Draws::new(seed);
+    // By person left out, then by number in the average.
+    let costs: Vec<Vec<f64>> = (0..people.len())
+        .map(|left_out| {
+            let rest: Vec<usize> = (0..people.len()).filter(|i| *i != left_out).collect();
+            let own = people[left_out].db;
+            let mut costs = Costs::new(others, averaging);
+            if every {
+                for set in 1..1_usize << others {
+                    let members = (0..others).filter(|i| set >> i & 1 == 1);
+                    costs.add_set(people, own, members.map(|i| rest[i]));
+                }
+            } else {
+                for _ in 0..orders.max(1) {
+                    let mut order = rest.clone();
+                    draws.shuffle(&mut order);
+                    costs.add_order(people, own, &order);
+                }
+            }
+            costs.means()
+        })
+        .collect();
+    let points: Vec<LearningPoint> = (0..others)
+        .map(|n| {
+            let each: Vec<f64> = costs.iter().map(|of_person| of_person[n]).collect();
+            LearningPoint {
+                people: n + 1,
+                mean_db_rms: mean(&each),
+                interval_db_rms: mean_interval(&each),
+            }
+        })
+        .collect();
+    let last = points.last().map_or(0.0, |p| p.mean_db_rms);
+    let enough = points
+        .iter()
+        .find(|p| p.mean_db_rms <= last + within_db)
+        .map_or(others, |p| p.people);
+    LearningCurve {
+        cell,
+        averaging,
+        points,
+        enough,
+        within_db,
+        orders: if every { 0 } else { orders.max(1) },
+    }
+}
+
+/// Penalties by number of people in the average.
+struct Costs {
+    averaging: BundleAverage,
+    sums: Vec<f64>,
+    counts: Vec<usize>,
+}
+
+impl Costs {
+    fn new(others: usize, averaging: BundleAverage) -> Self {
+        Self {
+            averaging,
+            sums: vec![0.0; others],
+            counts: vec![0; others],
+        }
+    }
+
+    fn add_set(
+        &mut self,
+        people: &[Summand<'_>],
+        own: &[f64],
+        members: impl Iterator<Item = usize>,
+    ) {
+        let mut sum = vec![Complex::ZERO; own.len()];
+        let mut count = 0;
+        for member in members {
+            add(&mut sum, &people[member].terms);
+            count += 1;
+        }
+        self.add(&sum, own, count);
+    }
+
+    fn add_order(&mut self, people: &[Summand<'_>], own: &[f64], order: &[usize]) {
+        let mut sum = vec![Complex::ZERO; own.len()];
+        for (i, member) in order.iter().enumerate() {
+            add(&mut sum, &people[*member].terms);
+            self.add(&sum, own, i + 1);
+        }
+    }
+
+    fn add(&mut self, sum: &[Complex<f64>], own: &[f64], count: usize) {
+        let n = count as f64;
+        let off: Vec<f64> = sum
+            .iter()
+            .zip(own)
+            .map(|(sum, own)| match self.averaging {
+                BundleAverage::LogMagnitude => sum.re / n - own,
+                BundleAverage::Complex => level_db(sum / n) - own,
+            })
+            .collect();
+        self.sums[count - 1] += rms(&off);
+        self.counts[count - 1] += 1;
+    }
+
+    fn means(&self) -> Vec<f64> {
+        let pairs = self.sums.iter().zip(&self.counts);
+        pairs
+            .map(|(sum, count)| sum / (*count).max(1) as f64)
+            .collect()
+    }
+}
+
+fn add(sum: &mut [Complex<f64>], terms: &[Complex<f64>]) {
+    for (sum, term) in sum.iter_mut().zip(terms) {
+        *sum += term;
+    }
+}

@@ -1,0 +1,456 @@
+//! Transfer functions of a panel of people, by load and angle: how far people lie apart, what load and angle do, how
+//! well measurements repeat, and what an average over people costs a new person.
+//!
+//! A [`Panel`] is all of them as one value; it is refused when they do not belong together. [`analyse`] says what it
+//! holds.
+
+mod analysis;
+mod average;
+mod control;
+mod learning;
+mod levels;
+mod random;
+mod repeat;
+mod spread;
+mod trend;
+
+pub use analysis::{PanelAnalysis, PanelConfig, analyse};
+pub use average::{
+    AverageDifference, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict, WillDo,
+    average_of_panel, cell_averages,
+};
+pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use learning::{LearningCurve, LearningPoint, learning_curve};
+pub use repeat::{Components, PairDistances, Repeatability, repeatability};
+pub use spread::{
+    BandSpread, CellSpread, FallsWithLoad, PersonDistance, WorstCase, bundle_of_all,
+    falls_with_load, spread_by_cell, worst_case,
+};
+pub use trend::{AngleEffect, LoadStep, PersonShape, PersonStep, angle_effects, load_steps};
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::device::DriveSetup;
+use crate::doubt::Doubt;
+use crate::quantity::{Degrees, Newtons, Quantity};
+use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
+
+/// Numbers of a protocol that differ by less than this are one.
+const SAME: f64 = 1e-9;
+
+/// A load and an angle at which people are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The normal force, N.
+    pub load_n: Newtons,
+    /// The angle between finger and surface.
+    pub angle_deg: Degrees,
+}
+
+impl Cell {
+    /// Whether two cells are one.
+    #[must_use]
+    pub fn is(self, other: Self) -> bool {
+        (self.load_n.0 - other.load_n.0).abs() < SAME
+            && (self.angle_deg.0 - other.angle_deg.0).abs() < SAME
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}°, {}", self.angle_deg.0, self.load_n)
+    }
+}
+
+/// Under what a transfer function is filed in a panel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Filing {
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// Load and angle.
+    #[serde(flatten)]
+    pub cell: Cell,
+    /// Which time the finger was put down, from 1.
+    pub placement: u32,
+    /// Which measurement of that placement, from 1.
+    pub repeat: u32,
+}
+
+impl Filing {
+    /// Whether two are the same measurement.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        self.participant == other.participant
+            && self.cell.is(other.cell)
+            && (self.placement, self.repeat) == (other.placement, other.repeat)
+    }
+}
+
+impl fmt::Display for Filing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "participant {} at {}, placement {}, repeat {}",
+            self.participant, self.cell, self.placement, self.repeat
+        )
+    }
+}
+
+/// One measured transfer function of a panel, and under what it is filed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry<I: Quantity, O: Quantity> {
+    /// Who, how, which time.
+    pub filing: Filing,
+    /// What was measured.
+    pub function: TransferFunction<I, O>,
+}
+
+/// Transfer functions of participants × loads × angles × repeats, from `I` to `O`, that belong together: one axis of
+/// lines, one rate, one device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel<I: Quantity, O: Quantity> {
+    entries: Vec<Entry<I, O>>,
+    participants: Vec<String>,
+    cells: Vec<Cell>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl<I: Quantity, O: Quantity> Panel<I, O> {
+    /// The panel of `entries`. Cells that a participant lacks come back as a doubt.
+    ///
+    /// # Errors
+    /// [`PanelError`] naming what does not belong together: no entry, lines, rates or devices that differ, an unknown
+    /// or impossible condition, one that is not what the entry is filed under, the same measurement twice.
+    pub fn new(entries: Vec<Entry<I, O>>) -> Result<Self, PanelError> {
+        let first = entries.first().ok_or(PanelError::Nothing)?;
+        for (i, entry) in entries.iter().enumerate() {
+            belongs(entry)?;
+            fits(first, entry)?;
+            if let Some(other) = entries[..i].iter().find(|e| e.filing.is(&entry.filing)) {
+                return Err(PanelError::Twice {
+                    filing: other.filing.clone(),
+                });
+            }
+        }
+        let mut participants: Vec<String> = entries
+            .iter()
+            .map(|e| e.filing.participant.clone())
+            .collect();
+        participants.sort();
+        participants.dedup();
+        let mut cells: Vec<Cell> = Vec::new();
+        for entry in &entries {
+            if !cells.iter().any(|cell| cell.is(entry.filing.cell)) {
+                cells.push(entry.filing.cell);
+            }
+        }
+        cells.sort_by(|a, b| {
+            let angles = a.angle_deg.0.total_cmp(&b.angle_deg.0);
+            angles.then(a.load_n.0.total_cmp(&b.load_n.0))
+        });
+        let mut panel = Self {
+            entries,
+            participants,
+            cells,
+            doubts: Vec::new(),
+        };
+        panel.doubts.extend(panel.incomplete());
+        Ok(panel)
+    }
+
+    /// All transfer functions, in the order they were given.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry<I, O>] {
+        &self.entries
+    }
+
+    /// The participants' pseudonyms, sorted.
+    #[must_use]
+    pub fn participants(&self) -> &[String] {
+        &self.participants
+    }
+
+    /// The cells that somebody was measured in, by angle and then by load.
+    #[must_use]
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// The loads, lightest first, in N.
+    #[must_use]
+    pub fn loads_n(&self) -> Vec<f64> {
+        sorted(self.cells.iter().map(|cell| cell.load_n.0))
+    }
+
+    /// The angles, flattest first, in degrees.
+    #[must_use]
+    pub fn angles_deg(&self) -> Vec<f64> {
+        sorted(self.cells.iter().map(|cell| cell.angle_deg.0))
+    }
+
+    /// The measurements of one participant in one cell.
+    pub fn of<'a>(
+        &'a self,
+        participant: &'a str,
+        cell: Cell,
+    ) -> impl Iterator<Item = &'a Entry<I, O>> {
+        self.entries
+            .iter()
+            .filter(move |e| e.filing.participant == participant && e.filing.cell.is(cell))
+    }
+
+    /// The participants who were measured in every cell.
+    #[must_use]
+    pub fn complete(&self) -> Vec<&str> {
+        self.participants
+            .iter()
+            .map(String::as_str)
+            .filter(|who| {
+                self.cells
+                    .iter()
+                    .all(|cell| self.of(who, *cell).next().is_some())
+            })
+            .collect()
+    }
+
+    /// The transfer function of one participant in one cell: the average of the repeats of each placement, and of the
+    /// placements; `None` when there is none.
+    ///
+    /// # Errors
+    /// Those of [`average`].
+    pub fn person(
+        &self,
+        participant: &str,
+        cell: Cell,
+        averaging: BundleAverage,
+    ) -> Result<Option<TransferFunction<I, O>>, BundleError> {
+        let mut numbers: Vec<u32> = self
+            .of(participant, cell)
+            .map(|e| e.filing.placement)
+            .collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        if numbers.is_empty() {
+            return Ok(None);
+        }
+        let mut placements = Vec::with_capacity(numbers.len());
+        for number in numbers {
+            let repeats: Vec<&TransferFunction<I, O>> = self
+                .of(participant, cell)
+                .filter(|e| e.filing.placement == number)
+                .map(|e| &e.function)
+                .collect();
+            placements.push(average(&repeats, averaging)?);
+        }
+        let all: Vec<&TransferFunction<I, O>> = placements.iter().collect();
+        let mut own = average(&all, averaging)?;
+        own.condition.participant = Some(participant.to_owned());
+        Ok(Some(own))
+    }
+
+    fn incomplete(&self) -> Option<Doubt> {
+        let missing: Vec<String> = self
+            .participants
+            .iter()
+            .flat_map(|who| self.cells.iter().map(move |cell| (who, *cell)))
+            .filter(|(who, cell)| self.of(who, *cell).next().is_none())
+            .map(|(who, cell)| format!("{who} at {cell}"))
+            .collect();
+        (!missing.is_empty()).then(|| Doubt::IncompletePanel {
+            missing,
+            complete: self.complete().len(),
+            participants: self.participants.len(),
+        })
+    }
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|a, b| (*a - *b).abs() < SAME);
+    values
+}
+
+/// Refuses an entry whose own condition is not what it is filed under.
+fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(), PanelError> {
+    let filing = &entry.filing;
+    for (what, found) in [
+        ("load", filing.cell.load_n.0),
+        ("angle", filing.cell.angle_deg.0),
+    ] {
+        if !found.is_finite() {
+            return Err(PanelError::NotFinite {
+                filing: filing.clone(),
+                what,
+            });
+        }
+    }
+    let known = &entry.function.condition;
+    let lacks = |what| PanelError::Unknown {
+        filing: filing.clone(),
+        what,
+    };
+    let participant = known
+        .participant
+        .as_ref()
+        .ok_or_else(|| lacks("participant"))?;
+    let load_n = known.load_n.ok_or_else(|| lacks("load"))?;
+    let angle_deg = known.angle_deg.ok_or_else(|| lacks("angle"))?;
+    if *participant != filing.participant {
+        return Err(PanelError::Mixed {
+            filing: filing.clone(),
+            found: participant.clone(),
+        });
+    }
+    let own = Cell { load_n, angle_deg };
+    if !own.is(filing.cell) {
+        return Err(PanelError::Misfiled {
+            filing: filing.clone(),
+            found: own.to_string(),
+        });
+    }
+    Ok(())
+}
+
+/// Refuses an entry that cannot be combined with the first.
+fn fits<I: Quantity, O: Quantity>(
+    first: &Entry<I, O>,
+    entry: &Entry<I, O>,
+) -> Result<(), PanelError> {
+    let (one, other) = (&first.function, &entry.function);
+    let differ = |what, one: String, other: String| PanelError::Differ {
+        what,
+        one: first.filing.to_string(),
+        one_has: one,
+        other: entry.filing.to_string(),
+        other_has: other,
+    };
+    let lines = |f: &TransferFunction<I, O>| {
+        format!(
+            "{} lines every {:.4} Hz",
+            f.response().len(),
+            f.resolution_hz()
+        )
+    };
+    if (one.resolution_hz() / other.resolution_hz() - 1.0).abs() > SAME
+        || one.response().len() != other.response().len()
+    {
+        return Err(differ("lines", lines(one), lines(other)));
+    }
+    if (one.rate.hz() / other.rate.hz() - 1.0).abs() > SAME {
+        return Err(differ("rate", one.rate.to_string(), other.rate.to_string()));
+    }
+    if one.drive != other.drive {
+        return Err(differ("device", device(&one.drive), device(&other.drive)));
+    }
+    Ok(())
+}
+
+fn device(setup: &Option<DriveSetup>) -> String {
+    setup.as_ref().map_or_else(
+        || "one that is not described".into(),
+        |setup| {
+            format!(
+                "gain {}, {:.4} V at full scale, {:.0} nF",
+                setup.gain,
+                setup.volts_per_full_scale,
+                setup.load_f * 1e9
+            )
+        },
+    )
+}
+
+/// Why transfer functions make no panel.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PanelError {
+    /// There is none.
+    #[error("expected transfer functions of people, found none; measure or add some")]
+    Nothing,
+    /// A load or angle that is no number.
+    #[error("expected the {what} of {filing} as a number, found none; correct it")]
+    NotFinite {
+        /// Where.
+        filing: Filing,
+        /// Load or angle.
+        what: &'static str,
+    },
+    /// A transfer function that does not say who touched how.
+    #[error(
+        "expected to know the {what} of the transfer function filed as {filing}, found nothing that says it; state it"
+    )]
+    Unknown {
+        /// Where.
+        filing: Filing,
+        /// Participant, load or angle.
+        what: &'static str,
+    },
+    /// A transfer function of somebody else.
+    #[error(
+        "cannot mix people: the transfer function filed as {filing} is of participant {found}; file it under {found}"
+    )]
+    Mixed {
+        /// Where.
+        filing: Filing,
+        /// Whose it is.
+        found: String,
+    },
+    /// A transfer function of another load or angle.
+    #[error(
+        "cannot file a transfer function as {filing}: it was measured at {found}; file it under that"
+    )]
+    Misfiled {
+        /// Where.
+        filing: Filing,
+        /// Its own load and angle.
+        found: String,
+    },
+    /// Two that cannot be combined.
+    #[error(
+        "cannot combine transfer functions of different {what}: {one} has {one_has}, {other} has {other_has}; measure and estimate them alike"
+    )]
+    Differ {
+        /// Lines, rate or device.
+        what: &'static str,
+        /// One of them.
+        one: String,
+        /// What it has.
+        one_has: String,
+        /// The other.
+        other: String,
+        /// What it has.
+        other_has: String,
+    },
+    /// The same measurement twice.
+    #[error("expected each measurement once, found {filing} twice; give one another repeat number")]
+    Twice {
+        /// Which.
+        filing: Filing,
+    },
+    /// No line lies in the band.
+    #[error("expected lines of the transfer functions within {band}, found none; widen the band")]
+    Empty {
+        /// The band.
+        band: crate::quantity::Band,
+    },
+    /// Fewer people than a comparison needs.
+    #[error(
+        "expected at least {expected} participants at {cell}, found {found}; measure more people"
+    )]
+    Few {
+        /// Where.
+        cell: String,
+        /// What is needed.
+        expected: usize,
+        /// What there is.
+        found: usize,
+    },
+    /// Transfer functions that cannot be averaged.
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+}
+
+#[cfg(test)]
+mod tests;

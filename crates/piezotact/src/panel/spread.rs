@@ -1,0 +1,442 @@
+//! How far people lie apart: by cell, in the worst cell, and whether it falls with load.
+
+use serde::{Deserialize, Serialize};
+
+use super::levels::{Levels, robust_score, steps};
+use super::random::Draws;
+use super::{Cell, Panel, PanelError};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Degrees, Newtons, Quantity};
+use crate::series::{mean, rms};
+use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle};
+
+/// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
+const OUTLIER: f64 = 3.5;
+/// No less than this counts as a robust standard deviation of distances, dB: below it nobody feels a difference.
+const LEAST_SPREAD_DB: f64 = 0.25;
+/// Fewer people than this say nothing of who is the odd one.
+const ENOUGH_FOR_OUTLIERS: usize = 4;
+/// Fewer people than this say nothing of what another panel would find.
+pub(super) const ENOUGH_FOR_RESAMPLES: usize = 4;
+
+/// How far people lie apart in one cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellSpread {
+    /// Load and angle.
+    pub cell: Cell,
+    /// The curves of all, line by line: each person's own average counts once.
+    pub bundle: Bundle,
+    /// The mean of the levels of every line, dB.
+    pub mean_db: Vec<f64>,
+    /// The rms over the band of the standard deviation over people, dB.
+    pub spread_rms_db: f64,
+    /// How far everybody is from the mean curve.
+    pub people: Vec<PersonDistance>,
+    /// The same by bands.
+    pub bands: Vec<BandSpread>,
+}
+
+/// How far one person is from the mean curve of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PersonDistance {
+    /// The pseudonym.
+    pub participant: String,
+    /// The rms over the band, dB.
+    pub db_rms: f64,
+    /// The largest distance, dB, with its sign.
+    pub db_max: f64,
+    /// Where it is, Hz.
+    pub at_hz: f64,
+}
+
+/// How far people lie apart in a part of the band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandSpread {
+    /// The part.
+    pub band_hz: Band,
+    /// The largest distance between highest and lowest, dB.
+    pub max_deviation_db: f64,
+    /// Where it is, Hz.
+    pub at_hz: f64,
+    /// The rms over its lines of the standard deviation over people, dB.
+    pub spread_rms_db: f64,
+    /// What the average of the others costs a person there: the mean of the rms differences, dB.
+    pub penalty_db_rms: f64,
+}
+
+/// The cell in which people lie furthest apart, and how sure that is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorstCase {
+    /// The cell.
+    pub cell: Cell,
+    /// Its maximum deviation, dB, over those people who were measured in all cells.
+    pub max_deviation_db: f64,
+    /// Where it is, Hz.
+    pub at_hz: f64,
+    /// The deviation of every cell over the same people, dB, widest first.
+    pub ranking: Vec<(Cell, f64)>,
+    /// How many people that are.
+    pub people: usize,
+    /// Of the resamples, each half of the people, the share in which it stays the worst; absent for fewer than four people, or one cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// How many resamples.
+    pub resamples: usize,
+}
+
+/// Whether the maximum deviation falls with load at one angle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FallsWithLoad {
+    /// The angle.
+    pub angle_deg: Degrees,
+    /// The loads, lightest first.
+    pub loads_n: Vec<Newtons>,
+    /// The maximum deviation at each, dB, over those people who were measured at all of them.
+    pub deviations_db: Vec<f64>,
+    /// Whether it falls at every step.
+    pub falls: bool,
+    /// How many people that are.
+    pub people: usize,
+    /// Of the resamples, each half of the people, the share in which it falls at every step; absent for fewer than four people.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// The share in which it is less at the heaviest load than at the lightest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_overall: Option<f64>,
+}
+
+/// How far all transfer functions of the panel lie apart, whoever and whatever cell: each person's own average in each
+/// cell counts once.
+///
+/// Formula: [`bundle`] of the averages.
+///
+/// Source: L. Felicetti's thesis (2024), figure 67d.
+///
+/// # Errors
+/// [`PanelError::Bundle`] when there are fewer than two.
+pub fn bundle_of_all<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+) -> Result<Bundle, PanelError> {
+    all_together(&Levels::of(panel, band, averaging)?, band)
+}
+
+pub(super) fn all_together<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    band: Band,
+) -> Result<Bundle, PanelError> {
+    let functions: Vec<&TransferFunction<I, O>> = (0..levels.cells.len())
+        .flat_map(|cell| levels.in_cell(cell))
+        .map(|(_, own)| &own.function)
+        .collect();
+    Ok(bundle(&functions, band)?)
+}
+
+/// How far people lie apart in every cell with two or more, over `band` and its parts `bands`; and the doubts about
+/// single people.
+///
+/// Formula: [`bundle`] over each person's own average. A person is an outlier whose rms distance d from the mean curve
+/// has (d − median)/(1.4826·MAD) > 3.5, MAD the median absolute deviation of the distances of all.
+///
+/// Source: L. Felicetti's thesis (2024), figures 67, 76 and 77; the rule: B. Iglewicz and D. C. Hoaglin, *How to Detect
+/// and Handle Outliers*, 1993.
+///
+/// # Errors
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
+pub fn spread_by_cell<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    bands: &[Band],
+) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
+    by_cell(&Levels::of(panel, band, averaging)?, band, bands)
+}
+
+pub(super) fn by_cell<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    band: Band,
+    bands: &[Band],
+) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
+    let (mut spreads, mut doubts) = (Vec::new(), Vec::new());
+    for (i, cell) in levels.cells.iter().enumerate() {
+        let inside = levels.in_cell(i);
+        if inside.len() < 2 {
+            continue;
+        }
+        let functions: Vec<&TransferFunction<I, O>> =
+            inside.iter().map(|(_, own)| &own.function).collect();
+        let curves: Vec<&[f64]> = inside.iter().map(|(_, own)| own.db.as_slice()).collect();
+        let bundle = bundle(&functions, band)?;
+        let mean_db = mean_curve(&curves);
+        let people: Vec<PersonDistance> = inside
+            .iter()
+            .map(|(person, own)| {
+                distance(
+                    &levels.people[*person],
+                    &own.db,
+                    &mean_db,
+                    &levels.frequencies_hz,
+                )
+            })
+            .collect();
+        doubts.extend(odd_ones(&people, *cell));
+        spreads.push(CellSpread {
+            cell: *cell,
+            spread_rms_db: rms(&bundle.spread_db),
+            bands: bands
+                .iter()
+                .filter_map(|part| in_part(*part, &bundle, &curves))
+                .collect(),
+            bundle,
+            mean_db,
+            people,
+        });
+    }
+    Ok((spreads, doubts))
+}
+
+/// The mean of several curves, line by line.
+pub(super) fn mean_curve(curves: &[&[f64]]) -> Vec<f64> {
+    let lines = curves.first().map_or(0, |curve| curve.len());
+    (0..lines)
+        .map(|line| curves.iter().map(|curve| curve[line]).sum::<f64>() / curves.len() as f64)
+        .collect()
+}
+
+fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> PersonDistance {
+    let off: Vec<f64> = own.iter().zip(mean).map(|(own, mean)| own - mean).collect();
+    let (db_max, at_hz) = off
+        .iter()
+        .zip(frequencies_hz)
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+        .map_or((0.0, f64::NAN), |(off, hz)| (*off, *hz));
+    PersonDistance {
+        participant: who.to_owned(),
+        db_rms: rms(&off),
+        db_max,
+        at_hz,
+    }
+}
+
+fn odd_ones(people: &[PersonDistance], cell: Cell) -> Vec<Doubt> {
+    if people.len() < ENOUGH_FOR_OUTLIERS {
+        return Vec::new();
+    }
+    let distances: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
+    let usual_db_rms = crate::order::median(&mut distances.clone()).unwrap_or(f64::NAN);
+    people
+        .iter()
+        .filter(|p| robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER)
+        .map(|p| Doubt::OddOneOut {
+            participant: p.participant.clone(),
+            at: cell.to_string(),
+            db_rms: p.db_rms,
+            usual_db_rms,
+        })
+        .collect()
+}
+
+fn in_part(part: Band, bundle: &Bundle, curves: &[&[f64]]) -> Option<BandSpread> {
+    let lines: Vec<usize> = bundle
+        .frequencies_hz
+        .iter()
+        .enumerate()
+        .filter(|(_, hz)| part.contains(**hz))
+        .map(|(line, _)| line)
+        .collect();
+    let range = |line: usize| bundle.highest_db[line] - bundle.lowest_db[line];
+    let widest = lines
+        .iter()
+        .copied()
+        .max_by(|a, b| range(*a).total_cmp(&range(*b)))?;
+    let spread: Vec<f64> = lines.iter().map(|line| bundle.spread_db[*line]).collect();
+    // The mean of the others is the mean of all moved away from one's own by 1/(n − 1) of the distance.
+    let n = curves.len() as f64;
+    let penalties: Vec<f64> = curves
+        .iter()
+        .map(|own| {
+            let off: Vec<f64> = lines
+                .iter()
+                .map(|line| {
+                    let all = curves.iter().map(|curve| curve[*line]).sum::<f64>();
+                    (all - own[*line]) / (n - 1.0) - own[*line]
+                })
+                .collect();
+            rms(&off)
+        })
+        .collect();
+    Some(BandSpread {
+        band_hz: part,
+        max_deviation_db: range(widest),
+        at_hz: bundle.frequencies_hz[widest],
+        spread_rms_db: rms(&spread),
+        penalty_db_rms: mean(&penalties),
+    })
+}
+
+/// The largest range over people in a cell, dB, and where.
+fn deviation<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    people: &[usize],
+    cell: usize,
+) -> (f64, f64) {
+    let mut curves = people
+        .iter()
+        .filter_map(|person| Some(levels.at(*person, cell)?.db.as_slice()));
+    let Some(first) = curves.next() else {
+        return (0.0, f64::NAN);
+    };
+    let (mut low, mut high) = (first.to_vec(), first.to_vec());
+    for curve in curves {
+        for ((low, high), db) in low.iter_mut().zip(&mut high).zip(curve) {
+            *low = low.min(*db);
+            *high = high.max(*db);
+        }
+    }
+    let ranges = low.iter().zip(&high).map(|(low, high)| high - low);
+    ranges
+        .zip(&levels.frequencies_hz)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or((0.0, f64::NAN), |(range, hz)| (range, *hz))
+}
+
+/// The share of `resamples`, each half of `people` at random, in which `holds`; `None` for fewer people than say anything.
+fn share_of(
+    people: &[usize],
+    resamples: usize,
+    seed: u64,
+    mut holds: impl FnMut(&[usize]) -> bool,
+) -> Option<f64> {
+    if people.len() < ENOUGH_FOR_RESAMPLES || resamples == 0 {
+        return None;
+    }
+    let mut draws = Draws::new(seed);
+    let mut order = people.to_vec();
+    let half = people.len().div_ceil(2);
+    let held = (0..resamples).filter(|_| {
+        draws.shuffle(&mut order);
+        holds(&order[..half])
+    });
+    Some(held.count() as f64 / resamples as f64)
+}
+
+/// The cell in which people lie furthest apart over `band`, and in which share of `resamples`, each half of the people drawn
+/// by `seed`, it stays so. Only people who were measured in all cells count.
+///
+/// A largest distance hangs on two people. Drawn with replacement, most draws hold both, and the share is too high: half of
+/// the people drawn without replacement come nearer to what another panel would find.
+///
+/// Formula: the largest over cells of max over lines of max − min over people, in dB.
+///
+/// Source: L. Felicetti's thesis (2024), section 5.1.2, for the worst case; D. N. Politis and J. P. Romano
+/// (1994), Ann. Statist. 22(4), for subsampling.
+///
+/// # Errors
+/// [`PanelError::Few`] when fewer than two people are complete; those of [`spread_by_cell`].
+pub fn worst_case<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    resamples: usize,
+    seed: u64,
+) -> Result<WorstCase, PanelError> {
+    worst(&Levels::of(panel, band, averaging)?, resamples, seed)
+}
+
+pub(super) fn worst<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    resamples: usize,
+    seed: u64,
+) -> Result<WorstCase, PanelError> {
+    let cells: Vec<usize> = (0..levels.cells.len()).collect();
+    let people = levels.complete(&cells);
+    if people.len() < 2 {
+        return Err(PanelError::Few {
+            cell: "every load and angle".into(),
+            expected: 2,
+            found: people.len(),
+        });
+    }
+    let ranked = |people: &[usize]| {
+        let mut ranked: Vec<(usize, (f64, f64))> = cells
+            .iter()
+            .map(|cell| (*cell, deviation(levels, people, *cell)))
+            .collect();
+        ranked.sort_by(|a, b| b.1.0.total_cmp(&a.1.0));
+        ranked
+    };
+    let ranking = ranked(&people);
+    let (worst, (max_deviation_db, at_hz)) = ranking[0];
+    let several = if cells.len() > 1 { resamples } else { 0 };
+    Ok(WorstCase {
+        cell: levels.cells[worst],
+        max_deviation_db,
+        at_hz,
+        ranking: ranking
+            .iter()
+            .map(|(cell, (db, _))| (levels.cells[*cell], *db))
+            .collect(),
+        people: people.len(),
+        share: share_of(&people, several, seed, |drawn| ranked(drawn)[0].0 == worst),
+        resamples: several,
+    })
+}
+
+/// Whether the maximum deviation over `band` falls with load, at every angle with two or more loads, and in which share
+/// of `resamples`, each half of the people drawn by `seed`. Only people who were measured at all loads count.
+///
+/// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst_case`] for the share.
+///
+/// # Errors
+/// Those of [`spread_by_cell`].
+pub fn falls_with_load<I: Quantity, O: Quantity>(
+    panel: &Panel<I, O>,
+    averaging: BundleAverage,
+    band: Band,
+    resamples: usize,
+    seed: u64,
+) -> Result<Vec<FallsWithLoad>, PanelError> {
+    Ok(falls(&Levels::of(panel, band, averaging)?, resamples, seed))
+}
+
+pub(super) fn falls<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    resamples: usize,
+    seed: u64,
+) -> Vec<FallsWithLoad> {
+    let loads_n = levels.loads_n();
+    let mut found = Vec::new();
+    for angle_deg in levels.angles_deg() {
+        let (loads_n, cells): (Vec<f64>, Vec<usize>) = loads_n
+            .iter()
+            .filter_map(|load_n| Some((*load_n, levels.cell(*load_n, angle_deg)?)))
+            .unzip();
+        let people = levels.complete(&cells);
+        if cells.len() < 2 || people.len() < 2 {
+            continue;
+        }
+        let over = |people: &[usize]| -> Vec<f64> {
+            let each = cells.iter().map(|cell| deviation(levels, people, *cell).0);
+            each.collect()
+        };
+        let falling = |db: &[f64]| db.windows(2).all(|pair| pair[0] > pair[1]);
+        let overall = |db: &[f64]| db.first() > db.last();
+        let deviations_db = over(&people);
+        found.push(FallsWithLoad {
+            angle_deg: Degrees(angle_deg),
+            loads_n: loads_n.into_iter().map(Newtons).collect(),
+            falls: falling(&deviations_db),
+            people: people.len(),
+            share: share_of(&people, resamples, seed, |drawn| falling(&over(drawn))),
+            share_overall: share_of(&people, resamples, seed, |drawn| overall(&over(drawn))),
+            deviations_db,
+        });
+    }
+    found
+}
+
+/// Every pair of loads that a trend looks at.
+pub(super) fn load_pairs<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<(f64, f64)> {
+    steps(&levels.loads_n())
+}
