@@ -68,6 +68,11 @@ pub enum Doubt {
         /// The step between lines, Hz.
         resolution_hz: f64,
     },
+    /// A closed loop got worse and was stopped.
+    LoopStopped {
+        /// The iteration that was best.
+        best: usize,
+    },
     /// Repeats of one measurement differ.
     RepeatsScatter {
         /// How far the two that differ most lie apart, dB rms.

@@ -10,6 +10,7 @@
 //! a result leaves open.
 
 pub mod compare;
+pub mod correct;
 pub mod device;
 pub mod doubt;
 pub mod feature;
