@@ -391,6 +391,22 @@ pub enum Doubt {
         /// How far lags reach, m.
         reached_m: f64,
     },
+    /// Part of a texture was moved beyond what its rate holds.
+    LeftTheBand {
+        /// What was done.
+        operation: String,
+        /// The share of the power, 0–1.
+        share: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// A texture joined with itself shows where.
+    JoinShows {
+        /// The largest step between two samples at the join, relative to the largest of the texture.
+        step_ratio: f64,
+        /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.
+        spectrum_db: f64,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.

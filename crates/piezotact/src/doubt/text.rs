@@ -310,6 +310,22 @@ impl fmt::Display for Doubt {
                 "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is left open, and Sal where nothing falls; measure a larger area or take away more form or waviness",
                 reached_m * 1e3
             ),
+            Self::LeftTheBand {
+                operation,
+                share,
+                nyquist_hz,
+            } => write!(
+                f,
+                "{operation}: {} of the power would leave 0 to {nyquist_hz} Hz and is gone; go less far, or record at another rate",
+                percent(*share)
+            ),
+            Self::JoinShows {
+                step_ratio,
+                spectrum_db,
+            } => write!(
+                f,
+                "where the texture is joined with itself its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke"
+            ),
             Self::ShortSignal { segments } => write!(
                 f,
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",
