@@ -5,6 +5,7 @@ pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod heatmap;
 mod image;
+pub(crate) mod manipulate;
 pub(crate) mod replay;
 pub(crate) mod roughness;
 pub(crate) mod spectrogram;

@@ -27,6 +27,9 @@ use crate::series::{Series, mean, standard_deviation};
 /// Less than this share of the power may leave the band without being said.
 pub const SHARE_TOLD: f64 = 1e-3;
 
+/// A mean below this share of the rms is none.
+const NO_MEAN_RATIO: f64 = 1e-4;
+
 /// What is left of a texture below this share of its rms is rounding.
 const ROUNDING_RATIO: f64 = 1e-9;
 
@@ -61,6 +64,19 @@ impl<Q: Quantity> Texture<Q> {
             lineage: Lineage::of(source),
             doubts: Vec::new(),
         }
+    }
+
+    /// The texture without its mean; as it is where the mean is less than 1e-4 of its rms and nobody can tell.
+    ///
+    /// # Errors
+    /// [`ManipulateError::Silent`] when nothing is left.
+    pub fn freed_of_mean(self) -> Result<Self, ManipulateError> {
+        let (mean, _) = about_mean(&self.series)?;
+        if mean.abs() < NO_MEAN_RATIO * standard_deviation(self.series.samples()) {
+            return Ok(self);
+        }
+        let done = without_mean(&self.series)?;
+        Ok(self.then(done))
     }
 
     /// The texture after one more operation on its samples.
