@@ -67,10 +67,11 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     let (after, others) = all_done(args, opened.texture)?;
     let after = at_a_whole_rate(after)?;
     let condition = condition_of(opened.condition, operations);
-    write(&args.out, &after, &condition, opened.provenance)?;
+    write(&args.out, &after, &condition, &opened.provenance)?;
     if let Some(path) = &args.report {
         let page = report::manipulate::Page {
             title: format!("{}, made otherwise", name(&args.input)),
+            bench: opened.provenance.bench,
             before: &before,
             after: &after,
             others: &others,
@@ -348,7 +349,7 @@ fn write(
     path: &Path,
     texture: &Texture<Acceleration>,
     condition: &Condition,
-    provenance: Provenance,
+    provenance: &Provenance,
 ) -> Outcome {
     let full_scale = peak(texture.series.samples());
     let samples: Vec<f64> = texture
@@ -366,7 +367,7 @@ fn write(
         condition: condition.clone(),
         provenance: Provenance {
             lineage: Some(texture.lineage.clone()),
-            ..provenance
+            ..provenance.clone()
         },
         rendering: None,
     };

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
+use piezotact::recording::BenchKind;
 use piezotact::series::rms;
 use piezotact::spectrum::{Spectrum, welch};
 use plotters::style::RGBColor;
@@ -27,6 +28,7 @@ const LOWEST_HZ: f64 = 10.0;
 /// What a report of a texture shows.
 pub(crate) struct Page<'a> {
     pub(crate) title: String,
+    pub(crate) bench: Option<BenchKind>,
     pub(crate) before: &'a Texture<Acceleration>,
     pub(crate) after: &'a Texture<Acceleration>,
     /// Those that it took something of.
@@ -38,7 +40,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
     let waves = waveforms(page)?;
     let body = html! {
         h1 { (page.title) }
-        p.soft { "A texture that no finger felt on a surface: it was made from a recording." }
+        p.soft { (bench_line(page)) }
         (numbers(page))
         (steps(page))
         (doubts(&page.after.doubts))
@@ -54,6 +56,15 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (origin(page))
     };
     Ok(document(&page.title, &body))
+}
+
+fn bench_line(page: &Page<'_>) -> String {
+    let kind = match page.bench {
+        Some(BenchKind::Twin) => "Digital twin: no hardware and no person took part.",
+        Some(BenchKind::Hardware) => "Measured on hardware.",
+        None => "The recording does not say which bench it comes from.",
+    };
+    format!("{kind} What is shown as after was made from it: no finger felt it on a surface.")
 }
 
 fn and_others(page: &Page<'_>) -> &'static str {
@@ -79,7 +90,7 @@ fn numbers(page: &Page<'_>) -> Markup {
     let change = Decibels::from_amplitude_ratio(after.rms() / before.rms()).0;
     html! {
         section.verdict {
-            strong { (page.after.lineage) }
+            strong { (headline(page)) }
             div.numbers {
                 (number(level(before.rms()), "rms before"))
                 (number(level(after.rms()), "rms after"))
@@ -92,6 +103,14 @@ fn numbers(page: &Page<'_>) -> Markup {
             }
         }
     }
+}
+
+/// What was done by this command: what came before stands in the table.
+fn headline(page: &Page<'_>) -> String {
+    let known = page.before.lineage.steps.len();
+    let new = page.after.lineage.steps.iter().skip(known);
+    let new: Vec<String> = new.map(|step| step.operation.told_briefly()).collect();
+    format!("{}: {}", page.after.lineage.source, new.join(", then "))
 }
 
 fn steps(page: &Page<'_>) -> Markup {

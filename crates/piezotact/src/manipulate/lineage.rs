@@ -201,6 +201,19 @@ impl Lineage {
     }
 }
 
+impl Operation {
+    /// What was done, with the name of another texture instead of its lineage.
+    #[must_use]
+    pub fn told_briefly(&self) -> String {
+        let named = |of: &Lineage| Lineage::of(of.source.clone());
+        let mut brief = self.clone();
+        if let Self::RmsOf { of, .. } | Self::SpectrumOf { of, .. } = &mut brief {
+            *of = named(of);
+        }
+        brief.to_string()
+    }
+}
+
 impl Step {
     /// What `operation` did when it made `after` from `before`.
     #[must_use]
