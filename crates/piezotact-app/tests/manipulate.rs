@@ -83,7 +83,7 @@ fn s2_takes_the_level_of_s13_and_keeps_its_shape() {
     assert!(worst < 1e-4, "{worst:e}");
     assert_eq!(said["lineage"]["source"], "S2.wav");
     assert!(said["text"].as_str().unwrap().contains("rms of S13.wav"));
-    assert_eq!(said["condition"]["sample"], "S2, manipulated");
+    assert_eq!(said["condition"]["sample"], "S2 (manipulated)");
     let report = std::fs::read_to_string(folder.path("S2inv.html")).unwrap();
     for part in ["rms of S13.wav", "rms before", "rms after", "<svg"] {
         assert!(report.contains(part), "no {part}");
@@ -298,6 +298,11 @@ fn what_cannot_be_is_refused() {
             &["keep-length", "shorter"],
         ),
         ("S2.wav --warp 1.4142135 --out x.wav", 2, &["few digits"]),
+        (
+            "S2.wav --gain 1dB --rms-band 50..100 --out x.wav",
+            2,
+            &["--rms-of"],
+        ),
         ("S2.wav --loop 0s --out x.wav", 2, &["a length from"]),
         (
             "S2.wav --rms-of other.wav --out x.wav",

@@ -502,6 +502,64 @@ fn what_cannot_be_is_refused() {
     }
 }
 
+/// Textures of any length and size: every operation gives a texture or says why not.
+#[test]
+fn short_and_odd_textures_are_changed_or_refused() {
+    let (mut done, mut refused) = (0, 0);
+    for n in (1..70).chain([255, 256, 1000]) {
+        for (scale, offset) in [
+            (1.0, 0.0),
+            (1e-90, 0.0),
+            (1e90, 0.0),
+            (1.0, 1e9),
+            (0.0, 1.0),
+        ] {
+            let mut noise = Noise::new(n as u64);
+            let x = series(
+                (0..n).map(|_| scale * noise.normal() + offset).collect(),
+                5000.0,
+            );
+            let other = Texture::of("other", isotropic(1, 3_000, 100.0, 1.0));
+            let slope = Tilt {
+                db_per_octave: 6.0,
+                pivot: Hertz(200.0),
+                held_below: Hertz(10.0),
+            };
+            let all = [
+                gain(&x, Decibels(60.0)),
+                rms_of(&x, &other, Level::Whole),
+                rms_of(&x, &other, Level::Within(band(100.0, 400.0))),
+                change_band(&x, band(0.0, 2500.0), BandChange::Removed),
+                change_band(&x, band(100.0, 900.0), BandChange::Gain { gain_db: -30.0 }),
+                tilt(&x, slope),
+                shift(&x, Hertz(-333.3)),
+                warp(&x, 1.3, WarpedLength::Follows),
+                warp(&x, 1.3, WarpedLength::Kept),
+                warp(&x, 0.1, WarpedLength::Kept),
+                spectrum_of(&x, &other, &WelchConfig::hann(64)),
+                randomise_phases(&x, &drawn(1, phases_needed(n))),
+                looped(&x, Seconds(0.3), &LoopConfig::usual(x.duration())),
+                looped(&x, Seconds(0.0004), &LoopConfig::usual(x.duration())),
+            ];
+            for result in all {
+                match result {
+                    Ok(_) => done += 1,
+                    Err(error) => {
+                        assert!(
+                            error.to_string().contains("expected")
+                                || error.to_string().contains("texture"),
+                            "{error}"
+                        );
+                        refused += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{done} changed, {refused} refused");
+    assert!(done > 2_000, "{done} changed, {refused} refused");
+}
+
 #[test]
 fn a_chain_is_kept_whole_also_that_of_another_and_survives_being_saved() {
     let other = Texture::of("S13", isotropic(2, 6_000, 200.0, 0.4));

@@ -24,7 +24,7 @@ pub(crate) struct Manipulate {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) of_stroke: Option<u32>,
     /// Where --rms-of measures both levels; unless stated over all frequencies.
-    #[arg(long, value_name = "LOW..HIGH")]
+    #[arg(long, value_name = "LOW..HIGH", requires = "rms-of")]
     pub(crate) rms_band: Option<Band>,
     /// Draws the phases of --randomise-phases.
     #[arg(long, default_value_t = 1)]

@@ -31,7 +31,7 @@ use crate::report::{self, name};
 /// Below this a tilt is held: gestures are there, and no device renders it.
 const TILT_HELD_BELOW: Hertz = Hertz(10.0);
 /// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
-const MANIPULATED: &str = ", manipulated";
+const MANIPULATED: &str = " (manipulated)";
 
 /// A texture with what its file says of it.
 struct Opened {

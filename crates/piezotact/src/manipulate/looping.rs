@@ -40,8 +40,11 @@ const FRAME_S: f64 = 0.0256;
 /// How much more than the texture itself a join may show before it is a doubt.
 const STEP_TOLD: f64 = 1.1;
 const SPECTRUM_TOLD_DB: f64 = 1.0;
-/// The longest texture that is made, s.
+/// The longest texture that is made, s and samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
+const MOST_SAMPLES: f64 = 268_435_456.0;
+/// Products in the search for a join beyond which not every sample is tried: at usual rates all are.
+const MOST_PRODUCTS: usize = 500_000_000;
 
 /// `x` for `duration`: cut short, or joined with itself as often as it takes. One end fades into the other with the
 /// power kept, where the two are most alike; the lineage says how the join compares with the rest.
@@ -59,7 +62,8 @@ pub fn looped<Q: Quantity>(
     config: &LoopConfig,
 ) -> Result<Manipulated<Q>, ManipulateError> {
     let rate = x.rate();
-    let range = (1.0 / rate.hz(), LONGEST_S);
+    let longest_s = LONGEST_S.min(MOST_SAMPLES / rate.hz());
+    let range = (1.0 / rate.hz(), longest_s);
     require_range("a length", duration.0, range, " s", "make it shorter")?;
     let wanted = rate.samples_in(duration);
     let (mean, samples) = about_mean(x)?;
@@ -136,7 +140,9 @@ struct Seam {
 /// The first of the most alike joins that shows no more than the texture itself; where none does, the least visible.
 fn best_seam(samples: &[f64], fade: usize, periods: Range<usize>, frame: usize) -> Seam {
     let head = &samples[..fade];
+    let stride = (periods.len().saturating_mul(fade) / MOST_PRODUCTS).max(1);
     let mut alike: Vec<(f64, usize)> = periods
+        .step_by(stride)
         .map(|period| (correlation(&samples[period..period + fade], head), period))
         .collect();
     alike.sort_by(|a, b| b.0.total_cmp(&a.0));

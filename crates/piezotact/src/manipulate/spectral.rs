@@ -131,7 +131,7 @@ pub fn tilt<Q: Quantity>(x: &Series<Q>, slope: Tilt) -> Result<Manipulated<Q>, M
 
 /// `x` with the smooth spectrum of another texture, its own phases and its own level (rms about the mean).
 ///
-/// Formula: |Y(k)| ∝ √PSD(f_k) of the other, interpolated between its lines; arg Y = arg X; rms(y) = rms(x).
+/// Formula: |Y(k)| ∝ √PSD(k) of the other, interpolated between its lines; arg Y = arg X; rms(y) = rms(x).
 ///
 /// Source: thesis 4.4, which decouples amplitude and frequency distribution; Welch (1967) for the PSD.
 ///
