@@ -179,7 +179,11 @@ fn drawn(
     }
     for (number, textures, what) in [
         ("62c", before, "as they were touched"),
-        ("62d", after, "with their levels exchanged"),
+        (
+            "62d",
+            after,
+            "with their levels exchanged: each keeps its shape",
+        ),
     ] {
         let mut lines = Vec::new();
         for texture in textures {
@@ -189,7 +193,7 @@ fn drawn(
         }
         figures.push(Figure {
             number,
-            caption: format!("The spectra of S2 and S13 {what}: the shapes stay."),
+            caption: format!("The spectra of S2 and S13 {what}."),
             shown: Shown::Lines {
                 x: frequency(),
                 y: density(),
