@@ -225,6 +225,8 @@ fn strokes_and_tables_are_textures_as_well() {
         (&"stroke".into(), &2.into())
     );
     assert!(said["duration_s"].as_f64().unwrap() < 2.0);
+    let said = manipulate(&folder, "S8.parquet --gain 1dB --out x.wav --json").json();
+    assert!(said["doubts"].to_string().contains("--stroke N"), "{said}");
     manipulate(&folder, "S8.parquet --stroke 9 --gain 1dB --out x.wav").expect_failure(
         1,
         &["a stroke from 1 to 3", "--stroke 9", "piezotact segment"],

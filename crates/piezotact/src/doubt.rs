@@ -402,6 +402,8 @@ pub enum Doubt {
     },
     /// A texture joined with itself shows where.
     JoinShows {
+        /// How alike the two ends are, −1 to 1.
+        correlation: f64,
         /// The largest step between two samples at the join, relative to the largest of the texture.
         step_ratio: f64,
         /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.

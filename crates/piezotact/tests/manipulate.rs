@@ -416,7 +416,7 @@ fn ends_out_of_step_are_seen_and_said() {
     };
     let done = looped(&texture, Seconds(3.0), &rough).unwrap();
     let said = done.doubts.iter().any(
-        |doubt| matches!(doubt, Doubt::JoinShows { step_ratio, spectrum_db } if *step_ratio > 1.5 && *spectrum_db > 6.0),
+        |doubt| matches!(doubt, Doubt::JoinShows { step_ratio, spectrum_db, .. } if *step_ratio > 1.5 && *spectrum_db > 6.0),
     );
     assert!(said, "{:?}", done.step);
 }

@@ -13,6 +13,7 @@ use piezotact::manipulate::{
 use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Unit};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::resample::resample;
+use piezotact::roles::Roles;
 use piezotact::series::{Series, peak};
 use piezotact::spectrum::WelchConfig;
 use piezotact_bench::drawn_phases;
@@ -116,7 +117,8 @@ fn open(
         None => {
             let recording = read(path, reading)?.recording;
             let series = texture(path, &recording, channel)?;
-            (series, recording, None, Vec::new())
+            let doubts = taken_whole(path, &recording).into_iter().collect();
+            (series, recording, None, doubts)
         }
         Some(number) => one_stroke(path, number as usize, channel, reading)?,
     };
@@ -136,6 +138,18 @@ fn open(
         texture,
         condition: recording.condition,
         provenance: recording.provenance,
+    })
+}
+
+/// A recording of touch holds landings, pauses and the gesture beside what is felt of the surface.
+fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
+    let (roles, _) = Roles::guess(recording);
+    let of_touch = roles.normal_force.is_some() || roles.motion.is_some();
+    of_touch.then(|| Doubt::Guessed {
+        what: format!(
+            "all of {} is taken as the texture, with gesture and pauses, though it is a recording of touch (--stroke N takes one stroke)",
+            name(path)
+        ),
     })
 }
 

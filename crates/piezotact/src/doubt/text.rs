@@ -320,11 +320,12 @@ impl fmt::Display for Doubt {
                 percent(*share)
             ),
             Self::JoinShows {
+                correlation,
                 step_ratio,
                 spectrum_db,
             } => write!(
                 f,
-                "where the texture is joined with itself its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke"
+                "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke, or one freed of the gesture"
             ),
             Self::ShortSignal { segments } => write!(
                 f,

@@ -40,6 +40,8 @@ const FRAME_S: f64 = 0.0256;
 /// How much more than the texture itself a join may show before it is a doubt.
 const STEP_TOLD: f64 = 1.1;
 const SPECTRUM_TOLD_DB: f64 = 1.0;
+/// Ends that are more opposite than this cancel while one fades into the other.
+const OPPOSITE_TOLD: f64 = -0.3;
 /// The longest texture that is made, s and samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
 const MOST_SAMPLES: f64 = 268_435_456.0;
@@ -113,8 +115,12 @@ pub fn looped<Q: Quantity>(
         spectrum_db: best.spectrum_db,
     };
     let mut doubts = Vec::new();
-    if join.step_ratio > STEP_TOLD || join.spectrum_db > SPECTRUM_TOLD_DB {
+    if join.step_ratio > STEP_TOLD
+        || join.spectrum_db > SPECTRUM_TOLD_DB
+        || join.correlation < OPPOSITE_TOLD
+    {
         doubts.push(Doubt::JoinShows {
+            correlation: join.correlation,
             step_ratio: join.step_ratio,
             spectrum_db: join.spectrum_db,
         });
