@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod device;
+pub(crate) mod manipulate;
 pub(crate) mod panel;
 pub(crate) mod twin;
 
@@ -55,6 +56,11 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact transfer bench.csv --drive drive --response nail --gain B3 --volts-per-full-scale 1.41 --out tf.json"
     )]
     Transfer(Transfer),
+    /// Makes a texture otherwise on purpose: level, spectrum, phases, length; and keeps what was done.
+    #[command(
+        after_help = "Operations are done in the order in which they are given, and stand in OUT.wav.json; `piezotact info` shows them.\n\nExample:\n  piezotact manipulate S2.wav --rms-of S13.wav --out S2inv.wav --report S2inv.html\n  piezotact manipulate S8.parquet --stroke 2 --band 50..100:+6dB --tilt 3dB/oct@200Hz --loop 10s --out S8b.wav\n  piezotact manipulate S8.wav --gain -3dB --shift 20Hz --warp 1.25:keep-length --out S8c.wav\n  piezotact manipulate S8.wav --spectrum-of S1.wav --randomise-phases --seed 7 --out S8d.wav"
+    )]
+    Manipulate(manipulate::Manipulate),
     /// Computes the drive that makes a resting finger feel a texture.
     #[command(
         after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav"

@@ -141,6 +141,7 @@ fn the_examples_in_the_help_are_understood() {
         "spectrum",
         "characterise",
         "transfer",
+        "manipulate",
         "render",
         "play",
         "verify",

@@ -13,6 +13,7 @@ pub mod twin;
 
 pub use excitation::{Excitation, ExcitationConfig, excitation};
 pub use gate::{Breach, Gate, GateConfig};
+pub use random::drawn_phases;
 pub use spec::BenchSpec;
 pub use traits::{
     Acquire, AcquireDescription, Bench, BenchError, Chunk, Lying, Play, PlayDescription,

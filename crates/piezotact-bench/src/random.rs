@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use piezotact::manipulate::DrawnPhases;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -54,6 +55,17 @@ impl Random {
     }
 }
 
+/// `count` phases for [`randomise_phases`](piezotact::manipulate::randomise_phases), drawn by `seed`: evenly from 0 up
+/// to, not including, 1 turn.
+#[must_use]
+pub fn drawn_phases(seed: u64, count: usize) -> DrawnPhases {
+    let mut random = Random::stream(seed, 0, "phases");
+    DrawnPhases {
+        turns: (0..count).map(|_| random.uniform()).collect(),
+        drawn_by: format!("ChaCha8, seed {seed}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +92,15 @@ mod tests {
         -0.004_316_242_204_727_36,
         1.065_767_572_392_687_4,
     ];
+
+    #[test]
+    fn one_seed_one_set_of_phases() {
+        let drawn = drawn_phases(7, 4);
+        assert_eq!(drawn.drawn_by, "ChaCha8, seed 7");
+        assert!(drawn.turns.iter().all(|turn| (0.0..1.0).contains(turn)));
+        assert_eq!(drawn, drawn_phases(7, 4));
+        assert_ne!(drawn.turns, drawn_phases(8, 4).turns);
+    }
 
     #[test]
     fn normal_numbers_have_mean_0_and_variance_1() {

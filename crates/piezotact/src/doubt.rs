@@ -478,6 +478,24 @@ pub enum Doubt {
         /// The first of them.
         first: String,
     },
+    /// Part of a texture was moved beyond what its rate holds.
+    LeftTheBand {
+        /// What was done.
+        operation: String,
+        /// The share of the power, 0–1.
+        share: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// A texture joined with itself shows where.
+    JoinShows {
+        /// How alike the two ends are, −1 to 1.
+        correlation: f64,
+        /// The largest step between two samples at the join, relative to the largest of the texture.
+        step_ratio: f64,
+        /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.
+        spectrum_db: f64,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.

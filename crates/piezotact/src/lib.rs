@@ -6,7 +6,7 @@
 //!
 //! The modules stand in the order of the work:
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
-//! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
+//! with [`manipulate`] for textures made otherwise on purpose, [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
@@ -16,6 +16,7 @@ pub mod doubt;
 pub mod feature;
 pub mod filter;
 mod fourier;
+pub mod manipulate;
 mod order;
 pub mod panel;
 pub mod quantity;

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
+use crate::manipulate::Lineage;
 use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
@@ -118,6 +119,9 @@ pub struct Provenance {
     pub seed: Option<u64>,
     /// What was done, oldest first, each step with its parameters.
     pub steps: Vec<String>,
+    /// What a texture was made from and what was done to it on purpose; absent where nothing was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lineage: Option<Lineage>,
 }
 
 impl Provenance {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
 use piezotact::recording::Condition;
 use piezotact::series::{mean, peak, standard_deviation};
@@ -83,6 +84,12 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     for step in &recording.provenance.steps {
         let _never_fails = write!(text, "\n    {step}");
     }
+    if let Some(lineage) = lineage_of(contents) {
+        let _never_fails = write!(text, "\n  texture: {}", lineage.source);
+        for step in &lineage.steps {
+            let _never_fails = write!(text, "\n    {step}");
+        }
+    }
     if let Some(setup) = &contents.setup {
         let _never_fails = write!(
             text,
@@ -96,6 +103,13 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
         let _never_fails = write!(text, "\n  doubt: {doubt}");
     }
     print(&text)
+}
+
+/// What was done to a texture on purpose: to the one in a file, or to the one that a drive was rendered from.
+fn lineage_of(contents: &Contents) -> Option<&Lineage> {
+    let rendering = contents.rendering.as_ref();
+    let own = contents.recording.provenance.lineage.as_ref();
+    own.or_else(|| rendering?.provenance.lineage.as_ref())
 }
 
 /// The band over which coherence is summed up: the one that is rendered unless stated.

@@ -3,6 +3,7 @@
 mod characterise;
 mod demo;
 mod info;
+pub(crate) mod manipulate;
 pub(crate) mod panel;
 mod play;
 mod render;
@@ -34,6 +35,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Spectrum(args) => spectrum::run(&args),
         Command::Characterise(args) => characterise::run(&args),
         Command::Transfer(args) => transfer::run(&args),
+        Command::Manipulate(args) => manipulate::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Play(args) => play::run(&args),
         Command::Verify(args) => verify::run(&args),

@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::manipulate::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::recording::Recording;
 use piezotact::render::{self, Clipping, RenderConfig, RenderError, RenderedDrive, require_gain};
+use piezotact::series::Series;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
@@ -65,6 +68,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
         .provenance
         .steps
         .insert(0, format!("target {}", args.target.display()));
+    drive.provenance.lineage = Some(lineage(args, recording, &target, &drive));
     let rendering = Rendering::of(&drive, &name(&args.target), args.level);
     write_drive(&args.out, &drive, args.rate, rendering)?;
     if args.json {
@@ -86,6 +90,25 @@ pub(crate) fn run(args: &Render) -> Outcome {
         headroom_text(&drive.headroom),
         bands.join(", ")
     ))
+}
+
+/// What the texture was made from, with its rendering as the last step.
+fn lineage(
+    args: &Render,
+    recording: &Recording,
+    target: &Series<Acceleration>,
+    drive: &RenderedDrive,
+) -> Lineage {
+    let so_far = recording.provenance.lineage.clone();
+    let operation = Operation::Rendered {
+        transfer: name(&args.transfer),
+        gain: drive.setup.as_ref().map(|setup| setup.gain),
+        level_db: args.level,
+        band_hz: args.band,
+    };
+    so_far
+        .unwrap_or_else(|| Lineage::of(name(&args.target)))
+        .then(Step::between(operation, target, &drive.drive))
 }
 
 /// Writes a drive with its sidecar.

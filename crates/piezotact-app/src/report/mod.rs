@@ -5,6 +5,7 @@ pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod heatmap;
 mod image;
+pub(crate) mod manipulate;
 pub(crate) mod panel;
 pub(crate) mod replay;
 pub(crate) mod roughness;
@@ -15,6 +16,7 @@ pub(crate) mod transfer;
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{BenchKind, Condition, Provenance, Recording};
 use piezotact::series::Series;
@@ -284,12 +286,21 @@ fn drive(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
+/// What was done to the texture on purpose, up to its rendering where that is known.
+fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
+    let rendered = page.rendering.and_then(|r| r.provenance.lineage.as_ref());
+    rendered.or(page.target.provenance.lineage.as_ref())
+}
+
 fn origin(page: &Page<'_>) -> Markup {
     html! {
         section {
             h2 { "Where it comes from" }
             table {
                 tr { th { "texture" } td { (page.target.provenance.source) ol { @for step in &page.target.provenance.steps { li { (step) } } } } }
+                @if let Some(lineage) = lineage(page) {
+                    tr { th { "what was done" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
+                }
                 tr { th { "bench" } td { (page.provenance.source) } }
                 tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }
                 @if let Some(rendering) = page.rendering {

@@ -59,6 +59,7 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
             bench: Some(description.kind),
             seed: description.seed,
             steps,
+            lineage: None,
         },
     }
 }

@@ -11,7 +11,7 @@ use super::measured::{run, take};
 use super::rendering::{
     characterised, compared, device, played, rendered, resting, sent_straight, target,
 };
-use super::{Chapter, Replay, ReplayError, said_once};
+use super::{Chapter, Replay, ReplayError, exchange, said_once};
 use crate::twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
 
 /// Who takes part (*thesis* 4.3.2 has ten; five are enough for a rendering).
@@ -20,7 +20,6 @@ const PARTICIPANTS: u64 = 5;
 const TEXTURES: [&str; 2] = ["M8", "S8"];
 const SECONDS: f64 = 60.0;
 const CAMPAIGNS: &str = "the issue of campaigns";
-const RENDERING: &str = "Rendering that knows its limits";
 
 /// One texture on one finger.
 struct Felt {
@@ -102,10 +101,11 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             });
         }
     }
+    let exchange = exchange::exchanged_levels(replay)?;
     let findings = vec![
         wrong_strategy(&felt),
         overlaps(&felt),
-        Finding::not_yet(23, RENDERING),
+        exchange.finding,
         Finding::not_yet(24, CAMPAIGNS),
         Finding::not_yet(25, CAMPAIGNS),
         Finding::not_yet(27, CAMPAIGNS),
@@ -116,18 +116,29 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
         number: 4,
         title: "Rendering textures on the device",
         measured: vec![
-            format!("Participants 1 to {PARTICIPANTS} stroked M8 (periodic) and S8 (isotropic) at 30 mm/s and 0.2 N; one stroke of each was rendered with their own transfer function (20°, 0.2 N, {SECONDS} s of random drive) and played to the finger, put back anew."),
+            format!(
+                "Participants 1 to {PARTICIPANTS} stroked M8 (periodic) and S8 (isotropic) at 30 mm/s and 0.2 N; one stroke of each was rendered with their own transfer function (20°, 0.2 N, {SECONDS} s of random drive) and played to the finger, put back anew."
+            ),
             format!(
                 "Textures that did not fit a device were rendered softer, at most by {:.1} dB.",
                 softest.abs()
             ),
+            exchange.measured,
         ],
         findings,
-        doubts: said_once(felt.iter().flat_map(|f| f.doubts.iter().map(|d| (f.texture, d)))),
-        figures: felt.into_iter().flat_map(|f| f.figures).collect(),
+        doubts: said_once(
+            felt.iter()
+                .flat_map(|f| f.doubts.iter().map(|d| (f.texture, d)))
+                .chain(exchange.doubts.iter().map(|(sample, d)| (*sample, d))),
+        ),
+        figures: felt
+            .into_iter()
+            .flat_map(|f| f.figures)
+            .chain(exchange.figures)
+            .collect(),
         missing: vec![
             "Figures 50–60: campaigns of discrimination, with the issue of campaigns.".into(),
-            "Figure 62: exchanged levels, with Rendering that knows its limits; figures 63–65: their campaign.".into(),
+            "Figures 63–65: the campaign of exchanged levels, with the issue of campaigns.".into(),
         ],
     })
 }

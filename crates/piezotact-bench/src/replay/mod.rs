@@ -6,6 +6,7 @@ mod chapter4;
 mod chapter5;
 mod chapter6;
 mod claims;
+mod exchange;
 mod figure;
 mod measured;
 mod rendering;
@@ -132,6 +133,9 @@ pub enum ReplayError {
     /// A texture cannot be rendered.
     #[error("{0}")]
     Render(#[from] piezotact::render::RenderError),
+    /// A texture cannot be made otherwise.
+    #[error("{0}")]
+    Manipulate(#[from] piezotact::manipulate::ManipulateError),
     /// A measurement cannot be compared.
     #[error("{0}")]
     Verify(#[from] piezotact::verify::VerifyError),

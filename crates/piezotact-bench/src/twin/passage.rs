@@ -52,6 +52,7 @@ pub fn record_texture(
             ),
             parameters.provenance(),
         ],
+        lineage: None,
     };
     Ok((Series::new(samples, rate())?, condition, provenance))
 }

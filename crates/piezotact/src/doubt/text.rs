@@ -367,6 +367,23 @@ impl fmt::Display for Doubt {
                 f,
                 "{count} planned measurements are missing, the first is {first}: run the campaign again to go on with it"
             ),
+            Self::LeftTheBand {
+                operation,
+                share,
+                nyquist_hz,
+            } => write!(
+                f,
+                "{operation}: {} of the power would leave 0 to {nyquist_hz} Hz and is gone; go less far, or record at another rate",
+                percent(*share)
+            ),
+            Self::JoinShows {
+                correlation,
+                step_ratio,
+                spectrum_db,
+            } => write!(
+                f,
+                "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke, or one freed of the gesture"
+            ),
             Self::ShortSignal { segments } => write!(
                 f,
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",

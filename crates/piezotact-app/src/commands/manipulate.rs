@@ -1,0 +1,397 @@
+//! `piezotact manipulate`: a texture made otherwise on purpose, with what was done to it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::feature::{FeatureConfig, vibrations};
+use piezotact::filter::HighPass;
+use piezotact::manipulate::{
+    self, Level, Lineage, ManipulateError, Manipulated, Operation, Step, Texture, Tilt,
+    phases_needed,
+};
+use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Unit};
+use piezotact::recording::{Condition, Provenance, Recording};
+use piezotact::resample::resample;
+use piezotact::roles::Roles;
+use piezotact::series::{Series, peak};
+use piezotact::spectrum::WelchConfig;
+use piezotact_bench::drawn_phases;
+use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use serde_json::json;
+
+use super::touch::{Take, take_all};
+use super::{outputs, read, texture};
+use crate::cli::manipulate::{Asked, Manipulate};
+use crate::cli::{Reading, Takes};
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::report::{self, name};
+
+/// Below this a tilt is held: gestures are there, and no device renders it.
+const TILT_HELD_BELOW: Hertz = Hertz(10.0);
+/// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
+const MANIPULATED: &str = " (manipulated)";
+
+/// A texture with what its file says of it.
+struct Opened {
+    texture: Texture<Acceleration>,
+    condition: Condition,
+    provenance: Provenance,
+}
+
+pub(crate) fn run(args: &Manipulate) -> Outcome {
+    let operations = &args.operations.0;
+    if operations.is_empty() {
+        return Err(usage(anyhow!(
+            "expected an operation, found none; write for example --gain -3dB (see --help)"
+        )));
+    }
+    let others = operations.iter().filter_map(|asked| match asked {
+        Asked::RmsOf(path) | Asked::SpectrumOf(path) => Some(path.as_path()),
+        _ => None,
+    });
+    let read: Vec<&Path> = others.chain([args.input.as_path()]).collect();
+    let sidecar = sidecar_path(&args.out);
+    let mut written = vec![args.out.as_path(), &sidecar];
+    written.extend(args.report.as_deref());
+    outputs(&read, &written)?;
+
+    let opened = open(
+        &args.input,
+        args.stroke,
+        args.channel.as_deref(),
+        &args.reading,
+    )?;
+    let before = opened.texture.clone();
+    let (after, others) = all_done(args, opened.texture)?;
+    let after = at_a_whole_rate(after)?;
+    let condition = condition_of(opened.condition, operations);
+    write(&args.out, &after, &condition, &opened.provenance)?;
+    if let Some(path) = &args.report {
+        let page = report::manipulate::Page {
+            title: format!("{}, made otherwise", name(&args.input)),
+            bench: opened.provenance.bench,
+            before: &before,
+            after: &after,
+            others: &others,
+        };
+        write_text(path, &report::manipulate::render(&page)?)?;
+    }
+    if args.json {
+        return print_json(&json!({
+            "out": args.out,
+            "rate_hz": after.series.rate(),
+            "duration_s": after.series.duration(),
+            "rms_before": before.series.rms(),
+            "rms_after": after.series.rms(),
+            "unit": Acceleration::UNIT,
+            "condition": condition,
+            "lineage": after.lineage,
+            "text": after.lineage.to_string(),
+            "doubts": doubts_json(&after.doubts)?,
+        }));
+    }
+    say_doubts(&after.doubts);
+    print(&format!("{}\n{}", args.input.display(), steps_text(&after)))?;
+    if let Some(path) = &args.report {
+        print(&format!("report: {}", path.display()))?;
+    }
+    print(&format!(
+        "wrote {}: {:.3}, {:.4} m/s² rms",
+        args.out.display(),
+        after.series.duration(),
+        after.series.rms()
+    ))
+}
+
+/// The texture in a file, or one stroke of it, with the lineage that it has so far and without its mean.
+fn open(
+    path: &Path,
+    stroke: Option<u32>,
+    channel: Option<&str>,
+    reading: &Reading,
+) -> Outcome<Opened> {
+    let (series, recording, step, mut doubts) = match stroke {
+        None => {
+            let recording = read(path, reading)?.recording;
+            let series = texture(path, &recording, channel)?;
+            let doubts = taken_whole(path, &recording).into_iter().collect();
+            (series, recording, None, doubts)
+        }
+        Some(number) => one_stroke(path, number as usize, channel, reading)?,
+    };
+    doubts.splice(0..0, recording.doubts.iter().cloned());
+    let so_far = recording.provenance.lineage.clone();
+    let mut lineage = so_far.unwrap_or_else(|| Lineage::of(name(path)));
+    lineage.steps.extend(step);
+    let found = Texture {
+        series,
+        lineage,
+        doubts,
+    };
+    let texture = found
+        .freed_of_mean()
+        .map_err(|error| refused(path, error))?;
+    Ok(Opened {
+        texture,
+        condition: recording.condition,
+        provenance: recording.provenance,
+    })
+}
+
+/// A recording of touch holds landings, pauses and the gesture beside what is felt of the surface.
+fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
+    let (roles, _) = Roles::guess(recording);
+    let of_touch = roles.normal_force.is_some() || roles.motion.is_some();
+    of_touch.then(|| Doubt::Guessed {
+        what: format!(
+            "all of {} is taken as the texture, with gesture and pauses, though it is a recording of touch (--stroke N takes one stroke)",
+            name(path)
+        ),
+    })
+}
+
+type Stroke = (Series<Acceleration>, Recording, Option<Step>, Vec<Doubt>);
+
+/// One stroke of a recording, as `analyse` sees it: cut by the rule or by a person, freed of the gesture.
+fn one_stroke(
+    path: &Path,
+    number: usize,
+    channel: Option<&str>,
+    reading: &Reading,
+) -> Outcome<Stroke> {
+    let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
+    let takes = take_all(&Takes {
+        recordings: vec![path.to_owned()],
+        meta: None,
+        touch: None,
+        load: None,
+        speed: None,
+        vibration: channel.map(str::to_owned).into_iter().collect(),
+        normal_force: None,
+        tangential_force: Vec::new(),
+        motion: None,
+        every_contact: false,
+        cuts: None,
+        reading: Reading {
+            scale: reading.scale.clone(),
+            rate: reading.rate,
+        },
+    })?;
+    let Some(Take {
+        recording,
+        segmentation,
+        ..
+    }) = takes.into_iter().next()
+    else {
+        return Err(at(anyhow!("expected a recording, found none; check it")));
+    };
+    let whole = texture(
+        path,
+        &recording,
+        segmentation.roles.vibration.first().map(String::as_str),
+    )?;
+    let strokes = segmentation.strokes.len();
+    let Some(stroke) = segmentation.strokes.get(number - 1) else {
+        return Err(at(anyhow!(
+            "expected a stroke from 1 to {strokes}, found --stroke {number}; `piezotact segment` lists them"
+        )));
+    };
+    let gesture = HighPass::gesture();
+    let freed = vibrations(&recording, &segmentation, Some(gesture)).map_err(|e| at(e.into()))?;
+    let steady = &stroke.steady;
+    let samples = freed.channels.first().map(|channel| steady.of(channel));
+    let series = Series::<Acceleration>::new(
+        samples.map(<[f64]>::to_vec).unwrap_or_default(),
+        recording.rate(),
+    )
+    .map_err(|e| at(e.into()))?;
+    let operation = Operation::Stroke {
+        number,
+        from_s: recording.rate().duration_of(steady.start).0,
+        to_s: recording.rate().duration_of(steady.end).0,
+        high_pass_hz: gesture.cutoff_hz.0,
+    };
+    let step = Step::between(operation, &whole, &series);
+    let mut doubts = segmentation.doubts;
+    doubts.extend(freed.doubts);
+    Ok((series, recording, Some(step), doubts))
+}
+
+/// The texture after every operation, and the others that it took something of.
+fn all_done(
+    args: &Manipulate,
+    mut texture: Texture<Acceleration>,
+) -> Outcome<(Texture<Acceleration>, Vec<Texture<Acceleration>>)> {
+    let mut others: Vec<(&PathBuf, Texture<Acceleration>)> = Vec::new();
+    for asked in &args.operations.0 {
+        let other = match asked {
+            Asked::RmsOf(path) | Asked::SpectrumOf(path) => {
+                let known = others.iter().position(|(known, _)| *known == path);
+                let at = match known {
+                    Some(at) => at,
+                    None => {
+                        others.push((path, open_other(args, path)?));
+                        others.len() - 1
+                    }
+                };
+                Some(&others[at].1)
+            }
+            _ => None,
+        };
+        let done = done(args, asked, &texture.series, other)?;
+        texture = texture.then(done);
+    }
+    for (_, other) in &others {
+        texture.doubts.extend(other.doubts.iter().cloned());
+    }
+    let mut once: Vec<Doubt> = Vec::new();
+    for doubt in texture.doubts {
+        if !once.contains(&doubt) {
+            once.push(doubt);
+        }
+    }
+    texture.doubts = once;
+    Ok((
+        texture,
+        others.into_iter().map(|(_, other)| other).collect(),
+    ))
+}
+
+/// Another texture; `--scale` counts for it where it does not say its own.
+fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> {
+    let says_its_own = read_sidecar(path)?.is_some_and(|sidecar| sidecar.full_scale.is_some());
+    let reading = Reading {
+        scale: args.reading.scale.clone().filter(|_| !says_its_own),
+        rate: args.reading.rate,
+    };
+    let stroke = args.of_stroke.or(args.stroke);
+    Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
+}
+
+fn done(
+    args: &Manipulate,
+    asked: &Asked,
+    x: &Series<Acceleration>,
+    other: Option<&Texture<Acceleration>>,
+) -> Outcome<Manipulated<Acceleration>> {
+    let done = match (asked, other) {
+        (Asked::RmsOf(_), Some(other)) => {
+            let measured = args.rms_band.map_or(Level::Whole, Level::Within);
+            manipulate::rms_of(x, other, measured)
+        }
+        (Asked::SpectrumOf(_), Some(other)) => {
+            manipulate::spectrum_of(x, other, &lines_5_hz_apart(other)?)
+        }
+        (Asked::Gain(level), _) => manipulate::gain(x, *level),
+        (Asked::Band(band, change), _) => manipulate::change_band(x, *band, *change),
+        (Asked::Tilt(db_per_octave, pivot), _) => {
+            let slope = Tilt {
+                db_per_octave: *db_per_octave,
+                pivot: *pivot,
+                held_below: TILT_HELD_BELOW,
+            };
+            manipulate::tilt(x, slope)
+        }
+        (Asked::Shift(by), _) => manipulate::shift(x, *by),
+        (Asked::Warp(ratio, length), _) => manipulate::warp(x, *ratio, *length),
+        (Asked::RandomisePhases, _) => {
+            let phases = drawn_phases(args.seed, phases_needed(x.samples().len()));
+            manipulate::randomise_phases(x, &phases)
+        }
+        (Asked::Loop(duration), _) => {
+            let config = manipulate::LoopConfig::usual(x.duration());
+            manipulate::looped(x, *duration, &config)
+        }
+        (Asked::RmsOf(path) | Asked::SpectrumOf(path), None) => {
+            return Err(anyhow!("{}: expected a texture, found none", path.display()).into());
+        }
+    };
+    done.map_err(|error| refused(&args.input, error))
+}
+
+/// The usual segments of strokes, which other figures have as well.
+pub(crate) fn lines_5_hz_apart(of: &Texture<Acceleration>) -> Outcome<WelchConfig> {
+    let length = of.series.samples().len();
+    Ok(FeatureConfig::usual(of.series.rate(), &[length], None)?.welch)
+}
+
+fn refused(path: &Path, error: ManipulateError) -> Failure {
+    match error {
+        ManipulateError::Range { .. }
+        | ManipulateError::BandAboveNyquist { .. }
+        | ManipulateError::Ratio { .. } => usage(error),
+        _ => Failure::Data(anyhow::Error::new(error).context(path.display().to_string())),
+    }
+}
+
+/// A WAV file states a whole number of Hz.
+fn at_a_whole_rate(mut texture: Texture<Acceleration>) -> Outcome<Texture<Acceleration>> {
+    let from = texture.series.rate();
+    let to = piezotact::quantity::SampleRate::new(from.hz().round())?;
+    // Time stamps give rates that are whole but for their last digits.
+    if (from.hz() - to.hz()).abs() > 1e-5 * from.hz() {
+        texture.series = resample(&texture.series, to)?;
+        texture.doubts.push(Doubt::RateConverted {
+            what: "the texture".into(),
+            from_hz: from.hz(),
+            to_hz: to.hz(),
+        });
+    }
+    Ok(texture)
+}
+
+/// What still holds of the condition: another texture is another sample, and after a warp the speed is another.
+fn condition_of(mut condition: Condition, operations: &[Asked]) -> Condition {
+    if let Some(sample) = &mut condition.sample
+        && !sample.ends_with(MANIPULATED)
+    {
+        sample.push_str(MANIPULATED);
+    }
+    if operations
+        .iter()
+        .any(|asked| matches!(asked, Asked::Warp(..)))
+    {
+        condition.speed_m_s = None;
+    }
+    condition
+}
+
+fn write(
+    path: &Path,
+    texture: &Texture<Acceleration>,
+    condition: &Condition,
+    provenance: &Provenance,
+) -> Outcome {
+    let full_scale = peak(texture.series.samples());
+    let samples: Vec<f64> = texture
+        .series
+        .samples()
+        .iter()
+        .map(|v| v / full_scale)
+        .collect();
+    let sidecar = Sidecar {
+        full_scale: Some(Measure {
+            value: full_scale,
+            unit: Unit::MetrePerSecondSquared,
+        }),
+        channels: vec!["acceleration".into()],
+        condition: condition.clone(),
+        provenance: Provenance {
+            lineage: Some(texture.lineage.clone()),
+            ..provenance.clone()
+        },
+        rendering: None,
+    };
+    let rate_hz = texture.series.rate().hz().round() as u32;
+    write_wav_with_sidecar(path, &[&samples], rate_hz, SampleFormat::Float32, &sidecar)?;
+    Ok(())
+}
+
+fn steps_text(texture: &Texture<Acceleration>) -> String {
+    let steps = texture.lineage.steps.iter();
+    let steps: Vec<String> = steps.map(|step| format!("  {step}")).collect();
+    steps.join("\n")
+}

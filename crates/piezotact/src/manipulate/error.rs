@@ -1,0 +1,131 @@
+//! Why a texture cannot be made otherwise.
+
+use crate::quantity::{Band, Hertz, SampleRate, Seconds};
+use crate::resample::ResampleError;
+use crate::series::SeriesError;
+use crate::spectrum::EstimateError;
+
+/// Why a texture cannot be made otherwise.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ManipulateError {
+    /// Nothing changes in it.
+    #[error(
+        "expected a texture, found {duration:.3} of {quantity} that never changes; check the channel and the cable"
+    )]
+    Silent {
+        /// What it holds.
+        quantity: &'static str,
+        /// Its length.
+        duration: Seconds,
+    },
+    /// Nothing changes in it within a band.
+    #[error(
+        "expected power within {band} in {what}, found none; take a band in which both textures vibrate"
+    )]
+    SilentWithin {
+        /// The texture.
+        what: String,
+        /// The band.
+        band: Band,
+    },
+    /// The operation leaves nothing.
+    #[error("expected something to be left after `{after}`, found silence; ask for less")]
+    NothingLeft {
+        /// The operation.
+        after: String,
+    },
+    /// The band does not fit the rate.
+    #[error(
+        "expected a band within half of the texture's rate, {nyquist}, found one up to {}; lower its end",
+        band.high()
+    )]
+    BandAboveNyquist {
+        /// The band.
+        band: Band,
+        /// Half the rate.
+        nyquist: Hertz,
+    },
+    /// A number outside its range.
+    #[error("expected {expected}, found {found}; {todo}")]
+    Range {
+        /// What is possible.
+        expected: String,
+        /// What was asked for.
+        found: String,
+        /// What to do.
+        todo: &'static str,
+    },
+    /// Two textures of different rates.
+    #[error(
+        "cannot take the {taken} of {of}: it is sampled at {its_rate} and the texture at {rate}; bring both to one rate"
+    )]
+    RatesDiffer {
+        /// What was to be taken.
+        taken: &'static str,
+        /// From which texture.
+        of: String,
+        /// At what rate.
+        its_rate: SampleRate,
+        /// The texture's own.
+        rate: SampleRate,
+    },
+    /// The texture is too short to be joined.
+    #[error(
+        "expected a texture of {expected:.3} or longer to join it with itself, found {found:.3}; take a longer stroke or a shorter crossfade"
+    )]
+    TooShort {
+        /// What it takes.
+        expected: Seconds,
+        /// What there is.
+        found: Seconds,
+    },
+    /// Too few or too many phases.
+    #[error(
+        "expected one phase for each of {expected} lines, found {found}; draw as many as `phases_needed` says"
+    )]
+    Phases {
+        /// What it takes.
+        expected: usize,
+        /// What there is.
+        found: usize,
+    },
+    /// A ratio that no resampler fits.
+    #[error(
+        "expected a warp with few digits, found {found} ({why}); write it with four digits after the point"
+    )]
+    Ratio {
+        /// The ratio.
+        found: f64,
+        /// Why not.
+        why: ResampleError,
+    },
+    /// The other texture gives no spectrum.
+    #[error("no spectrum of {of}: {why}")]
+    Spectrum {
+        /// The texture.
+        of: String,
+        /// Why not.
+        why: EstimateError,
+    },
+    /// What comes out is no signal.
+    #[error("what comes out is no texture: {0}")]
+    Series(#[from] SeriesError),
+}
+
+/// `value` where it is from `low` to `high`.
+pub(super) fn require_range(
+    what: &str,
+    value: f64,
+    (low, high): (f64, f64),
+    unit: &str,
+    todo: &'static str,
+) -> Result<(), ManipulateError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(ManipulateError::Range {
+        expected: format!("{what} from {low} to {high}{unit}"),
+        found: format!("{value}{unit}"),
+        todo,
+    })
+}

@@ -1,0 +1,343 @@
+//! What a texture was made from and what was done to it, in order: kept in its file, and passed on.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::device::AmplifierGain;
+use crate::quantity::{Band, Measure, Quantity};
+use crate::series::{Series, standard_deviation};
+
+/// What a texture was made from and everything that was done to it, oldest first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Lineage {
+    /// What it began with: a recording or a sample, as a person would name it.
+    pub source: String,
+    /// What was done, oldest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<Step>,
+}
+
+/// One thing that was done to a texture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// What, with its parameters.
+    pub operation: Operation,
+    /// The level before, rms about the mean.
+    pub rms_before: Measure,
+    /// The level after, rms about the mean.
+    pub rms_after: Measure,
+}
+
+/// What can be done to a texture, with its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "snake_case")]
+pub enum Operation {
+    /// One stroke of a recording.
+    Stroke {
+        /// Which, from 1.
+        number: usize,
+        /// From when, s.
+        from_s: f64,
+        /// Until when, s.
+        to_s: f64,
+        /// The gesture below this was taken away before, Hz.
+        high_pass_hz: f64,
+    },
+    /// The mean was taken away.
+    MeanTakenAway {
+        /// The mean, in the unit of the texture.
+        mean: f64,
+    },
+    /// Another level.
+    Gain {
+        /// By how much, dB.
+        gain_db: f64,
+    },
+    /// The level of another texture.
+    RmsOf {
+        /// The other texture.
+        of: Lineage,
+        /// The level that was taken, rms about the mean.
+        rms: f64,
+        /// Where it was measured, in both.
+        measured: Level,
+        /// The gain that it took, dB.
+        gain_db: f64,
+    },
+    /// A band raised, lowered or removed.
+    BandChanged {
+        /// The band.
+        band_hz: Band,
+        /// How.
+        change: BandChange,
+        /// The width of the edges outside the band, as a ratio of its ends.
+        edge_ratio: f64,
+    },
+    /// A slope over frequency.
+    Tilted {
+        /// The slope, dB an octave.
+        db_per_octave: f64,
+        /// Where nothing changes, Hz.
+        pivot_hz: f64,
+        /// Below this the gain stays what it is here, Hz.
+        held_below_hz: f64,
+    },
+    /// Every frequency moved by as many Hz.
+    Shifted {
+        /// By how much, Hz.
+        by_hz: f64,
+    },
+    /// Every frequency multiplied, as by another sliding speed.
+    Warped {
+        /// By how much.
+        ratio: f64,
+        /// What became of the length.
+        length: WarpedLength,
+    },
+    /// The spectrum of another texture at the level of this one.
+    SpectrumOf {
+        /// The other texture.
+        of: Lineage,
+        /// The lines of its PSD are as far apart, Hz.
+        resolution_hz: f64,
+        /// The segments in its PSD.
+        averages: usize,
+    },
+    /// Other phases.
+    PhasesRandomised {
+        /// Where they were drawn from: generator and seed.
+        drawn_by: String,
+    },
+    /// Another length.
+    Looped {
+        /// The length, s.
+        duration_s: f64,
+        /// How it was joined; absent where it was cut short.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        join: Option<Join>,
+    },
+    /// Rendered as the drive of a device.
+    Rendered {
+        /// Where the transfer function came from.
+        transfer: String,
+        /// The amplifier's gain; absent when the transfer function did not say.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gain: Option<AmplifierGain>,
+        /// The level it was rendered at, dB.
+        level_db: f64,
+        /// The band that was rendered.
+        band_hz: Band,
+    },
+}
+
+/// Where a level is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "over", content = "band_hz", rename_all = "snake_case")]
+pub enum Level {
+    /// Over all frequencies.
+    Whole,
+    /// Over the lines of a band.
+    Within(Band),
+}
+
+/// What is done to a band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "how", rename_all = "snake_case")]
+pub enum BandChange {
+    /// Raised or lowered.
+    Gain {
+        /// By how much, dB.
+        gain_db: f64,
+    },
+    /// Removed.
+    Removed,
+}
+
+/// What becomes of the length of a warped texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WarpedLength {
+    /// It is divided by the ratio: the same surface in less time.
+    Follows,
+    /// It is kept: more of the surface, by joining the texture with itself, or less of it.
+    Kept,
+}
+
+/// How a texture was joined with itself, and how the join compares with the rest of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Join {
+    /// How often.
+    pub joins: usize,
+    /// The texture comes again after this, s.
+    pub period_s: f64,
+    /// How long one end is faded into the other, s.
+    pub crossfade_s: f64,
+    /// How alike the two ends are there, −1 to 1.
+    pub correlation: f64,
+    /// The largest step between two samples at the join, relative to the largest of the texture itself.
+    pub step_ratio: f64,
+    /// The strongest short-time spectrum at the join relative to the strongest of the texture itself, each line
+    /// weighed by its mean over the texture, dB.
+    pub spectrum_db: f64,
+}
+
+impl Lineage {
+    /// The beginning: nothing was done yet to `source`.
+    #[must_use]
+    pub fn of(source: impl Into<String>) -> Self {
+        Self {
+            source: source.into(),
+            steps: Vec::new(),
+        }
+    }
+
+    /// The same lineage with one more step at its end.
+    #[must_use]
+    pub fn then(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+}
+
+impl Operation {
+    /// What was done, with the name of another texture instead of its lineage.
+    #[must_use]
+    pub fn told_briefly(&self) -> String {
+        let named = |of: &Lineage| Lineage::of(of.source.clone());
+        let mut brief = self.clone();
+        if let Self::RmsOf { of, .. } | Self::SpectrumOf { of, .. } = &mut brief {
+            *of = named(of);
+        }
+        brief.to_string()
+    }
+}
+
+impl Step {
+    /// What `operation` did when it made `after` from `before`.
+    #[must_use]
+    pub fn between<I: Quantity, O: Quantity>(
+        operation: Operation,
+        before: &Series<I>,
+        after: &Series<O>,
+    ) -> Self {
+        Self {
+            operation,
+            rms_before: Measure {
+                value: standard_deviation(before.samples()),
+                unit: I::UNIT,
+            },
+            rms_after: Measure {
+                value: standard_deviation(after.samples()),
+                unit: O::UNIT,
+            },
+        }
+    }
+}
+
+impl fmt::Display for Lineage {
+    /// The source and its steps in one line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.source)?;
+        for (i, step) in self.steps.iter().enumerate() {
+            let before = if i == 0 { " (" } else { ", " };
+            write!(f, "{before}{}", step.operation)?;
+        }
+        f.write_str(if self.steps.is_empty() { "" } else { ")" })
+    }
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: {:.4} {} rms → {:.4} {} rms",
+            self.operation,
+            self.rms_before.value,
+            self.rms_before.unit,
+            self.rms_after.value,
+            self.rms_after.unit
+        )
+    }
+}
+
+impl fmt::Display for Operation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stroke {
+                number,
+                from_s,
+                to_s,
+                high_pass_hz,
+            } => write!(
+                f,
+                "stroke {number}, {from_s:.3}–{to_s:.3} s, freed of the gesture below {high_pass_hz} Hz"
+            ),
+            Self::MeanTakenAway { mean } => write!(f, "mean of {mean:.4} taken away"),
+            Self::Gain { gain_db } => write!(f, "gain {gain_db:+.3} dB"),
+            Self::RmsOf {
+                of,
+                measured,
+                gain_db,
+                ..
+            } => {
+                write!(f, "rms of {of}")?;
+                if let Level::Within(band) = measured {
+                    write!(f, " within {band}")?;
+                }
+                write!(f, ", gain {gain_db:+.3} dB")
+            }
+            Self::BandChanged {
+                band_hz, change, ..
+            } => match change {
+                BandChange::Gain { gain_db } => write!(f, "{band_hz} {gain_db:+} dB"),
+                BandChange::Removed => write!(f, "{band_hz} removed"),
+            },
+            Self::Tilted {
+                db_per_octave,
+                pivot_hz,
+                held_below_hz,
+            } => write!(
+                f,
+                "tilt {db_per_octave:+} dB/octave about {pivot_hz} Hz, held below {held_below_hz} Hz"
+            ),
+            Self::Shifted { by_hz } => write!(f, "shift {by_hz:+} Hz"),
+            Self::Warped { ratio, length } => {
+                let kept = match length {
+                    WarpedLength::Follows => "",
+                    WarpedLength::Kept => ", length kept",
+                };
+                write!(f, "warp × {ratio}{kept}")
+            }
+            Self::SpectrumOf {
+                of, resolution_hz, ..
+            } => write!(f, "spectrum of {of} in steps of {resolution_hz:.2} Hz"),
+            Self::PhasesRandomised { drawn_by } => write!(f, "phases drawn by {drawn_by}"),
+            Self::Looped {
+                duration_s,
+                join: None,
+            } => write!(f, "cut to {duration_s:.3} s"),
+            Self::Looped {
+                duration_s,
+                join: Some(join),
+            } => write!(
+                f,
+                "looped to {duration_s:.3} s every {:.3} s, crossfade {:.3} s (correlation {:.2})",
+                join.period_s, join.crossfade_s, join.correlation
+            ),
+            Self::Rendered {
+                transfer,
+                gain,
+                level_db,
+                band_hz,
+            } => {
+                write!(f, "rendered over {band_hz} with {transfer}")?;
+                if let Some(gain) = gain {
+                    write!(f, ", amplifier gain {gain}")?;
+                }
+                write!(f, ", level {level_db:+.1} dB")
+            }
+        }
+    }
+}

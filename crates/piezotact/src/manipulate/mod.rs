@@ -1,0 +1,183 @@
+//! Textures made otherwise on purpose: another level, another spectrum, other phases, another length.
+//!
+//! Every function gives a [`Manipulated`]: the new texture, the [`Step`] that says what was done with which
+//! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
+//! it later knows what it was. Levels are rms about the mean, since a mean is nothing that is felt.
+
+mod error;
+mod frequency;
+mod level;
+mod lineage;
+mod looping;
+mod spectral;
+
+pub use error::ManipulateError;
+pub use frequency::{shift, warp};
+pub use level::{exchanged, gain, level, rms_of, without_mean};
+pub use lineage::{BandChange, Join, Level, Lineage, Operation, Step, WarpedLength};
+pub use looping::{LoopConfig, looped};
+pub use spectral::{
+    DrawnPhases, Tilt, change_band, phases_needed, randomise_phases, spectrum_of, tilt,
+};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::series::{Series, mean, standard_deviation};
+
+/// Less than this share of the power may leave the band without being said.
+pub const SHARE_TOLD: f64 = 1e-3;
+
+/// A mean below this share of the rms is none.
+const NO_MEAN_RATIO: f64 = 0.01;
+
+/// What is left of a texture below this share of its rms is rounding.
+const ROUNDING_RATIO: f64 = 1e-9;
+
+/// A texture after one operation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manipulated<Q: Quantity> {
+    /// The new texture.
+    pub series: Series<Q>,
+    /// What was done.
+    pub step: Step,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// A texture with everything that was done to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture<Q: Quantity> {
+    /// Its samples.
+    pub series: Series<Q>,
+    /// What it was made from, and how.
+    pub lineage: Lineage,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl<Q: Quantity> Texture<Q> {
+    /// A texture as it was recorded, called `source`.
+    #[must_use]
+    pub fn of(source: impl Into<String>, series: Series<Q>) -> Self {
+        Self {
+            series,
+            lineage: Lineage::of(source),
+            doubts: Vec::new(),
+        }
+    }
+
+    /// The texture without its mean; as it is where the mean is less than a hundredth of its rms, which changes the rms by 0.005 %.
+    ///
+    /// # Errors
+    /// [`ManipulateError::Silent`] when nothing is left.
+    pub fn freed_of_mean(self) -> Result<Self, ManipulateError> {
+        let (mean, _) = about_mean(&self.series)?;
+        if mean.abs() < NO_MEAN_RATIO * standard_deviation(self.series.samples()) {
+            return Ok(self);
+        }
+        let done = without_mean(&self.series)?;
+        Ok(self.then(done))
+    }
+
+    /// The texture after one more operation on its samples.
+    ///
+    /// ```
+    /// use piezotact::manipulate::{Texture, gain};
+    /// use piezotact::quantity::{Acceleration, Decibels, SampleRate};
+    /// let rate = SampleRate::new(1000.0).unwrap();
+    /// let series = piezotact::Series::<Acceleration>::new(vec![1.0, -1.0], rate).unwrap();
+    /// let texture = Texture::of("S2", series);
+    /// let louder = gain(&texture.series, Decibels(6.0)).unwrap();
+    /// let texture = texture.then(louder);
+    /// assert_eq!(texture.lineage.to_string(), "S2 (gain +6.000 dB)");
+    /// ```
+    #[must_use]
+    pub fn then(self, done: Manipulated<Q>) -> Self {
+        let mut doubts = self.doubts;
+        doubts.extend(done.doubts);
+        Self {
+            series: done.series,
+            lineage: self.lineage.then(done.step),
+            doubts,
+        }
+    }
+}
+
+/// What `operation` made of `before`.
+fn manipulated<Q: Quantity>(
+    before: &Series<Q>,
+    samples: Vec<f64>,
+    operation: Operation,
+    doubts: Vec<Doubt>,
+) -> Result<Manipulated<Q>, ManipulateError> {
+    let series = Series::new(samples, before.rate())?;
+    let floor = ROUNDING_RATIO * standard_deviation(before.samples());
+    if standard_deviation(series.samples()) <= floor {
+        return Err(ManipulateError::NothingLeft {
+            after: operation.to_string(),
+        });
+    }
+    Ok(Manipulated {
+        step: Step::between(operation, before, &series),
+        series,
+        doubts,
+    })
+}
+
+/// The mean of a texture and what changes about it.
+fn about_mean<Q: Quantity>(x: &Series<Q>) -> Result<(f64, Vec<f64>), ManipulateError> {
+    let mean = mean(x.samples());
+    let changing: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
+    let largest = crate::series::peak(&changing);
+    // What the subtraction of the mean leaves of a constant is rounding.
+    if largest <= 1e-13 * mean.abs() {
+        return Err(ManipulateError::Silent {
+            quantity: Q::NAME,
+            duration: x.duration(),
+        });
+    }
+    Ok((mean, changing))
+}
+
+fn require_band(band: Band, rate: SampleRate) -> Result<(), ManipulateError> {
+    if band.high().0 > rate.nyquist().0 {
+        return Err(ManipulateError::BandAboveNyquist {
+            band,
+            nyquist: rate.nyquist(),
+        });
+    }
+    Ok(())
+}
+
+fn require_one_rate<Q: Quantity>(
+    x: &Series<Q>,
+    of: &Texture<Q>,
+    taken: &'static str,
+) -> Result<(), ManipulateError> {
+    if x.rate() != of.series.rate() {
+        return Err(ManipulateError::RatesDiffer {
+            taken,
+            of: of.lineage.source.clone(),
+            its_rate: of.series.rate(),
+            rate: x.rate(),
+        });
+    }
+    Ok(())
+}
+
+/// The frequency of line `k` of a transform over `n` samples, Hz.
+fn line_hz(k: usize, n: usize, rate: SampleRate) -> f64 {
+    k as f64 * rate.hz() / n as f64
+}
+
+/// The doubt about the share of the power that left the band, where it is worth being said.
+fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt> {
+    if share <= SHARE_TOLD {
+        return Vec::new();
+    }
+    vec![Doubt::LeftTheBand {
+        operation: operation.to_string(),
+        share,
+        nyquist_hz: nyquist.0,
+    }]
+}
