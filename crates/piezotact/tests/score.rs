@@ -16,7 +16,9 @@ use piezotact::Series;
 use piezotact::feature::Weighting;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
-use piezotact::score::{LiteratureConfig, Place, Score, ScoreConfig, ScoreError, Verdict, score};
+use piezotact::score::{
+    Extent, How, LiteratureConfig, Score, ScoreConfig, ScoreError, Verdict, score,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -146,10 +148,30 @@ fn a_texture_and_itself_5_ms_later_score_below_a_tenth() {
         let s = scored(&x, &later(&x, 25));
         eprintln!("5 ms later, seed {seed}: {}", s.sentence());
         assert!(s.score.jnd < 0.1, "seed {seed}: {}", s.sentence());
+        assert_eq!(s.extent, Extent::SharedPart);
         let waveform = s.waveform.unwrap();
         assert!((waveform.delay_s - 0.005).abs() < 1e-5 && waveform.correlation > 0.99);
         assert!(waveform.nmse_db < -20.0, "{}", waveform.nmse_db);
     }
+}
+
+/// What is measured while a drive plays begins before it and ends after it.
+#[test]
+fn silence_around_a_measurement_is_left_out() {
+    let x = texture(1, 50_000, 2.0, humps);
+    let around = [vec![0.0; 4_000], x.samples().to_vec(), vec![0.0; 9_000]].concat();
+    let s = scored(&x, &series(around));
+    eprintln!("with silence around: {}", s.sentence());
+    assert!(
+        s.score.jnd < 1e-3 && s.doubts.is_empty(),
+        "{} {:?}",
+        s.sentence(),
+        s.doubts
+    );
+    assert!(s.literature.unwrap().st_sim.value.unwrap() > 0.999);
+    // A measurement that ends early is compared as far as it goes, and that is said.
+    let s = scored(&x, &series(x.samples()[..30_000].to_vec()));
+    assert!(s.doubts.iter().any(|d| matches!(d, Doubt::Cut { .. })) && s.score.jnd < 0.05);
 }
 
 #[test]
@@ -179,10 +201,11 @@ fn two_textures_one_jnd_apart_in_level_score_1() {
         &texture(10, THIRTY_S, 2.0, humps).amplified(Decibels(3.2)),
     );
     eprintln!("2 JND apart: {}", s.sentence());
-    let Verdict::Distinguishable { places } = &s.verdict else {
+    let Verdict::Distinguishable { how } = &s.verdict else {
         panic!("{}", s.sentence())
     };
-    assert_eq!(places[0], Place::Level);
+    assert_eq!(how[0], How::Louder);
+    assert_eq!(s.extent, Extent::WholeOfEach);
 }
 
 #[test]

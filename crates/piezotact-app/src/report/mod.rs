@@ -7,6 +7,7 @@ pub(crate) mod heatmap;
 mod image;
 pub(crate) mod replay;
 pub(crate) mod roughness;
+pub(crate) mod score;
 pub(crate) mod spectrogram;
 pub(crate) mod touch;
 pub(crate) mod transfer;

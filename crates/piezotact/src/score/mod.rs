@@ -14,8 +14,8 @@ use excitation::{Excitation, Spread, excitation, spread};
 use serde::{Deserialize, Serialize};
 
 pub use literature::{Literature, LiteratureConfig};
-pub use verdict::{Place, Verdict};
-pub use waveform::Waveform;
+pub use verdict::{How, Verdict};
+pub use waveform::{Extent, Waveform};
 
 use crate::doubt::Doubt;
 use crate::feature::Weighting;
@@ -182,6 +182,8 @@ pub struct Score {
     /// The spread of short-time levels of the reference and the test, dB; it is not part of the score.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modulation_db: Option<[f64; 2]>,
+    /// What of the two is compared.
+    pub extent: Extent,
     /// How alike the waveforms are; it is not part of the score.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waveform: Option<Waveform>,
@@ -199,6 +201,9 @@ pub struct Score {
 }
 
 /// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
+///
+/// Where one waveform follows the other (correlation above 0.5 either way) they are aligned, and the time that they
+/// share is compared; or else all of each.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
 /// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and for each band the largest over the sum of the
@@ -233,6 +238,25 @@ pub fn score(
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
+    let mut doubts = Vec::new();
+    let (mut waveform, mut shared) = (None, None);
+    match waveform::waveform(reference, test, config.band) {
+        Ok(compared) => {
+            doubts = compared.doubts;
+            waveform = Some(compared.waveform);
+            shared = compared.shared;
+        }
+        // Said below, with the name that it has here.
+        Err(VerifyError::Silent { .. }) => {}
+        Err(error) => doubts.push(Doubt::WaveformNotCompared {
+            why: error.to_string(),
+        }),
+    }
+    let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
+    let (extent, reference, test) = match &shared {
+        Some([a, b]) => (Extent::SharedPart, a, b),
+        None => (Extent::WholeOfEach, reference, test),
+    };
     let rate_hz = reference.rate().hz();
     let bands = config.band.third_octaves();
     if bands.is_empty() {
@@ -261,20 +285,8 @@ pub fn score(
     let balance = balance_difference(&a, &b, config);
     let score = spectrum.larger(level).larger(balance);
 
-    let mut doubts = doubts_about(reference, test, &a, &b);
+    doubts.extend(doubts_about(reference, test, &a, &b));
     let modulation = modulation(reference, test, config, &mut doubts)?;
-    let waveform = match waveform::waveform(reference, test, config.band) {
-        Ok((waveform, more)) => {
-            doubts.extend(more);
-            Some(waveform)
-        }
-        Err(error) => {
-            doubts.push(Doubt::WaveformNotCompared {
-                why: error.to_string(),
-            });
-            None
-        }
-    };
     let literature = match literature::literature(reference, test, config.literature) {
         Ok(literature) => {
             doubts.extend(literature.doubts.clone());
@@ -291,7 +303,15 @@ pub fn score(
     let shorter = reference.duration().0.min(test.duration().0);
     Ok(Score {
         score,
-        verdict: Verdict::of(score, [spectrum, level, balance], &bands, Seconds(shorter)),
+        verdict: Verdict::of(
+            score,
+            [
+                (level, b.total > a.total),
+                (balance, b.log_centroid > a.log_centroid),
+            ],
+            &bands,
+            Seconds(shorter),
+        ),
         spectrum,
         level,
         balance,
@@ -303,6 +323,7 @@ pub fn score(
         bands,
         spectrum_error: spectrum_error(reference, test, config.band)?,
         modulation_db: modulation,
+        extent,
         waveform,
         literature,
         rate_hz,

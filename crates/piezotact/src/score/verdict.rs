@@ -5,21 +5,28 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{BandScore, Difference};
+use crate::doubt::Doubt;
 use crate::quantity::{Band, Seconds};
 
 /// Recording longer than this is no advice, s.
 const LONGEST_S: f64 = 3600.0;
 
-/// Where two vibrations differ by more than can just be noticed.
+/// How B, the test, differs from A, the reference, by more than can just be noticed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
-    /// In the overall level.
-    Level,
-    /// In the balance of low and high frequencies.
-    Balance,
-    /// In third octaves, the one that counts most first.
-    Bands(Vec<Band>),
+pub enum How {
+    /// Its overall level is higher.
+    Louder,
+    /// Its overall level is lower.
+    Softer,
+    /// The balance has moved to high frequencies.
+    Higher,
+    /// The balance has moved to low frequencies.
+    Lower,
+    /// It is stronger in these bands, the one that counts most first.
+    StrongerIn(Vec<Band>),
+    /// It is weaker in these bands, the one that counts most first.
+    WeakerIn(Vec<Band>),
 }
 
 /// Whether a finger could tell two vibrations apart.
@@ -30,8 +37,8 @@ pub enum Verdict {
     Indistinguishable,
     /// The score is above one JND, with 95 % confidence.
     Distinguishable {
-        /// Where they differ.
-        places: Vec<Place>,
+        /// How they differ.
+        how: Vec<How>,
     },
     /// The recordings are too short for either.
     CannotTell {
@@ -42,10 +49,11 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict on `score`, the largest of the differences in spectrum, level and balance, from recordings of `length`.
+    /// The verdict on `score`, from recordings of `length`. The differences in level and in balance come with whether the
+    /// test has more.
     pub(super) fn of(
         score: Difference,
-        [_, level, balance]: [Difference; 3],
+        [level, balance]: [(Difference, bool); 2],
         bands: &[BandScore],
         length: Seconds,
     ) -> Self {
@@ -62,23 +70,25 @@ impl Verdict {
                 needed_s: (needed_s <= LONGEST_S).then_some(needed_s.max(length.0)),
             };
         }
-        let mut places = Vec::new();
-        if level.low_jnd > 1.0 {
-            places.push(Place::Level);
+        let mut how = Vec::new();
+        match level {
+            (d, true) if d.low_jnd > 1.0 => how.push(How::Louder),
+            (d, false) if d.low_jnd > 1.0 => how.push(How::Softer),
+            _ => {}
         }
-        if balance.low_jnd > 1.0 {
-            places.push(Place::Balance);
+        match balance {
+            (d, true) if d.low_jnd > 1.0 => how.push(How::Higher),
+            (d, false) if d.low_jnd > 1.0 => how.push(How::Lower),
+            _ => {}
         }
-        let mut apart: Vec<&BandScore> = bands
-            .iter()
-            .filter(|b| b.share > 0.0 && b.felt_jnd.abs() - b.reach_jnd > 1.0)
-            .collect();
-        let counts = |b: &BandScore| b.share * b.felt_jnd.abs();
-        apart.sort_by(|x, y| counts(y).total_cmp(&counts(x)));
-        if !apart.is_empty() {
-            places.push(Place::Bands(apart.iter().map(|b| b.band_hz).collect()));
+        let (stronger, weaker) = (apart(bands, 1.0), apart(bands, -1.0));
+        if !stronger.is_empty() {
+            how.push(How::StrongerIn(stronger));
         }
-        Self::Distinguishable { places }
+        if !weaker.is_empty() {
+            how.push(How::WeakerIn(weaker));
+        }
+        Self::Distinguishable { how }
     }
 
     /// One word for it.
@@ -92,27 +102,42 @@ impl Verdict {
     }
 }
 
-impl fmt::Display for Place {
+/// The bands that differ by more than a JND in the direction of `sign`, neighbours as one; the one that counts most first.
+fn apart(bands: &[BandScore], sign: f64) -> Vec<Band> {
+    let differs = |b: &BandScore| b.share > 0.0 && sign * b.felt_jnd - b.reach_jnd > 1.0;
+    let mut runs: Vec<(f64, Band)> = bands
+        .chunk_by(|x, y| differs(x) == differs(y))
+        .filter(|run| run.first().is_some_and(differs))
+        .filter_map(|run| {
+            let counts: f64 = run.iter().map(|b| b.share * b.felt_jnd.abs()).sum();
+            let (low, high) = (run.first()?.band_hz.low(), run.last()?.band_hz.high());
+            Some((counts, Band::new(low, high).ok()?))
+        })
+        .collect();
+    runs.sort_by(|x, y| y.0.total_cmp(&x.0));
+    runs.into_iter().map(|(_, band)| band).collect()
+}
+
+impl fmt::Display for How {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Level => f.write_str("in level"),
-            Self::Balance => f.write_str("in the balance of low and high frequencies"),
-            Self::Bands(bands) => {
-                f.write_str("at ")?;
-                for (i, band) in bands.iter().take(3).enumerate() {
-                    write!(f, "{}{band}", if i > 0 { ", " } else { "" })?;
-                }
-                match bands.len().saturating_sub(3) {
-                    0 => Ok(()),
-                    more => write!(f, " and {more} more bands"),
-                }
-            }
+        let (word, bands) = match self {
+            Self::Louder => return f.write_str("louder"),
+            Self::Softer => return f.write_str("softer"),
+            Self::Higher => return f.write_str("higher in frequency"),
+            Self::Lower => return f.write_str("lower in frequency"),
+            Self::StrongerIn(bands) => ("stronger", bands),
+            Self::WeakerIn(bands) => ("weaker", bands),
+        };
+        write!(f, "{word} at ")?;
+        for (i, band) in bands.iter().enumerate() {
+            write!(f, "{}{band}", if i > 0 { " and " } else { "" })?;
         }
+        Ok(())
     }
 }
 
 impl super::Score {
-    /// One sentence that says whether a finger could tell, by how much, and where.
+    /// One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
     #[must_use]
     pub fn sentence(&self) -> String {
         let score = self.score;
@@ -127,16 +152,24 @@ impl super::Score {
                 "indistinguishable: neither reaches the detection threshold".into()
             }
             Verdict::Indistinguishable => {
-                format!("indistinguishable: all differences are below 1 JND, score {range}")
-            }
-            Verdict::Distinguishable { places } => {
-                let places: Vec<String> = places.iter().map(ToString::to_string).collect();
-                let place = match places.as_slice() {
-                    [] => "over the whole spectrum".into(),
-                    [only] => only.clone(),
-                    [first @ .., last] => format!("{} and {last}", first.join(", ")),
+                let but = if self
+                    .doubts
+                    .iter()
+                    .any(|d| matches!(d, Doubt::OtherModulation { .. }))
+                {
+                    "; but one swells and fades more than the other, which the score does not see"
+                } else {
+                    ""
                 };
-                format!("distinguishable: score {range}, they differ {place}")
+                format!("indistinguishable: all differences are below 1 JND, score {range}{but}")
+            }
+            Verdict::Distinguishable { how } => {
+                let how: Vec<String> = how.iter().map(ToString::to_string).collect();
+                let how = match how.as_slice() {
+                    [] => "differs a little everywhere".into(),
+                    how => format!("is {}", how.join(", ")),
+                };
+                format!("distinguishable: score {range}; B {how}")
             }
             Verdict::CannotTell {
                 needed_s: Some(needed_s),

@@ -20,28 +20,64 @@ pub struct Waveform {
     pub compared_s: f64,
 }
 
-/// The waveforms of `reference` and `test` compared within `band`; with the doubts about that.
+/// What of two recordings is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Extent {
+    /// All of each: they are two realisations, and no time of one belongs to a time of the other.
+    WholeOfEach,
+    /// What they share in time, aligned: one follows the other.
+    SharedPart,
+}
+
+/// From this correlation on, of either sign, one waveform follows the other.
+const FOLLOWS: f64 = 0.5;
+
+/// Two waveforms compared.
+pub(super) struct Compared {
+    pub(super) waveform: Waveform,
+    pub(super) doubts: Vec<Doubt>,
+    /// The part that both share, where one follows the other.
+    pub(super) shared: Option<[Series<Acceleration>; 2]>,
+}
+
+/// The waveforms of `reference` and `test` compared within `band`.
 pub(super) fn waveform(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     band: Band,
-) -> Result<(Waveform, Vec<Doubt>), VerifyError> {
+) -> Result<Compared, VerifyError> {
     let aligned = align(reference, test, band)?;
     let compared = aligned.from..aligned.to;
     let compared_s = reference.rate().duration_of(compared.len()).0;
     let wanted = &aligned.target_in_band[compared.clone()];
-    let got = &aligned.measured_in_band[compared];
+    let got = &aligned.measured_in_band[compared.clone()];
     let product: f64 = wanted.iter().zip(got).map(|(r, t)| r * t).sum();
     let norm = wanted.len() as f64 * rms(wanted) * rms(got);
     let correlation = if norm > 0.0 { product / norm } else { 0.0 };
     let error: Vec<f64> = wanted.iter().zip(got).map(|(r, t)| t - r).collect();
     let share = rms(&error) / rms(wanted).max(f64::MIN_POSITIVE);
     let mut doubts = Vec::new();
-    if correlation < -0.5 {
+    if correlation < -FOLLOWS {
         doubts.push(Doubt::Inverted { correlation });
     }
-    Ok((
-        Waveform {
+    let mut shared = None;
+    if correlation.abs() > FOLLOWS {
+        // A hundredth is what aligning costs at the ends.
+        if compared.len() * 100 < reference.samples().len() * 99 {
+            doubts.push(Doubt::Cut {
+                compared_s,
+                target_s: reference.duration().0,
+            });
+        }
+        let part =
+            |samples: &[f64]| Series::new(samples[compared.clone()].to_vec(), reference.rate());
+        shared = part(reference.samples())
+            .and_then(|a| Ok([a, part(&aligned.measured)?]))
+            .ok();
+    }
+    Ok(Compared {
+        waveform: Waveform {
             correlation,
             // What is equal to the last bit is as good as numbers are.
             nmse_db: 20.0 * share.max(1e-16).log10(),
@@ -49,5 +85,6 @@ pub(super) fn waveform(
             compared_s,
         },
         doubts,
-    ))
+        shared,
+    })
 }
