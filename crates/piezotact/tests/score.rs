@@ -1,9 +1,10 @@
 //! The score in JND: what it must not depend on, what it must see, and the literature's indices against vibromaf
 //! (made by `golden/score.py`).
 #![allow(
+    clippy::disallowed_methods,
     clippy::print_stderr,
     clippy::unwrap_used,
-    reason = "a test prints what it measured, and fails where it cannot go on"
+    reason = "a test reads measured files, prints what it measured, and fails where it cannot go on"
 )]
 
 mod shared_data;
@@ -152,6 +153,40 @@ fn a_texture_and_itself_5_ms_later_score_below_a_tenth() {
         let waveform = s.waveform.unwrap();
         assert!((waveform.delay_s - 0.005).abs() < 1e-5 && waveform.correlation > 0.99);
         assert!(waveform.nmse_db < -20.0, "{}", waveform.nmse_db);
+    }
+}
+
+/// What the lowest bands hold is known least: 30 s of a rumble hold few of its swings.
+#[test]
+fn twins_of_other_spectra_score_below_a_tenth() {
+    type Shape = fn(f64) -> f64;
+    let shapes: [(&str, Shape); 4] = [
+        ("white", |_| 1.0),
+        ("rumble", |f| 1.0 / (1.0 + (f / 40.0).powi(2))),
+        ("pink", |f| f.powf(-0.5)),
+        ("narrow", |f| (-((f / 150.0).ln() / 0.06).powi(2)).exp()),
+    ];
+    for (name, shape) in shapes {
+        for seed in 1..=3 {
+            let x = texture(seed, THIRTY_S, 2.0, shape);
+            let s = scored(&x, &twin(&x, seed + 30));
+            let other = texture(seed + 60, THIRTY_S, 2.0, shape).amplified(Decibels(1.58));
+            let apart = scored(&x, &other).score;
+            eprintln!(
+                "{name}, seed {seed}: twin {:.3} ({:.2}–{:.2}) JND; another realisation 1 JND louder {:.3} ({:.2}–{:.2})",
+                s.score.jnd,
+                s.score.low_jnd,
+                s.score.high_jnd,
+                apart.jnd,
+                apart.low_jnd,
+                apart.high_jnd
+            );
+            assert!(s.score.jnd < 0.1, "{name}, seed {seed}: {}", s.sentence());
+            assert!(
+                apart.low_jnd <= 1.0 && apart.high_jnd >= 1.0,
+                "{name}, seed {seed}: {apart:?}"
+            );
+        }
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (doubts(s))
         section {
             h2 { "What both hold, and what of it is felt" }
-            (figure(&levels(s)?, "Levels of third octaves, rms. Dashed: the detection threshold of a tone at that frequency."))
+            (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))
             (figure(&differences(s)?, "Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND. Grey: not felt."))
         }
         (table(s))
@@ -110,7 +110,7 @@ fn levels(s: &Score) -> Outcome<String> {
     let (low, high) = range(&[&a, &b], from, to, 10.0, 70.0);
     // As much of the threshold as there is room for: it rises far above what anything here reaches.
     let lowest = threshold.iter().map(|(_, db)| *db).fold(f64::MAX, f64::min);
-    let high = high.max((lowest / 10.0).ceil() * 10.0 + 10.0);
+    let high = (high + 10.0).max((lowest / 10.0).ceil() * 10.0 + 10.0);
     let low = low.min((lowest / 10.0).floor() * 10.0);
     let shown = threshold.into_iter().filter(|(_, db)| *db <= high);
     let lines = vec![
