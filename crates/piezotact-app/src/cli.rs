@@ -3,6 +3,7 @@
 pub(crate) mod device;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
+pub(crate) mod score;
 pub(crate) mod twin;
 
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use piezotact_dataset::NamePattern;
 pub(crate) use device::{
     Characterise, EstimatorName, Finger, Gate, OnOff, Play, Render, Transfer, Verify,
 };
+pub(crate) use score::Score;
 pub(crate) use twin::Replay;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
@@ -76,6 +78,11 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html"
     )]
     Verify(Verify),
+    /// Says whether a finger could tell two vibrations apart, in just-noticeable differences.
+    #[command(
+        after_help = "The score does not depend on which realisation of a texture was recorded; it is the largest difference in\nspectrum, level and low-high balance, over the detection threshold, in JND. The exit code is 0 whatever the\nverdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+    )]
+    Score(Score),
     /// Cuts recordings into strokes and says what was rejected, and why.
     #[command(
         after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts\n\nCuts in RECORDING.cuts, beside the recording, can be edited and count from then on."

@@ -145,6 +145,7 @@ fn the_examples_in_the_help_are_understood() {
         "render",
         "play",
         "verify",
+        "score",
         "segment",
         "analyse",
         "compare",

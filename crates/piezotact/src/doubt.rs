@@ -496,6 +496,35 @@ pub enum Doubt {
         /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.
         spectrum_db: f64,
     },
+    /// Two textures swell and fade differently, which spectra do not show.
+    OtherModulation {
+        /// The spread of short-time levels of the reference, dB.
+        reference_db: f64,
+        /// That of the other, dB.
+        test_db: f64,
+    },
+    /// A vibration below what can be felt.
+    NotFelt {
+        /// Which.
+        what: String,
+        /// Its excitation re the detection threshold, dB.
+        level_db: f64,
+    },
+    /// An index of the literature that is not a real number for these signals.
+    NoRealIndex {
+        /// The temporal similarity, below zero.
+        temporal: f64,
+    },
+    /// The indices of the literature could not be computed.
+    NoIndices {
+        /// Why.
+        why: String,
+    },
+    /// Waveforms that were not compared.
+    WaveformNotCompared {
+        /// Why.
+        why: String,
+    },
     /// Fewer than the signal's segment: too short for a stable spectrum.
     ShortSignal {
         /// Segments in the average.

@@ -7,6 +7,8 @@
 //! The modules stand in the order of the work:
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
 //! with [`manipulate`] for textures made otherwise on purpose, [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
+//! [`score`] says whether a finger could tell two vibrations apart;
+//! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
@@ -24,6 +26,7 @@ pub mod recording;
 pub mod render;
 pub mod resample;
 pub mod roles;
+pub mod score;
 pub mod series;
 pub mod spectrum;
 pub mod stroke;

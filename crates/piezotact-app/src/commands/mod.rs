@@ -9,6 +9,7 @@ mod play;
 mod render;
 mod replay;
 pub(crate) mod roughness;
+mod score;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
@@ -39,6 +40,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Render(args) => render::run(&args),
         Command::Play(args) => play::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Score(args) => score::run(&args),
         Command::Segment(args) => touch::segment::run(&args),
         Command::Analyse(args) => touch::analyse::run(&args),
         Command::Compare(args) => touch::compare::run(&args),

@@ -179,6 +179,14 @@ impl Chart {
         }
     }
 
+    /// The same with its legend beside it, however few lines there are.
+    pub(crate) fn beside(self) -> Self {
+        Self {
+            legend: Corner::Beside,
+            ..self
+        }
+    }
+
     pub(crate) fn svg(&self, height: u32) -> Outcome<String> {
         let mut svg = String::new();
         {

@@ -9,6 +9,7 @@ pub(crate) mod manipulate;
 pub(crate) mod panel;
 pub(crate) mod replay;
 pub(crate) mod roughness;
+pub(crate) mod score;
 pub(crate) mod spectrogram;
 pub(crate) mod touch;
 pub(crate) mod transfer;

@@ -384,6 +384,21 @@ impl fmt::Display for Doubt {
                 f,
                 "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke, or one freed of the gesture"
             ),
+            Self::OtherModulation { reference_db, test_db } => write!(
+                f,
+                "short-time levels spread by {reference_db:.1} dB in the reference and {test_db:.1} dB in the other: one swells and fades, or bursts, more than the other, which spectra and the score do not see; compare them by hand"
+            ),
+            Self::NotFelt { what, level_db } => write!(
+                f,
+                "{what} lies {:.1} dB below the detection threshold: it is not felt; check the scale, or raise the level",
+                -level_db
+            ),
+            Self::NoRealIndex { temporal } => write!(
+                f,
+                "ST-SIM has no value: the temporal similarity is {temporal:.3}, and a negative number has no real power 2/3 (vibromaf 0.0.8 gives a complex one); use the score"
+            ),
+            Self::NoIndices { why } => write!(f, "ST-SIM and SPQI are left out: {why}"),
+            Self::WaveformNotCompared { why } => write!(f, "the waveforms are not compared: {why}"),
             Self::ShortSignal { segments } => write!(
                 f,
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",

@@ -4,42 +4,39 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use super::{VerifyConfig, VerifyError};
+use super::VerifyError;
 use crate::fourier;
-use crate::quantity::{Quantity, Seconds};
+use crate::quantity::{Band, Quantity, Seconds};
 use crate::series::{Series, mean};
 
 /// A measurement brought onto its target's time.
-pub(super) struct Aligned {
+pub(crate) struct Aligned {
     /// How much later the measurement is.
-    pub(super) delay: Seconds,
+    pub(crate) delay: Seconds,
     /// The measurement at the target's times, one sample for each of the target's.
-    pub(super) measured: Vec<f64>,
-    pub(super) measured_in_band: Vec<f64>,
-    pub(super) target_in_band: Vec<f64>,
+    pub(crate) measured: Vec<f64>,
+    pub(crate) measured_in_band: Vec<f64>,
+    pub(crate) target_in_band: Vec<f64>,
     /// The part of the target that the measurement covers.
-    pub(super) from: usize,
-    pub(super) to: usize,
+    pub(crate) from: usize,
+    pub(crate) to: usize,
 }
 
 /// The widest edge of the band-pass that the waveforms go through before they are compared.
 const EDGE_RATIO: f64 = 0.1;
 
-pub(super) fn align<Q: Quantity>(
+/// `measured` brought onto the time of `target` by the strongest correlation within `band`, either sign.
+pub(crate) fn align<Q: Quantity>(
     target: &Series<Q>,
     measured: &Series<Q>,
-    config: &VerifyConfig,
+    band: Band,
 ) -> Result<Aligned, VerifyError> {
     let (t, m) = (target.samples(), measured.samples());
     let n = fourier::fast_length(t.len() + m.len());
     let mut transform = fourier::RealTransform::new(n);
     let rate_hz = target.rate().hz();
     let weights: Vec<f64> = (0..=n / 2)
-        .map(|k| {
-            config
-                .band
-                .weight(k as f64 * rate_hz / n as f64, EDGE_RATIO)
-        })
+        .map(|k| band.weight(k as f64 * rate_hz / n as f64, EDGE_RATIO))
         .collect();
     // A mean would be a step at both ends of the padding, and a step is in every band.
     let about_mean = |samples: &[f64]| -> Vec<f64> {
@@ -60,10 +57,7 @@ pub(super) fn align<Q: Quantity>(
             .map(|(bin, w)| bin.norm_sqr() * w)
             .sum();
         if power <= 0.0 {
-            return Err(VerifyError::Silent {
-                what,
-                band: config.band,
-            });
+            return Err(VerifyError::Silent { what, band });
         }
     }
     let cross: Vec<Complex<f64>> = target_bins

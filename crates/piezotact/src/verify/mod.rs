@@ -6,7 +6,7 @@
 mod align;
 mod clipping;
 
-use align::align;
+pub(crate) use align::align;
 pub use clipping::{Clipping, clipping, flat_top_fraction};
 use serde::{Deserialize, Serialize};
 
@@ -247,7 +247,7 @@ pub fn verify<Q: Quantity>(
             highest: rate.nyquist(),
         });
     }
-    let aligned = align(target, response, config)?;
+    let aligned = align(target, response, config.band)?;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
         return Err(VerifyError::TooShort {
@@ -370,20 +370,22 @@ pub fn verify<Q: Quantity>(
     })
 }
 
-fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
         (sum + value * value, count + 1)
     });
     (sum / count.max(1) as f64).sqrt()
 }
 
-struct LineErrors {
+/// The errors of the lines of a band.
+pub(crate) struct LineErrors {
     /// Frequency in Hz and error in dB of every line with target power.
-    compared: Vec<(f64, f64)>,
-    without_target: usize,
+    pub(crate) compared: Vec<(f64, f64)>,
+    /// How many lines hold none.
+    pub(crate) without_target: usize,
 }
 
-fn errors_in_band(
+pub(crate) fn errors_in_band(
     target: &[f64],
     measured: &[f64],
     resolution_hz: f64,

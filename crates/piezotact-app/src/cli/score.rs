@@ -1,0 +1,79 @@
+//! The command line of `piezotact score`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use piezotact::quantity::{Band, Measure};
+use piezotact::score::literature::LevelCurve;
+
+use super::Reading;
+
+/// Which published threshold curve the literature's indices take, dB re full scale.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum CurveName {
+    /// That of the Python package vibromaf.
+    Vibromaf,
+    /// That of MPEG haptic coding.
+    Mpeg,
+}
+
+impl From<CurveName> for LevelCurve {
+    fn from(name: CurveName) -> Self {
+        match name {
+            CurveName::Vibromaf => Self::Vibromaf,
+            CurveName::Mpeg => Self::Mpeg,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Score {
+    /// The reference: what should be felt.
+    #[arg(value_name = "A")]
+    pub(crate) reference: PathBuf,
+    /// What is compared with it.
+    #[arg(value_name = "B")]
+    pub(crate) test: PathBuf,
+    /// The channel of A; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// The channel of B, where it differs from --channel.
+    #[arg(long)]
+    pub(crate) test_channel: Option<String>,
+    /// What a sample of 1 stands for in B, where it differs from --scale.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) test_scale: Option<Measure>,
+    /// The band over which they are compared, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    pub(crate) band: Band,
+    /// One just-noticeable difference in level, in dB.
+    #[arg(
+        long,
+        default_value_t = 1.58,
+        value_name = "DB",
+        allow_negative_numbers = true
+    )]
+    pub(crate) jnd: f64,
+    /// One just-noticeable difference in frequency, as a share of it.
+    #[arg(
+        long,
+        default_value_t = 0.2,
+        value_name = "SHARE",
+        allow_negative_numbers = true
+    )]
+    pub(crate) frequency_jnd: f64,
+    /// What ST-SIM and SPQI take for full scale; neither paper says.
+    #[arg(long, default_value = "1 m/s2", value_name = "VALUE UNIT")]
+    pub(crate) full_scale: Measure,
+    /// The threshold curve of ST-SIM and SPQI.
+    #[arg(long, value_enum, default_value = "vibromaf")]
+    pub(crate) curve: CurveName,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

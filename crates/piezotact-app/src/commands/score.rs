@@ -1,0 +1,201 @@
+//! `piezotact score`: whether a finger could tell two vibrations apart.
+
+use std::fmt::Write as _;
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::quantity::{Decibels, Unit};
+use piezotact::resample::{CommonRate, to_common_rate};
+use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
+use piezotact_dataset::{ReadOptions, read_recording};
+use serde_json::Value;
+
+use super::{outputs, rate_option, read, texture};
+use crate::cli::Score;
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::report;
+
+pub(crate) fn run(args: &Score) -> Outcome {
+    let written: Vec<_> = args
+        .report
+        .iter()
+        .map(std::path::PathBuf::as_path)
+        .collect();
+    outputs(&[&args.reference, &args.test], &written)?;
+    if args.full_scale.unit != Unit::MetrePerSecondSquared {
+        return Err(usage(anyhow!(
+            "expected --full-scale in m/s², found {}; give an acceleration, such as \"1 m/s2\"",
+            args.full_scale
+        )));
+    }
+    let reference = read(&args.reference, &args.reading)?;
+    let scale = args
+        .test_scale
+        .clone()
+        .or_else(|| args.reading.scale.clone());
+    let test = read_recording(
+        &args.test,
+        &ReadOptions {
+            scale,
+            rate: rate_option(args.reading.rate)?,
+        },
+    )?;
+    let test_channel = args.test_channel.as_ref().or(args.channel.as_ref());
+    let a = texture(
+        &args.reference,
+        &reference.recording,
+        args.channel.as_deref(),
+    )?;
+    let b = texture(
+        &args.test,
+        &test.recording,
+        test_channel.map(String::as_str),
+    )?;
+    let mut doubts: Vec<Doubt> = Vec::new();
+    let mut add = |more: &[Doubt]| {
+        for doubt in more {
+            if !doubts.contains(doubt) {
+                doubts.push(doubt.clone());
+            }
+        }
+    };
+    add(&reference.recording.doubts);
+    add(&test.recording.doubts);
+    let CommonRate {
+        first: a,
+        second: b,
+        doubt,
+    } = to_common_rate(("the reference", a), ("the test", b))?;
+    add(&Vec::from_iter(doubt));
+    let config = ScoreConfig {
+        level_jnd: Decibels(args.jnd),
+        frequency_jnd_share: args.frequency_jnd,
+        literature: LiteratureConfig {
+            curve: args.curve.into(),
+            full_scale_m_s2: args.full_scale.value,
+        },
+        ..ScoreConfig::over(args.band, a.rate().hz())
+    };
+    let mut score = score::score(&a, &b, &config).map_err(|error| match error {
+        ScoreError::BandAboveNyquist { .. }
+        | ScoreError::NoBand { .. }
+        | ScoreError::Lines(_)
+        | ScoreError::Jnd { .. } => usage(error),
+        _ => Failure::from(error),
+    })?;
+    add(&score.doubts);
+    score.doubts = doubts;
+    let names = [report::name(&args.reference), report::name(&args.test)];
+    if let Some(path) = &args.report {
+        let page = report::score::Page {
+            names: [&names[0], &names[1]],
+            recordings: [&reference.recording, &test.recording],
+            score: &score,
+        };
+        write_text(path, &report::score::render(&page)?)?;
+    }
+    if args.json {
+        print_json(&json(&score)?)
+    } else {
+        print(&text(&score))?;
+        if let Some(path) = &args.report {
+            print(&format!("report: {}", path.display()))?;
+        }
+        say_doubts(&score.doubts);
+        Ok(())
+    }
+}
+
+/// A score as JSON, with the sentences of its doubts and its verdict.
+fn json(score: &score::Score) -> Outcome<Value> {
+    let mut value = serde_json::to_value(score)?;
+    if let Some(fields) = value.as_object_mut() {
+        fields.insert("doubts".into(), doubts_json(&score.doubts)?);
+        fields.insert("sentence".into(), score.sentence().into());
+    }
+    Ok(value)
+}
+
+/// The verdict first, then what it comes from.
+fn text(score: &score::Score) -> String {
+    let mut text = format!(
+        "{}\n\n{:>16} {:>9} {:>9} {:>9} {:>8} {:>14} {:>7}\n{:>16} {:>9} {:>9} {:>9} {:>8} {:>14} {:>7}\n",
+        score.sentence(),
+        "third octave",
+        "A",
+        "B",
+        "threshold",
+        "B − A",
+        "felt",
+        "share",
+        "",
+        "dB",
+        "dB",
+        "dB",
+        "dB",
+        "JND",
+        "%",
+    );
+    for band in &score.bands {
+        let _never_fails = writeln!(text, "{}", row(band));
+    }
+    let e = &score.spectrum_error;
+    let _never_fails = write!(
+        text,
+        "levels in dB re 1 m/s² rms; felt: over threshold, spread over neighbouring bands, ± 95 %\n\n\
+         differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND ({:.0} Hz and {:.0} Hz)\n\
+         spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), lines {:.2} Hz apart; level {:+.2} dB",
+        score.spectrum.jnd,
+        score.level.jnd,
+        score.balance.jnd,
+        score.reference_centroid_hz,
+        score.test_centroid_hz,
+        e.rms_db,
+        score.config.band,
+        e.max_db,
+        e.max_at_hz,
+        e.resolution_hz,
+        score.level_error_db,
+    );
+    if let Some(w) = &score.waveform {
+        let _never_fails = write!(
+            text,
+            "\nwaveform: correlation {:.3}, NMSE {:.1} dB, B {} by {:.2} ms",
+            w.correlation,
+            w.nmse_db,
+            if w.delay_s < 0.0 { "earlier" } else { "later" },
+            w.delay_s.abs() * 1e3
+        );
+    }
+    if let Some(l) = &score.literature {
+        let st_sim = l
+            .st_sim
+            .value
+            .map_or_else(|| "no real value".into(), |v| format!("{v:.3}"));
+        let _never_fails = write!(
+            text,
+            "\nfor comparison with the literature: ST-SIM {st_sim}, SPQI {:.3} ({} m/s² taken for full scale)",
+            l.spqi, l.config.full_scale_m_s2
+        );
+    }
+    text
+}
+
+fn row(band: &BandScore) -> String {
+    let felt = if band.share > 0.0 {
+        format!("{:+.2} ± {:.2}", band.felt_jnd, band.reach_jnd)
+    } else {
+        "not felt".into()
+    };
+    format!(
+        "{:>16} {:>9.1} {:>9.1} {:>9.1} {:>+8.2} {:>14} {:>7.1}",
+        band.band_hz.to_string(),
+        band.reference_db,
+        band.test_db,
+        band.threshold_db,
+        band.difference_db,
+        felt,
+        band.share * 100.0
+    )
+}

@@ -1,0 +1,157 @@
+//! `piezotact score` as a black box.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use support::{Folder, noise, wav};
+
+/// Thirty seconds of noise from another place of the sequence for every `seed`.
+fn realisation(seed: usize, rate_hz: u32, gain: f64) -> Vec<u8> {
+    let length = 30 * rate_hz as usize;
+    let samples: Vec<f64> = noise(length * (seed + 1)).skip(length * seed).collect();
+    wav(samples.into_iter().map(|v| gain * v), rate_hz)
+}
+
+const SCALE: [&str; 2] = ["--scale", "20 m/s2"];
+
+fn score(folder: &Folder, a: &str, b: &str, more: &[&str]) -> support::Done {
+    folder.run(&[&["score", a, b][..], &SCALE, more].concat())
+}
+
+#[test]
+fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
+    let folder = Folder::new();
+    folder.write("a.wav", realisation(0, 5_000, 0.5));
+    folder.write("b.wav", realisation(1, 5_000, 0.5));
+    let done = score(&folder, "a.wav", "b.wav", &["--report", "score.html"]);
+    done.expect_success();
+    let out = done.out();
+    assert!(
+        out.starts_with("indistinguishable: all differences are below 1 JND, score 0."),
+        "{out}"
+    );
+    for part in [
+        "third octave",
+        "NMSE",
+        "for comparison with the literature: ST-SIM",
+        "SPQI",
+        "report: score.html",
+    ] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    let html = std::fs::read_to_string(folder.path("score.html")).unwrap();
+    for part in [
+        "indistinguishable",
+        "detection threshold",
+        "not in m/s²",
+        "Beside the score",
+        "<svg",
+    ] {
+        assert!(html.contains(part), "the report lacks {part}");
+    }
+    let json = score(&folder, "a.wav", "b.wav", &["--json"]).json();
+    assert_eq!(json["verdict"]["is"], "indistinguishable");
+    assert!(json["score"]["jnd"].as_f64().unwrap() < 0.2);
+    assert_eq!(json["bands"].as_array().unwrap().len(), 18);
+    assert!(
+        json["sentence"]
+            .as_str()
+            .unwrap()
+            .starts_with("indistinguishable")
+    );
+    for key in [
+        "waveform",
+        "literature",
+        "spectrum_error",
+        "level_error_db",
+        "doubts",
+    ] {
+        assert!(!json[key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn a_louder_texture_is_told_apart_by_as_many_jnd_as_it_is_louder() {
+    let folder = Folder::new();
+    folder.write("a.wav", realisation(0, 5_000, 0.5));
+    folder.write(
+        "b.wav",
+        realisation(1, 5_000, 0.5 * 10f64.powf(3.16 / 20.0)),
+    );
+    let of = |more: &[&str]| score(&folder, "a.wav", "b.wav", &[&["--json"], more].concat()).json();
+    let twice = of(&[]);
+    assert_eq!(twice["verdict"]["is"], "distinguishable");
+    assert_eq!(twice["verdict"]["how"][0], "louder");
+    assert!(
+        (twice["level"]["jnd"].as_f64().unwrap() - 2.0).abs() < 0.1,
+        "{}",
+        twice["level"]
+    );
+    // With a JND twice as large, half as many of them; a distinguishable pair is a result, not a failure.
+    let once = of(&["--jnd", "3.16"]);
+    assert!((once["level"]["jnd"].as_f64().unwrap() - 1.0).abs() < 0.1);
+    let band = of(&["--band", "100..300"]);
+    assert_eq!(band["config"]["band"], serde_json::json!([100.0, 300.0]));
+}
+
+#[test]
+fn what_cannot_be_scored_is_refused_and_what_is_doubtful_is_said() {
+    let folder = Folder::new();
+    folder.write("a.wav", realisation(0, 5_000, 0.5));
+    folder.write("silent.wav", wav((0..50_000).map(|_| 0.0), 5_000));
+    folder.write("short.wav", wav(noise(2_000), 5_000));
+    folder.write("second.wav", wav(noise(5_000).map(|v| 0.5 * v), 5_000));
+    let rows: String = (0..9_000)
+        .map(|i| format!("{},{}\n", f64::from(i) * 2e-4, i % 7))
+        .collect();
+    folder.write("force.csv", format!("time (s),force (N)\n{rows}"));
+    folder
+        .run(&["score", "a.wav", "a.wav"])
+        .expect_failure(1, &["physical scale", "--scale"]);
+    score(&folder, "a.wav", "force.csv", &[]).expect_failure(1, &["force.csv", "m/s²", "force"]);
+    score(&folder, "a.wav", "silent.wav", &[]).expect_failure(1, &["the test", "found none"]);
+    score(&folder, "a.wav", "short.wav", &[]).expect_failure(1, &["cannot score", "4096", "2000"]);
+    for (option, value, part) in [
+        ("--jnd", "0", "just-noticeable"),
+        ("--frequency-jnd", "-1", "just-noticeable"),
+        ("--band", "20..4000", "2500 Hz"),
+        ("--full-scale", "2 N", "--full-scale"),
+    ] {
+        score(&folder, "a.wav", "a.wav", &[option, value]).expect_failure(2, &[part]);
+    }
+    score(&folder, "a.wav", "a.wav", &["--report", "a.wav"])
+        .expect_failure(2, &["would be replaced"]);
+
+    folder.write("fast.wav", realisation(1, 10_000, 0.7));
+    let done = score(&folder, "a.wav", "fast.wav", &["--band", "20..900"]);
+    done.expect_success();
+    assert!(
+        done.err()
+            .contains("the test is sampled at 10000 Hz and was brought to 5000 Hz"),
+        "{}",
+        done.err()
+    );
+    let done = score(&folder, "second.wav", "a.wav", &[]);
+    done.expect_success();
+    assert!(done.out().starts_with("cannot tell"), "{}", done.out());
+    assert!(
+        done.err().contains("take a longer signal"),
+        "{}",
+        done.err()
+    );
+}
+
+#[test]
+fn a_recording_is_nothing_but_itself() {
+    let folder = Folder::new();
+    folder.write("a.wav", realisation(0, 5_000, 0.5));
+    let json = score(&folder, "a.wav", "a.wav", &["--json"]).json();
+    assert!(
+        json["score"]["jnd"].as_f64().unwrap() < 1e-6,
+        "{}",
+        json["score"]
+    );
+    assert!((json["literature"]["st_sim"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    assert!((json["literature"]["spqi"].as_f64().unwrap() - 1.0).abs() < 1e-6);
+    assert_eq!(json["extent"], "shared_part");
+}

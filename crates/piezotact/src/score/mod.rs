@@ -1,0 +1,579 @@
+//! Whether a finger could tell two vibrations apart: one number in just-noticeable differences (JND), that does not
+//! depend on which realisation of a texture was recorded.
+//!
+//! Every realisation of a texture has another waveform and the same spectrum. The score looks at what both excite, band
+//! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. How
+//! alike the waveforms are stands beside it, and so do the indices of the literature.
+
+mod excitation;
+pub mod literature;
+mod verdict;
+mod waveform;
+
+use excitation::{Excitation, Spread, excitation, spread};
+use serde::{Deserialize, Serialize};
+
+pub use literature::{Literature, LiteratureConfig};
+pub use verdict::{How, Verdict};
+pub use waveform::{Extent, Waveform};
+
+use crate::doubt::Doubt;
+use crate::feature::Weighting;
+use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
+use crate::series::Series;
+use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
+use crate::verify::{VerifyConfig, VerifyError, errors_in_band, flat_top_fraction, rms_of};
+
+/// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
+const REACH: f64 = 1.96;
+/// The mean of the absolute value of a normal deviate, √(2/π).
+const MEAN_ABSOLUTE: f64 = 0.797_884_560_802_865_4;
+/// The window of short-time levels.
+const SHORT_TIME: Seconds = Seconds(0.1);
+/// Less excitation than this, −120 dB re threshold, is what rounding leaves of silence.
+const SILENT: f64 = 1e-12;
+/// Levels of nothing are this, dB.
+const NOTHING_DB: f64 = -300.0;
+
+/// How two vibrations are compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScoreConfig {
+    /// The band over which they are compared.
+    pub band: Band,
+    /// One just-noticeable difference in level, dB.
+    pub level_jnd: Decibels,
+    /// One just-noticeable difference in frequency, as a share of it (Weber fraction).
+    pub frequency_jnd_share: f64,
+    /// Whose detection threshold counts.
+    pub weighting: Weighting,
+    /// How the spectra behind the bands are estimated.
+    pub welch: WelchConfig,
+    /// How the indices of the literature are computed.
+    pub literature: LiteratureConfig,
+}
+
+impl ScoreConfig {
+    /// Over `band`: 1.58 dB (a fifth in amplitude, below the 2.2–2.5 dB of Israr and Tan 2006 and at the lower end of
+    /// 0.20–0.58 in other studies) and a fifth in frequency (0.18–0.25 there) as JND, the threshold of the most
+    /// sensitive channel, Hann segments of about 1.2 Hz at `rate_hz`.
+    #[must_use]
+    pub fn over(band: Band, rate_hz: f64) -> Self {
+        let segment = 2f64.powf((rate_hz / 1.2).log2().round()).max(16.0) as usize;
+        Self {
+            band,
+            level_jnd: Decibels(1.58),
+            frequency_jnd_share: 0.2,
+            weighting: Weighting::DetectionThreshold,
+            welch: WelchConfig::hann(segment),
+            literature: LiteratureConfig::vibromaf(),
+        }
+    }
+
+    /// How far what one frequency excites spreads, as a standard deviation of ln f: so far that a tone moved by one JND of
+    /// frequency changes levels by one JND on average, 0.40 for 1.58 dB and a fifth.
+    ///
+    /// Formula: √(2/π)·(10/ln 10)·ln(1 + Weber fraction)/JND in dB.
+    #[must_use]
+    pub fn spreading(&self) -> f64 {
+        let db_per_neper = 10.0 / std::f64::consts::LN_10;
+        MEAN_ABSOLUTE * db_per_neper * self.frequency_jnd_share.ln_1p() / self.level_jnd.0
+    }
+}
+
+/// A difference in JND and the limits within which it lies with 95 % confidence.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// As measured.
+    pub jnd: f64,
+    /// At least; what estimates from this length scatter by is taken away.
+    pub low_jnd: f64,
+    /// At most.
+    pub high_jnd: f64,
+    /// How much of it mere scatter makes, on average, where there is no difference at all.
+    pub scatter_jnd: f64,
+}
+
+impl Difference {
+    fn within(jnd: f64, reach_jnd: f64) -> Self {
+        Self {
+            jnd,
+            low_jnd: (jnd - reach_jnd).max(0.0),
+            high_jnd: jnd + reach_jnd,
+            scatter_jnd: MEAN_ABSOLUTE * reach_jnd / REACH,
+        }
+    }
+
+    fn larger(self, other: Self) -> Self {
+        Self {
+            jnd: self.jnd.max(other.jnd),
+            low_jnd: self.low_jnd.max(other.low_jnd),
+            high_jnd: self.high_jnd.max(other.high_jnd),
+            scatter_jnd: self.scatter_jnd.max(other.scatter_jnd),
+        }
+    }
+}
+
+/// What two vibrations hold in one third octave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandScore {
+    /// The band.
+    pub band_hz: Band,
+    /// Its centre, Hz.
+    pub centre_hz: f64,
+    /// Level of the reference, dB re 1 m/s² rms.
+    pub reference_db: f64,
+    /// Level of the test, dB re 1 m/s² rms.
+    pub test_db: f64,
+    /// The detection threshold at the centre, dB re 1 m/s² rms.
+    pub threshold_db: f64,
+    /// Test over reference, dB.
+    pub difference_db: f64,
+    /// What is felt of the difference, dB: of levels over threshold that spread over neighbouring bands, with what lies
+    /// below the floor lifted to it.
+    pub felt_db: f64,
+    /// The same in JND, with its sign.
+    pub felt_jnd: f64,
+    /// How far it may be off, JND, 95 %.
+    pub reach_jnd: f64,
+    /// How much the band counts, 0–1: its share of what is excited.
+    pub share: f64,
+}
+
+/// The spectra's difference line by line, in dB.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpectrumError {
+    /// Root mean square over the lines of the band, dB.
+    pub rms_db: f64,
+    /// The largest, dB.
+    pub max_db: f64,
+    /// Where it is, Hz.
+    pub max_at_hz: f64,
+    /// The step between the lines, Hz.
+    pub resolution_hz: f64,
+}
+
+/// Whether a finger could tell two vibrations apart, and what else is known of how they differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// The score, JND: the largest of the three differences below.
+    pub score: Difference,
+    /// What it means.
+    pub verdict: Verdict,
+    /// The mean difference of the bands' levels, weighed by what they excite.
+    pub spectrum: Difference,
+    /// The difference of the overall level over threshold.
+    pub level: Difference,
+    /// The difference of the mean frequency of what is excited.
+    pub balance: Difference,
+    /// The mean frequency of what the reference excites, Hz.
+    pub reference_centroid_hz: f64,
+    /// The mean frequency of what the test excites, Hz.
+    pub test_centroid_hz: f64,
+    /// The level of what the reference excites, dB re the detection threshold.
+    pub reference_sensation_db: f64,
+    /// The level of what the test excites, dB re the detection threshold.
+    pub test_sensation_db: f64,
+    /// 20·log10 of the rms of the test over that of the reference in the band, dB.
+    pub level_error_db: f64,
+    /// Third octaves.
+    pub bands: Vec<BandScore>,
+    /// The spectra line by line.
+    pub spectrum_error: SpectrumError,
+    /// The spread of short-time levels of the reference and the test, dB; it is not part of the score.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modulation_db: Option<[f64; 2]>,
+    /// What of the two is compared.
+    pub extent: Extent,
+    /// How alike the waveforms are; it is not part of the score.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waveform: Option<Waveform>,
+    /// ST-SIM and SPQI, for comparison with the literature; not part of the score.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub literature: Option<Literature>,
+    /// The rate at which they were compared, Hz.
+    pub rate_hz: f64,
+    /// The segments averaged, of the one that has fewer.
+    pub segments: usize,
+    /// How it was computed.
+    pub config: ScoreConfig,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
+///
+/// Where one waveform follows the other (correlation above 0.5 either way) they are aligned, and the time that they
+/// share is compared; or else all of each.
+///
+/// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
+/// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and for each band the largest over the sum of the
+/// louder's excitations, so that a spectrum just at threshold reaches it nowhere. With d the difference in dB of a
+/// band and w its share of the louder's excitation: spectrum = Σ w|d|/JND; level = |difference of the sums|/JND;
+/// balance = |Δ mean of ln f, weighed by excitation|/ln(1 + Weber fraction). The score is the largest of the three, 0 when
+/// neither is felt. Limits: 1.96 standard errors of the means over segments, and below also what absolute values of
+/// mere scatter add up to.
+///
+/// Source: decision 0025 of this project; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
+/// Hollins (2003), JND after Israr and Tan (2006).
+///
+/// # Errors
+/// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
+/// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
+/// lies below 1 Hz, [`ScoreError::Estimate`] when either is shorter than a segment.
+///
+/// ```
+/// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
+/// use piezotact::score::{ScoreConfig, score};
+/// let rate = SampleRate::new(5000.0).unwrap();
+/// let tone = (0..50_000).map(|i| 5.0 * (std::f64::consts::TAU * 250.0 * i as f64 / 5000.0).sin());
+/// let tone = piezotact::Series::<Acceleration>::new(tone.collect(), rate).unwrap();
+/// let louder = tone.clone().amplified(Decibels(1.58));
+/// let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+/// let score = score(&tone, &louder, &ScoreConfig::over(band, 5000.0)).unwrap();
+/// assert!((score.score.jnd - 1.0).abs() < 1e-6);
+/// ```
+pub fn score(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+) -> Result<Score, ScoreError> {
+    refuse(reference, test, config)?;
+    let mut doubts = Vec::new();
+    let (mut waveform, mut shared) = (None, None);
+    match waveform::waveform(reference, test, config.band) {
+        Ok(compared) => {
+            doubts = compared.doubts;
+            waveform = Some(compared.waveform);
+            shared = compared.shared;
+        }
+        // Said below, with the name that it has here.
+        Err(VerifyError::Silent { .. }) => {}
+        Err(error) => doubts.push(Doubt::WaveformNotCompared {
+            why: error.to_string(),
+        }),
+    }
+    let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
+    let (extent, reference, test) = match &shared {
+        Some([a, b]) => (Extent::SharedPart, a, b),
+        None => (Extent::WholeOfEach, reference, test),
+    };
+    let rate_hz = reference.rate().hz();
+    let bands = config.band.third_octaves();
+    if bands.is_empty() {
+        return Err(ScoreError::NoBand { band: config.band });
+    }
+    let [a, b] = [("the reference", reference), ("the test", test)].map(|(what, x)| {
+        let found = excitation(
+            x,
+            &bands,
+            (config.weighting, config.spreading()),
+            &config.welch,
+        )?;
+        if found.total > SILENT {
+            Ok(found)
+        } else {
+            Err(ScoreError::Silent {
+                what,
+                band: config.band,
+            })
+        }
+    });
+    let (a, b) = (a?, b?);
+    let bands = band_scores(&bands, &a, &b, config);
+    let spectrum = spectrum_difference(&bands);
+    let level = level_difference(&a, &b, config);
+    let balance = balance_difference(&a, &b, config);
+    let score = spectrum.larger(level).larger(balance);
+
+    doubts.extend(doubts_about(reference, test, &a, &b));
+    let modulation = modulation(reference, test, config, &mut doubts)?;
+    let literature = match literature::literature(reference, test, config.literature) {
+        Ok(literature) => {
+            doubts.extend(literature.doubts.clone());
+            Some(literature)
+        }
+        Err(error) => {
+            doubts.push(Doubt::NoIndices {
+                why: error.to_string(),
+            });
+            None
+        }
+    };
+    let power = |x: &Excitation| x.power.iter().sum::<f64>();
+    let shorter = reference.duration().0.min(test.duration().0);
+    Ok(Score {
+        score,
+        verdict: Verdict::of(
+            score,
+            [
+                (level, b.total > a.total),
+                (balance, b.log_centroid > a.log_centroid),
+            ],
+            &bands,
+            Seconds(shorter),
+        ),
+        spectrum,
+        level,
+        balance,
+        reference_centroid_hz: a.log_centroid.exp(),
+        test_centroid_hz: b.log_centroid.exp(),
+        reference_sensation_db: level_db(a.total),
+        test_sensation_db: level_db(b.total),
+        level_error_db: level_db(power(&b)) - level_db(power(&a)),
+        bands,
+        spectrum_error: spectrum_error(reference, test, config.band)?,
+        modulation_db: modulation,
+        extent,
+        waveform,
+        literature,
+        rate_hz,
+        segments: a.segments.min(b.segments),
+        config: config.clone(),
+        doubts,
+    })
+}
+
+fn refuse(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+) -> Result<(), ScoreError> {
+    let rate = reference.rate();
+    if (test.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
+        return Err(ScoreError::Rate {
+            reference_hz: rate.hz(),
+            test_hz: test.rate().hz(),
+        });
+    }
+    if config.band.high().0 > rate.nyquist().0 {
+        return Err(ScoreError::BandAboveNyquist {
+            band: config.band,
+            highest: rate.nyquist(),
+        });
+    }
+    for (what, jnd) in [
+        ("in level, in dB", config.level_jnd.0),
+        ("in frequency, as a share", config.frequency_jnd_share),
+    ] {
+        if !(jnd > 0.0 && jnd.is_finite()) {
+            return Err(ScoreError::Jnd { what, found: jnd });
+        }
+    }
+    Ok(())
+}
+
+fn level_db(power: f64) -> f64 {
+    (10.0 * power.log10()).max(NOTHING_DB)
+}
+
+/// Each third octave, with the floor below which nothing is felt of it.
+fn band_scores(
+    bands: &[Band],
+    a: &Excitation,
+    b: &Excitation,
+    config: &ScoreConfig,
+) -> Vec<BandScore> {
+    let louder: Vec<f64> = a
+        .bands
+        .iter()
+        .zip(&b.bands)
+        .map(|(a, b)| a.max(*b))
+        .collect();
+    let sum: f64 = louder.iter().sum();
+    let floor = louder.iter().copied().fold(0.0, f64::max) / sum;
+    let felt: f64 = louder.iter().filter(|e| **e > floor).sum();
+    let error_db = |x: &Excitation, band: usize| {
+        if x.bands[band] > floor {
+            x.band_error_db[band]
+        } else {
+            0.0
+        }
+    };
+    let jnd_db = config.level_jnd.0;
+    bands
+        .iter()
+        .enumerate()
+        .map(|(i, band)| {
+            let centre_hz = (band.low().0 * band.high().0).sqrt();
+            let felt_db = 10.0 * (b.bands[i].max(floor) / a.bands[i].max(floor)).log10();
+            let (reference_db, test_db) = (level_db(a.power[i]), level_db(b.power[i]));
+            BandScore {
+                band_hz: *band,
+                centre_hz,
+                reference_db,
+                test_db,
+                threshold_db: 20.0 * config.weighting.threshold_m_s2(Hertz(centre_hz)).log10(),
+                difference_db: test_db - reference_db,
+                felt_db,
+                felt_jnd: felt_db / jnd_db,
+                reach_jnd: REACH * error_db(a, i).hypot(error_db(b, i)) / jnd_db,
+                share: if louder[i] > floor {
+                    louder[i] / felt
+                } else {
+                    0.0
+                },
+            }
+        })
+        .collect()
+}
+
+fn spectrum_difference(bands: &[BandScore]) -> Difference {
+    let mean: f64 = bands.iter().map(|b| b.share * b.felt_jnd.abs()).sum();
+    // Neighbours share what they feel: their errors go together, and do not cancel.
+    let reach: f64 = bands.iter().map(|b| b.share * b.reach_jnd).sum();
+    let scatter = MEAN_ABSOLUTE * reach / REACH;
+    Difference {
+        jnd: mean,
+        low_jnd: (mean - scatter - reach).max(0.0),
+        high_jnd: mean + reach,
+        scatter_jnd: scatter,
+    }
+}
+
+fn level_difference(a: &Excitation, b: &Excitation, config: &ScoreConfig) -> Difference {
+    let error_db = |x: &Excitation| if x.total > 1.0 { x.total_error_db } else { 0.0 };
+    let difference_db = 10.0 * (b.total.max(1.0) / a.total.max(1.0)).log10();
+    Difference::within(
+        difference_db.abs() / config.level_jnd.0,
+        REACH * error_db(a).hypot(error_db(b)) / config.level_jnd.0,
+    )
+}
+
+/// What is not felt has no frequency: 0 unless both are.
+fn balance_difference(a: &Excitation, b: &Excitation, config: &ScoreConfig) -> Difference {
+    if a.total <= 1.0 || b.total <= 1.0 {
+        return Difference::within(0.0, 0.0);
+    }
+    let jnd = config.frequency_jnd_share.ln_1p();
+    Difference::within(
+        (b.log_centroid - a.log_centroid).abs() / jnd,
+        REACH * a.log_centroid_error.hypot(b.log_centroid_error) / jnd,
+    )
+}
+
+/// The spectra line by line, with lines about 5 Hz apart, as a verification has them.
+fn spectrum_error(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    band: Band,
+) -> Result<SpectrumError, ScoreError> {
+    let config = VerifyConfig::over(band, reference.rate().hz()).welch;
+    let (a, b) = (welch(reference, &config)?, welch(test, &config)?);
+    let lines = errors_in_band(&a.values, &b.values, a.resolution_hz, band)?.compared;
+    let (max_at_hz, max_db) = lines
+        .iter()
+        .copied()
+        .max_by(|x, y| x.1.abs().total_cmp(&y.1.abs()))
+        .unwrap_or((band.low().0, 0.0));
+    Ok(SpectrumError {
+        rms_db: rms_of(lines.iter().map(|(_, error_db)| *error_db)),
+        max_db: max_db.abs(),
+        max_at_hz,
+        resolution_hz: a.resolution_hz,
+    })
+}
+
+fn doubts_about(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    a: &Excitation,
+    b: &Excitation,
+) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    let segments = a.segments.min(b.segments);
+    if segments < RECOMMENDED_SEGMENTS {
+        doubts.push(Doubt::ShortSignal { segments });
+    }
+    for (what, x, excitation) in [("the reference", reference, a), ("the test", test, b)] {
+        let fraction = flat_top_fraction(x.samples());
+        if fraction > 0.0 {
+            doubts.push(Doubt::Clipped {
+                what: what.into(),
+                fraction,
+            });
+        }
+        if excitation.total <= 1.0 {
+            doubts.push(Doubt::NotFelt {
+                what: what.into(),
+                level_db: level_db(excitation.total),
+            });
+        }
+    }
+    doubts
+}
+
+/// The spreads of short-time levels; what they differ by beyond chance and one JND is a doubt.
+fn modulation(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+    doubts: &mut Vec<Doubt>,
+) -> Result<Option<[f64; 2]>, ScoreError> {
+    let of = |x| spread(x, config.band, config.weighting, SHORT_TIME);
+    let (Some(a), Some(b)) = (of(reference)?, of(test)?) else {
+        return Ok(None);
+    };
+    let reach_db = |a: Spread, b: Spread| REACH * a.error_db.hypot(b.error_db);
+    if (b.db - a.db).abs() - reach_db(a, b) > config.level_jnd.0 {
+        doubts.push(Doubt::OtherModulation {
+            reference_db: a.db,
+            test_db: b.db,
+        });
+    }
+    Ok(Some([a.db, b.db]))
+}
+
+/// Why two vibrations cannot be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScoreError {
+    /// The rates differ.
+    #[error(
+        "cannot score: the reference is sampled at {reference_hz} Hz, the test at {test_hz} Hz; bring both to one rate"
+    )]
+    Rate {
+        /// The reference's rate.
+        reference_hz: f64,
+        /// The test's rate.
+        test_hz: f64,
+    },
+    /// The band reaches beyond the signals.
+    #[error("cannot score over {band}: the signals end at {highest}; lower the band's end")]
+    BandAboveNyquist {
+        /// The band asked for.
+        band: Band,
+        /// Where the signals end.
+        highest: Hertz,
+    },
+    /// The band holds no third octave.
+    #[error("cannot score over {band}: third octaves begin at 0.9 Hz; raise the band's end")]
+    NoBand {
+        /// The band asked for.
+        band: Band,
+    },
+    /// A just-noticeable difference that is none.
+    #[error(
+        "expected a just-noticeable difference {what} above 0, found {found}; 1.58 dB and 0.2 are usual"
+    )]
+    Jnd {
+        /// Which.
+        what: &'static str,
+        /// What was given.
+        found: f64,
+    },
+    /// Nothing there.
+    #[error(
+        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
+    )]
+    Silent {
+        /// Which of the two.
+        what: &'static str,
+        /// The band.
+        band: Band,
+    },
+    /// The spectra cannot be estimated.
+    #[error("cannot score: {0}")]
+    Estimate(#[from] EstimateError),
+    /// The lines of the spectra cannot be compared.
+    #[error(transparent)]
+    Lines(#[from] VerifyError),
+}

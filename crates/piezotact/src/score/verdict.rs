@@ -1,0 +1,193 @@
+//! What a score means, as a person would act on it.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{BandScore, Difference};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Seconds};
+
+/// Recording longer than this is no advice, s.
+const LONGEST_S: f64 = 3600.0;
+
+/// How B, the test, differs from A, the reference, by more than can just be noticed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum How {
+    /// Its overall level is higher.
+    Louder,
+    /// Its overall level is lower.
+    Softer,
+    /// The balance has moved to high frequencies.
+    Higher,
+    /// The balance has moved to low frequencies.
+    Lower,
+    /// It is stronger in these bands, the one that counts most first.
+    StrongerIn(Vec<Band>),
+    /// It is weaker in these bands, the one that counts most first.
+    WeakerIn(Vec<Band>),
+}
+
+/// Whether a finger could tell two vibrations apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Verdict {
+    /// All differences are below one JND, with 95 % confidence.
+    Indistinguishable,
+    /// The score is above one JND, with 95 % confidence.
+    Distinguishable {
+        /// How they differ.
+        how: Vec<How>,
+    },
+    /// The recordings are too short for either.
+    CannotTell {
+        /// How long both should be, s; absent when no length helps.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        needed_s: Option<f64>,
+    },
+}
+
+impl Verdict {
+    /// The verdict on `score`, from recordings of `length`. The differences in level and in balance come with whether the
+    /// test has more.
+    pub(super) fn of(
+        score: Difference,
+        [level, balance]: [(Difference, bool); 2],
+        bands: &[BandScore],
+        length: Seconds,
+    ) -> Self {
+        if score.high_jnd < 1.0 {
+            return Self::Indistinguishable;
+        }
+        if score.low_jnd <= 1.0 {
+            // Scatter and limits close in with the root of the length.
+            let reach = score.high_jnd - score.jnd;
+            let likely = (score.jnd - score.scatter_jnd).max(0.0);
+            let closing = (reach + score.scatter_jnd) / (1.0 - likely);
+            let needed_s = length.0 * closing.powi(2) * 1.1;
+            return Self::CannotTell {
+                needed_s: (needed_s <= LONGEST_S).then_some(needed_s.max(length.0)),
+            };
+        }
+        let mut how = Vec::new();
+        match level {
+            (d, true) if d.low_jnd > 1.0 => how.push(How::Louder),
+            (d, false) if d.low_jnd > 1.0 => how.push(How::Softer),
+            _ => {}
+        }
+        match balance {
+            (d, true) if d.low_jnd > 1.0 => how.push(How::Higher),
+            (d, false) if d.low_jnd > 1.0 => how.push(How::Lower),
+            _ => {}
+        }
+        let (stronger, weaker) = (apart(bands, 1.0), apart(bands, -1.0));
+        if !stronger.is_empty() {
+            how.push(How::StrongerIn(stronger));
+        }
+        if !weaker.is_empty() {
+            how.push(How::WeakerIn(weaker));
+        }
+        Self::Distinguishable { how }
+    }
+
+    /// One word for it.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Indistinguishable => "indistinguishable",
+            Self::Distinguishable { .. } => "distinguishable",
+            Self::CannotTell { .. } => "cannot tell",
+        }
+    }
+}
+
+/// The bands that differ by more than a JND in the direction of `sign`, neighbours as one; the one that counts most first.
+fn apart(bands: &[BandScore], sign: f64) -> Vec<Band> {
+    let differs = |b: &BandScore| b.share > 0.0 && sign * b.felt_jnd - b.reach_jnd > 1.0;
+    let mut runs: Vec<(f64, Band)> = bands
+        .chunk_by(|x, y| differs(x) == differs(y))
+        .filter(|run| run.first().is_some_and(differs))
+        .filter_map(|run| {
+            let counts: f64 = run.iter().map(|b| b.share * b.felt_jnd.abs()).sum();
+            let (low, high) = (run.first()?.band_hz.low(), run.last()?.band_hz.high());
+            Some((counts, Band::new(low, high).ok()?))
+        })
+        .collect();
+    runs.sort_by(|x, y| y.0.total_cmp(&x.0));
+    runs.into_iter().map(|(_, band)| band).collect()
+}
+
+impl fmt::Display for How {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, bands) = match self {
+            Self::Louder => return f.write_str("louder"),
+            Self::Softer => return f.write_str("softer"),
+            Self::Higher => return f.write_str("higher in frequency"),
+            Self::Lower => return f.write_str("lower in frequency"),
+            Self::StrongerIn(bands) => ("stronger", bands),
+            Self::WeakerIn(bands) => ("weaker", bands),
+        };
+        write!(f, "{word} at ")?;
+        for (i, band) in bands.iter().enumerate() {
+            write!(f, "{}{band}", if i > 0 { " and " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl super::Score {
+    /// One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let score = self.score;
+        let range = format!(
+            "{:.2} JND (95 %: {:.2}–{:.2})",
+            score.jnd, score.low_jnd, score.high_jnd
+        );
+        match &self.verdict {
+            Verdict::Indistinguishable
+                if self.reference_sensation_db <= 0.0 && self.test_sensation_db <= 0.0 =>
+            {
+                "indistinguishable: neither reaches the detection threshold".into()
+            }
+            Verdict::Indistinguishable => {
+                let but = if self
+                    .doubts
+                    .iter()
+                    .any(|d| matches!(d, Doubt::OtherModulation { .. }))
+                {
+                    "; but one swells and fades more than the other, which the score does not see"
+                } else {
+                    ""
+                };
+                format!("indistinguishable: all differences are below 1 JND, score {range}{but}")
+            }
+            Verdict::Distinguishable { how } => {
+                let how: Vec<String> = how.iter().map(ToString::to_string).collect();
+                let how = match how.as_slice() {
+                    [] => "differs a little everywhere".into(),
+                    how => format!("is {}", how.join(", ")),
+                };
+                format!("distinguishable: score {range}; B {how}")
+            }
+            Verdict::CannotTell {
+                needed_s: Some(needed_s),
+            } => format!(
+                "cannot tell: score {range}; record about {} of each",
+                duration(*needed_s)
+            ),
+            Verdict::CannotTell { needed_s: None } => format!(
+                "cannot tell: score {range}; it lies so close to 1 JND that no length of recording decides"
+            ),
+        }
+    }
+}
+
+fn duration(length_s: f64) -> String {
+    if length_s < 120.0 {
+        format!("{:.0} s", length_s.ceil())
+    } else {
+        format!("{:.0} min", (length_s / 60.0).ceil())
+    }
+}

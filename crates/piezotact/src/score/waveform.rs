@@ -1,0 +1,107 @@
+//! How alike two waveforms are once their delay is taken away.
+
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Acceleration, Band};
+use crate::series::{Series, rms};
+use crate::verify::{VerifyError, align};
+
+/// How alike two waveforms are, limited to a band and aligned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Waveform {
+    /// Pearson's correlation.
+    pub correlation: f64,
+    /// The power of the difference over that of the reference, dB; 0 dB is no better than silence.
+    pub nmse_db: f64,
+    /// How much later the test is, s.
+    pub delay_s: f64,
+    /// How much of them is compared, s.
+    pub compared_s: f64,
+}
+
+/// What of two recordings is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Extent {
+    /// All of each: they are two realisations, and no time of one belongs to a time of the other.
+    WholeOfEach,
+    /// What they share in time, aligned: one follows the other.
+    SharedPart,
+}
+
+/// From this correlation on, of either sign, one waveform follows the other.
+const FOLLOWS: f64 = 0.5;
+
+/// A delay this close to a whole number of samples is one: it is found to 1e-4.
+const WHOLE: f64 = 1e-3;
+
+/// Two waveforms compared.
+pub(super) struct Compared {
+    pub(super) waveform: Waveform,
+    pub(super) doubts: Vec<Doubt>,
+    /// The part that both share, where one follows the other.
+    pub(super) shared: Option<[Series<Acceleration>; 2]>,
+}
+
+/// The waveforms of `reference` and `test` compared within `band`.
+pub(super) fn waveform(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    band: Band,
+) -> Result<Compared, VerifyError> {
+    let aligned = align(reference, test, band)?;
+    let compared = aligned.from..aligned.to;
+    let compared_s = reference.rate().duration_of(compared.len()).0;
+    let wanted = &aligned.target_in_band[compared.clone()];
+    let got = &aligned.measured_in_band[compared.clone()];
+    let product: f64 = wanted.iter().zip(got).map(|(r, t)| r * t).sum();
+    let norm = wanted.len() as f64 * rms(wanted) * rms(got);
+    let correlation = if norm > 0.0 { product / norm } else { 0.0 };
+    let error: Vec<f64> = wanted.iter().zip(got).map(|(r, t)| t - r).collect();
+    let share = rms(&error) / rms(wanted).max(f64::MIN_POSITIVE);
+    let mut doubts = Vec::new();
+    if correlation < -FOLLOWS {
+        doubts.push(Doubt::Inverted { correlation });
+    }
+    let mut shared = None;
+    if correlation.abs() > FOLLOWS {
+        // A hundredth is what aligning costs at the ends.
+        if compared.len() * 100 < reference.samples().len() * 99 {
+            doubts.push(Doubt::Cut {
+                compared_s,
+                target_s: reference.duration().0,
+            });
+        }
+        // A delay of whole samples needs no interpolation: what is equal stays equal.
+        let late = aligned.delay.0 * reference.rate().hz();
+        let moved = |i: usize| {
+            let place = i as f64 + late.round();
+            test.samples()
+                .get(place.max(0.0) as usize)
+                .copied()
+                .unwrap_or(0.0)
+        };
+        let on_time: Vec<f64> = if (late - late.round()).abs() < WHOLE {
+            (0..reference.samples().len()).map(moved).collect()
+        } else {
+            aligned.measured
+        };
+        let part =
+            |samples: &[f64]| Series::new(samples[compared.clone()].to_vec(), reference.rate());
+        shared = part(reference.samples())
+            .and_then(|a| Ok([a, part(&on_time)?]))
+            .ok();
+    }
+    Ok(Compared {
+        waveform: Waveform {
+            correlation,
+            // What is equal to the last bit is as good as numbers are.
+            nmse_db: 20.0 * share.max(1e-16).log10(),
+            delay_s: aligned.delay.0,
+            compared_s,
+        },
+        doubts,
+        shared,
+    })
+}
