@@ -6,12 +6,13 @@
 //!
 //! The modules stand in the order of the work:
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
-//! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
+//! with [`resample`] between rates, [`envelope`] for files that hold no waveform, [`device`] for what a drive passes through, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
 pub mod device;
 pub mod doubt;
+pub mod envelope;
 pub mod feature;
 pub mod filter;
 mod fourier;
