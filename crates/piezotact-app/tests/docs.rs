@@ -148,6 +148,7 @@ fn the_examples_in_the_help_are_understood() {
         "analyse",
         "compare",
         "roughness",
+        "export",
         "replay",
         "twin record",
         "twin surface",

@@ -2,6 +2,7 @@
 
 mod characterise;
 mod demo;
+mod export;
 mod info;
 mod play;
 mod render;
@@ -40,6 +41,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Analyse(args) => touch::analyse::run(&args),
         Command::Compare(args) => touch::compare::run(&args),
         Command::Roughness(args) => roughness::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Twin(args) => twin::run(&args),
         Command::Replay(args) => replay::run(&args),
     }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
 use crate::series::{Series, SeriesError};
 
-pub use analysis::{EnvelopeConfig, analyse};
+pub use analysis::{EnvelopeConfig, Shares, analyse, shares_of_full_scale};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
 pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix};
 pub use wavelet::{wavelet_analysis, wavelet_synthesis};
@@ -414,6 +414,18 @@ mod tests {
             .max_by(|a, b| amplitudes[*a].total_cmp(&amplitudes[*b]))
             .unwrap();
         assert!((frequencies_hz[strongest] - 200.0).abs() < 3.0);
+    }
+
+    #[test]
+    fn shares_lie_within_one_and_silence_has_none() {
+        let rate = SampleRate::new(1000.0).unwrap();
+        let series = |samples: &[f64]| Series::<Acceleration>::new(samples.to_vec(), rate).unwrap();
+        let shares = shares_of_full_scale(&series(&[11.0, 9.0, 14.0, 6.0])).unwrap();
+        assert_eq!((shares.full_scale, shares.mean), (4.0, 10.0));
+        assert_eq!(shares.shares.samples(), [0.25, -0.25, 1.0, -1.0]);
+        for silent in [&[0.0, 0.0][..], &[9.81; 7]] {
+            assert!(shares_of_full_scale(&series(silent)).is_err());
+        }
     }
 
     #[test]
