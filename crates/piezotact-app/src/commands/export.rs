@@ -274,7 +274,8 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
                 doubts,
             }
         }
-        Format::Haptic | Format::Ahap | Format::Uff => {
+        // A clip, or AHAP by way of one; universal files have left above.
+        _ => {
             let metadata = HapticMetadata {
                 editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
                 source: name(&args.input),
@@ -366,7 +367,10 @@ fn audio(
 fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
     let Some(path) = &args.transfer else {
         let gain = contents.setup.as_ref().map(|setup| setup.gain);
-        let band = contents.rendering.as_ref().map(|made| made.config.band);
+        let band = contents
+            .rendering
+            .as_ref()
+            .map(|made| made.config.inverse.band);
         return Ok(piezo_device(gain, band, None));
     };
     let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
