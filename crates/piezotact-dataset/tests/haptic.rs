@@ -1,4 +1,4 @@
-//! Haptic files: clips of NiceVibrations with the conversions that it expects, an HJIF file of another program, what is
+//! Haptic files: clips of `NiceVibrations` with the conversions that it expects, an HJIF file of another program, what is
 //! written here read back, and all of it damaged in thousands of ways. The files lie beside the checkout, in
 //! `../shared/data`.
 #![allow(

@@ -1,7 +1,7 @@
 //! Apple Haptic and Audio Patterns: events and parameter curves.
 //!
 //! Source of the structure: Apple, *Representing haptic patterns in AHAP files*; of the conversion: Lofelt
-//! NiceVibrations (MIT, Meta Platforms), `core/datamodel/src/ios/v1.rs`.
+//! `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/ios/v1.rs`.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! `.haptic` clips: envelopes of amplitude and frequency, in versions 0 and 1.
 //!
-//! Source of the layout: Lofelt NiceVibrations (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
+//! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! The structure of HJIF, the interchange format of MPEG haptics, as types that refuse what they do not hold.
 //!
-//! Source: ISO/IEC 23090-31:2025, clause 6.2 (MPEG_haptics and the objects below it), read through its published
+//! Source: ISO/IEC 23090-31:2025, clause 6.2 (`MPEG_haptics` and the objects below it), read through its published
 //! reference software, MPEGGroup/HapticReferenceSoftware (BSD-3), `source/IOHaptics/src/IOJson.cpp` and
 //! `source/Types/include`; the names of perceptions as in draft-ietf-avtcore-rtp-haptics, section 6.2.
 

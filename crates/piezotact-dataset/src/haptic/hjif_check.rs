@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::Value;
+use serde_json::{Number, Value};
 
 use super::hjif::{
     Hjif, HjifBand, HjifBandType, HjifChannel, HjifEffect, HjifEffectType, HjifPerception,
+    HjifReferenceDevice,
 };
 
 /// The ways of perceiving that the standard names.
@@ -39,14 +40,8 @@ const MOST_TICKS: u32 = 48_000;
 struct Found(Vec<String>);
 
 impl Found {
-    fn when(&mut self, departs: impl Into<Option<String>>) {
-        self.0.extend(departs.into());
-    }
-
-    fn unless(&mut self, holds: bool, departs: impl FnOnce() -> String) {
-        if !holds {
-            self.0.push(departs());
-        }
+    fn add(&mut self, departure: impl Into<Option<String>>) {
+        self.0.extend(departure.into());
     }
 
     fn unknown(&mut self, place: &str, fields: &BTreeMap<String, Value>) {
@@ -55,7 +50,21 @@ impl Found {
             .take(4)
             .map(|name| format!("`{name}`"))
             .collect();
-        self.when((!names.is_empty()).then(|| format!("{place} has {}", names.join(", "))));
+        self.add((!names.is_empty()).then(|| format!("{place} has {}", names.join(", "))));
+    }
+
+    fn distinct(&mut self, what: &str, ids: &[i64]) {
+        let mut sorted = ids.to_vec();
+        sorted.sort_unstable();
+        let twice = sorted.windows(2).find(|pair| pair[0] == pair[1]);
+        self.add(twice.map(|pair| format!("there are two of {what} {}", pair[0])));
+    }
+
+    /// At most `most` of `what` in this level.
+    fn count(&mut self, what: &str, found: usize, most: usize, level: u32) {
+        self.add(
+            (found > most).then(|| format!("{found} {what}, at most {most} in level {level}")),
+        );
     }
 }
 
@@ -68,44 +77,51 @@ impl Hjif {
     #[must_use]
     pub fn departures(&self) -> Vec<String> {
         let mut found = Found(Vec::new());
-        found.unless(is_version(&self.version), || {
-            format!("the version is `{}`, not a year from 2023", self.version)
-        });
-        let parametric = self.profile == "Simple Parametric";
-        found.unless(parametric || self.profile == "Main", || {
-            format!(
+        let (main, parametric) = (self.profile == "Main", self.profile == "Simple Parametric");
+        if !is_version(&self.version) {
+            found.add(format!(
+                "the version is `{}`, not a year from 2023",
+                self.version
+            ));
+        }
+        if !main && !parametric {
+            found.add(format!(
                 "the profile is `{}`, not `Main` or `Simple Parametric`",
                 self.profile
-            )
-        });
-        found.unless(matches!(self.level, 1 | 2), || {
-            format!("the level is {}, not 1 or 2", self.level)
-        });
-        found.unless(is_date(&self.date), || {
-            format!("the date is `{}`, not as ISO 8601 writes it", self.date)
-        });
+            ));
+        }
+        if !matches!(self.level, 1 | 2) {
+            found.add(format!("the level is {}, not 1 or 2", self.level));
+        }
+        if !is_date(&self.date) {
+            found.add(format!(
+                "the date is `{}`, not as ISO 8601 writes it",
+                self.date
+            ));
+        }
         match self.timescale {
-            None => found.when("there is no timescale".to_owned()),
-            Some(ticks) if parametric => found.unless(ticks == 1000, || {
-                format!("the timescale of the parametric profile is {ticks}, not 1000")
-            }),
-            Some(ticks) => found.unless((1..=MOST_TICKS).contains(&ticks), || {
-                format!("the timescale is {ticks}, not 1 to {MOST_TICKS}")
-            }),
+            None => found.add("there is no timescale".to_owned()),
+            Some(ticks) if parametric && ticks != 1000 => found.add(format!(
+                "the timescale of the parametric profile is {ticks}, not 1000"
+            )),
+            Some(ticks) if ticks == 0 || ticks > MOST_TICKS => {
+                found.add(format!("the timescale is {ticks}, not 1 to {MOST_TICKS}"));
+            }
+            Some(_) => {}
         }
         found.unknown("the file", &self.unknown);
         let avatars: Vec<i64> = self.avatars.iter().map(|avatar| avatar.id).collect();
-        distinct(&mut found, "avatar", &avatars);
+        found.distinct("avatar", &avatars);
         for avatar in &self.avatars {
-            found.unless(avatar.id != 0, || {
-                "an avatar has the reserved number 0".into()
-            });
-            found.unless(AVATARS.contains(&avatar.kind.as_str()), || {
-                format!("the type of an avatar is `{}`", avatar.kind)
-            });
+            if avatar.id == 0 {
+                found.add("an avatar has the reserved number 0".to_owned());
+            }
+            if !AVATARS.contains(&avatar.kind.as_str()) {
+                found.add(format!("the type of an avatar is `{}`", avatar.kind));
+            }
         }
         let ids: Vec<i64> = self.perceptions.iter().map(|p| p.id).collect();
-        distinct(&mut found, "perception", &ids);
+        found.distinct("perception", &ids);
         for perception in &self.perceptions {
             self.check_perception(perception, &avatars, &mut found);
         }
@@ -114,61 +130,33 @@ impl Hjif {
 
     fn check_perception(&self, perception: &HjifPerception, avatars: &[i64], found: &mut Found) {
         let modality = perception.perception_modality.as_str();
-        found.unless(MODALITIES.contains(&modality), || {
-            format!("the perception modality is `{modality}`")
-        });
-        found.unless(
-            perception.avatar_id == 0 || avatars.contains(&perception.avatar_id),
-            || format!("there is no avatar {}", perception.avatar_id),
-        );
+        if !MODALITIES.contains(&modality) {
+            found.add(format!("the perception modality is `{modality}`"));
+        }
+        if perception.avatar_id != 0 && !avatars.contains(&perception.avatar_id) {
+            found.add(format!("there is no avatar {}", perception.avatar_id));
+        }
         found.unknown("a perception", &perception.unknown);
         let devices: Vec<i64> = perception.reference_devices.iter().map(|d| d.id).collect();
-        distinct(found, "reference device", &devices);
+        found.distinct("reference device", &devices);
         for device in &perception.reference_devices {
-            let known = device
-                .kind
-                .as_deref()
-                .is_none_or(|kind| ACTUATORS.contains(&kind));
-            found.unless(known, || {
-                format!("the type of `{}` is no actuator's", device.name)
-            });
-            let rising = [
-                device.minimum_frequency,
-                device.resonance_frequency,
-                device.maximum_frequency,
-            ];
-            let rising: Vec<f64> = rising.into_iter().flatten().collect();
-            found.unless(rising.is_sorted(), || {
-                format!(
-                    "minimum, resonance and maximum frequency of `{}` do not rise",
-                    device.name
-                )
-            });
+            check_device(device, found);
         }
-        let library: Vec<i64> = perception
-            .effect_library
-            .iter()
-            .filter_map(|e| e.id)
-            .collect();
-        distinct(found, "library effect", &library);
-        for effect in &perception.effect_library {
-            found.unless(effect.id.is_some(), || {
-                "an effect of the library has no number".into()
-            });
-            check_effect(effect, &library, found);
+        let library = &perception.effect_library;
+        let numbers: Vec<i64> = library.iter().filter_map(|effect| effect.id).collect();
+        found.distinct("library effect", &numbers);
+        if numbers.len() < library.len() {
+            found.add("an effect of the library has no number".to_owned());
+        }
+        for effect in library {
+            check_effect(effect, &numbers, found);
         }
         let channels: Vec<i64> = perception.channels.iter().map(|c| c.id).collect();
-        distinct(found, "channel", &channels);
+        found.distinct("channel", &channels);
         let most = if self.level == 1 { 128 } else { 65_536 };
-        found.unless(channels.len() <= most, || {
-            format!(
-                "{} channels, at most {most} in level {}",
-                channels.len(),
-                self.level
-            )
-        });
+        found.count("channels", channels.len(), most, self.level);
         for channel in &perception.channels {
-            self.check_channel(channel, &devices, &library, found);
+            self.check_channel(channel, &devices, &numbers, found);
         }
     }
 
@@ -179,61 +167,60 @@ impl Hjif {
         library: &[i64],
         found: &mut Found,
     ) {
-        found.unless(channel.mixing_coefficient.is_some(), || {
-            let drafts = channel
-                .mixing_weight
-                .map_or("", |_| " but `mixing_weight`, as drafts wrote it");
-            format!("channel {} has no `mixing_coefficient`{drafts}", channel.id)
-        });
-        found.unless(
-            channel.mixing_coefficient.is_none() || channel.mixing_weight.is_none(),
-            || format!("channel {} has `mixing_weight`", channel.id),
-        );
-        let device = channel.reference_device_id;
-        found.unless(device.is_none_or(|id| devices.contains(&id)), || {
-            format!(
+        match (channel.mixing_coefficient, channel.mixing_weight) {
+            (Some(_), None) => {}
+            (Some(_), Some(_)) => found.add(format!("channel {} has `mixing_weight`", channel.id)),
+            (None, Some(_)) => found.add(format!(
+                "channel {} has no `mixing_coefficient` but `mixing_weight`, as drafts wrote it",
+                channel.id
+            )),
+            (None, None) => {
+                found.add(format!(
+                    "channel {} has no `mixing_coefficient`",
+                    channel.id
+                ));
+            }
+        }
+        if channel
+            .reference_device_id
+            .is_some_and(|id| !devices.contains(&id))
+        {
+            found.add(format!(
                 "channel {} refers to a device that is not there",
                 channel.id
-            )
-        });
+            ));
+        }
         found.unknown("a channel", &channel.unknown);
         let most = if self.level == 1 { 7 } else { 65_536 };
-        found.unless(channel.bands.len() <= most, || {
-            format!(
-                "{} bands in channel {}, at most {most} in level {}",
-                channel.bands.len(),
-                channel.id,
-                self.level
-            )
-        });
+        found.count("bands in a channel", channel.bands.len(), most, self.level);
         for band in &channel.bands {
             self.check_band(band, library, found);
         }
     }
 
     fn check_band(&self, band: &HjifBand, library: &[i64], found: &mut Found) {
-        let wavelets = band.band_type == HjifBandType::WaveletWave;
-        found.unless(!wavelets || self.profile == "Main", || {
-            "a band of wavelets outside the main profile".into()
-        });
-        let whole = band
-            .block_length
-            .as_ref()
-            .is_some_and(serde_json::Number::is_u64);
-        found.unless(!wavelets || whole, || {
-            "the `block_length` of a band of wavelets is no whole number".into()
-        });
-        found.unless(wavelets || band.block_length.is_none(), || {
-            format!("a band of type {:?} has a `block_length`", band.band_type)
-        });
-        found.unless(
-            band.band_type == HjifBandType::Curve || band.curve_type.is_none(),
-            || format!("a band of type {:?} has a `curve_type`", band.band_type),
-        );
-        found.unless(
-            band.lower_frequency_limit <= band.upper_frequency_limit,
-            || "a band ends below where it begins".into(),
-        );
+        if band.band_type == HjifBandType::WaveletWave {
+            if self.profile != "Main" {
+                found.add("a band of wavelets outside the main profile".to_owned());
+            }
+            if !band.block_length.as_ref().is_some_and(Number::is_u64) {
+                found.add("the `block_length` of a band of wavelets is no whole number".to_owned());
+            }
+        } else if band.block_length.is_some() {
+            found.add(format!(
+                "a band of type {:?} has a `block_length`",
+                band.band_type
+            ));
+        }
+        if band.band_type != HjifBandType::Curve && band.curve_type.is_some() {
+            found.add(format!(
+                "a band of type {:?} has a `curve_type`",
+                band.band_type
+            ));
+        }
+        if band.lower_frequency_limit > band.upper_frequency_limit {
+            found.add("a band ends below where it begins".to_owned());
+        }
         found.unknown("a band", &band.unknown);
         for effect in &band.effects {
             check_effect(effect, library, found);
@@ -241,29 +228,42 @@ impl Hjif {
     }
 }
 
-fn check_effect(effect: &HjifEffect, library: &[i64], found: &mut Found) {
-    match effect.effect_type {
-        HjifEffectType::Basis => found.unless(
-            effect.phase.is_some() && effect.base_signal.is_some() && effect.keyframes.is_some(),
-            || "an effect lacks `phase`, `base_signal` or `keyframes`".into(),
-        ),
-        HjifEffectType::Reference => {
-            found.unless(effect.id.is_some_and(|id| library.contains(&id)), || {
-                "an effect refers to one that is not in the library".into()
-            });
-        }
-        HjifEffectType::Composite => {}
+fn check_device(device: &HjifReferenceDevice, found: &mut Found) {
+    if let Some(kind) = &device.kind
+        && !ACTUATORS.contains(&kind.as_str())
+    {
+        found.add(format!("the type of `{}` is no actuator's", device.name));
     }
-    if effect.effect_type != HjifEffectType::Composite {
-        found.unknown("an effect", &effect.unknown);
+    let rising = [
+        device.minimum_frequency,
+        device.resonance_frequency,
+        device.maximum_frequency,
+    ];
+    if !rising.into_iter().flatten().is_sorted() {
+        found.add(format!(
+            "minimum, resonance and maximum frequency of `{}` do not rise",
+            device.name
+        ));
     }
 }
 
-fn distinct(found: &mut Found, what: &str, ids: &[i64]) {
-    let mut sorted = ids.to_vec();
-    sorted.sort_unstable();
-    let twice = sorted.windows(2).find(|pair| pair[0] == pair[1]);
-    found.when(twice.map(|pair| format!("there are two of {what} {}", pair[0])));
+fn check_effect(effect: &HjifEffect, library: &[i64], found: &mut Found) {
+    match effect.effect_type {
+        HjifEffectType::Basis => {
+            if effect.phase.is_none() || effect.base_signal.is_none() || effect.keyframes.is_none()
+            {
+                found.add("an effect lacks `phase`, `base_signal` or `keyframes`".to_owned());
+            }
+        }
+        HjifEffectType::Reference => {
+            if !effect.id.is_some_and(|id| library.contains(&id)) {
+                found.add("an effect refers to one that is not in the library".to_owned());
+            }
+        }
+        // What it is made of stands beside the fields above.
+        HjifEffectType::Composite => return,
+    }
+    found.unknown("an effect", &effect.unknown);
 }
 
 /// A year from 2023, with an amendment from 1 where there is one.

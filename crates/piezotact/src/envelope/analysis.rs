@@ -94,7 +94,7 @@ pub fn analyse<Q: Quantity>(
     let duration_s = x.duration().0;
     let half = rate.samples_in(Seconds(0.5 * config.window_s));
     let hops = (duration_s / config.hop_s).floor();
-    if half < 2 || !(hops >= 1.0 && hops < 1e6) {
+    if half < 2 || !(1.0..1e6).contains(&hops) {
         return Err(EnvelopeError::NoLength {
             found: format!(
                 "{duration_s:.3} s at {rate}, for breakpoints every {} s",

@@ -9,7 +9,7 @@ const DUCKING: f64 = 0.2;
 ///
 /// Formula: √amplitude, and 0.8·√amplitude where the breakpoint is emphasised, so that its transient stands out.
 ///
-/// Source: Lofelt NiceVibrations, `core/datamodel/src/ios/v1.rs` (MIT).
+/// Source: Lofelt `NiceVibrations`, `core/datamodel/src/ios/v1.rs` (MIT).
 ///
 /// ```
 /// use piezotact::envelope::{AmplitudePoint, continuous_intensity};
@@ -28,7 +28,7 @@ pub fn continuous_intensity(point: &AmplitudePoint) -> f64 {
 
 /// The intensity of the transient of an emphasis, 0–1: √amplitude. Its sharpness is the frequency as it is.
 ///
-/// Source: Lofelt NiceVibrations, `core/datamodel/src/ios/v1.rs` (MIT).
+/// Source: Lofelt `NiceVibrations`, `core/datamodel/src/ios/v1.rs` (MIT).
 #[must_use]
 pub fn transient_intensity(emphasis: &Emphasis) -> f64 {
     emphasis.amplitude.sqrt()
@@ -36,7 +36,7 @@ pub fn transient_intensity(emphasis: &Emphasis) -> f64 {
 
 /// The control of sharpness at a breakpoint of frequency, 0–1: √frequency, both 0–1.
 ///
-/// Source: Lofelt NiceVibrations, `core/datamodel/src/ios/v1.rs` (MIT).
+/// Source: Lofelt `NiceVibrations`, `core/datamodel/src/ios/v1.rs` (MIT).
 #[must_use]
 pub fn sharpness_control(frequency: f64) -> f64 {
     frequency.sqrt()

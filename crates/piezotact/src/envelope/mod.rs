@@ -278,7 +278,7 @@ impl FrequencyRange {
 /// Formula: x(t) = a(t)·sin 2π∫f dt, with a and the place of f in `range` interpolated linearly between breakpoints.
 ///
 /// Source: the model of `.haptic` clips, an amplitude- and a frequency-modulated continuous signal with emphasised
-/// breakpoints (Lofelt NiceVibrations, `core/datamodel/src/v1.rs`); the range and the shape of an emphasis are chosen here.
+/// breakpoints (Lofelt `NiceVibrations`, `core/datamodel/src/v1.rs`); the range and the shape of an emphasis are chosen here.
 ///
 /// # Errors
 /// [`EnvelopeError::NoLength`] when the last breakpoint lies before the first sample's end.
