@@ -187,7 +187,7 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
         .envelopes
         .frequency()
         .iter()
-        .map(|point: &FrequencyPoint| control(point.time_s, sharpness_control(point.frequency)))
+        .map(|point: &FrequencyPoint| control(point.time_s, sharpness_control(point)))
         .collect();
     let mut pattern = curves(AhapParameterId::HapticIntensityControl, &amplitude);
     pattern.extend(curves(AhapParameterId::HapticSharpnessControl, &frequency));

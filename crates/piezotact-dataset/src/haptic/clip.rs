@@ -145,7 +145,7 @@ struct PointV0 {
     amplitude: f64,
 }
 
-const TODO: &str = "export the clip again";
+const AGAIN: &str = "export the clip again";
 
 /// Reads a `.haptic` clip of version 0 or 1. One of version 0 becomes one of version 1: its transients become emphases
 /// of the breakpoints of their time, and its envelope reaches to the stated duration.
@@ -155,10 +155,10 @@ const TODO: &str = "export the clip again";
 /// breakpoint breaks a rule of [`Envelopes`]; each named with its place.
 pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> {
     let expected = "a `.haptic` clip with `signals.continuous.envelopes.amplitude`, or with `voices` in version 0";
-    let stated: Versioned = json(path, bytes, expected, TODO)?;
+    let stated: Versioned = json(path, bytes, expected, AGAIN)?;
     match stated.version {
         Some(version) if version.major == 1 => {
-            let file: FileV1 = json(path, bytes, expected, TODO)?;
+            let file: FileV1 = json(path, bytes, expected, AGAIN)?;
             let envelopes = file.signals.continuous.envelopes;
             let envelopes = Envelopes::new(
                 envelopes
@@ -200,7 +200,7 @@ pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> 
                 minor: 2,
                 patch: 0,
             }),
-            json(path, bytes, expected, TODO)?,
+            json(path, bytes, expected, AGAIN)?,
         ),
     }
 }
@@ -210,7 +210,7 @@ pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
         EnvelopeError::Empty => (
             "a breakpoint of amplitude".into(),
             "none".into(),
-            TODO.to_owned(),
+            AGAIN.to_owned(),
         ),
         EnvelopeError::Point {
             envelope,
@@ -220,20 +220,20 @@ pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
         } => (
             expected,
             format!("{found} in breakpoint {at} of the {envelope} envelope"),
-            format!("correct it, or {TODO}"),
+            format!("correct it, or {AGAIN}"),
         ),
-        EnvelopeError::Wave { expected, found } => (expected, found, TODO.to_owned()),
+        EnvelopeError::Wave { expected, found } => (expected, found, AGAIN.to_owned()),
         EnvelopeError::NoLength { found } => {
-            ("something that lasts".into(), found, TODO.to_owned())
+            ("something that lasts".into(), found, AGAIN.to_owned())
         }
-        other => ("a signal".into(), other.to_string(), TODO.to_owned()),
+        other => ("a signal".into(), other.to_string(), AGAIN.to_owned()),
     };
     ReadError::content(path, expected, found, todo)
 }
 
 fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticClip, ReadError> {
     let wrong =
-        |expected: &str, found: String| Err(ReadError::content(path, expected, found, TODO));
+        |expected: &str, found: String| Err(ReadError::content(path, expected, found, AGAIN));
     let mut voices = file.voices.envelopes.into_iter();
     let duration_s = file.metadata.duration;
     let mut amplitude: Vec<AmplitudePoint> = voices

@@ -1,6 +1,6 @@
 //! What amplitudes and frequencies of a clip become on an iPhone.
 
-use super::{AmplitudePoint, Emphasis};
+use super::{AmplitudePoint, Emphasis, FrequencyPoint};
 
 /// How much of the continuous intensity gives way where a transient is played.
 const DUCKING: f64 = 0.2;
@@ -38,6 +38,6 @@ pub fn transient_intensity(emphasis: &Emphasis) -> f64 {
 ///
 /// Source: Lofelt `NiceVibrations`, `core/datamodel/src/ios/v1.rs` (MIT).
 #[must_use]
-pub fn sharpness_control(frequency: f64) -> f64 {
-    frequency.sqrt()
+pub fn sharpness_control(point: &FrequencyPoint) -> f64 {
+    point.frequency.sqrt()
 }
