@@ -228,7 +228,8 @@ fn a_drive_goes_into_hjif_for_the_device_it_was_made_for() {
     assert_eq!(json["rate_hz"], 8000.0);
     let said = lost(&json);
     assert!(
-        said.iter().any(|said| said.contains("positions are times")),
+        said.iter()
+            .any(|said| said.contains("positions here are times")),
         "{said:?}"
     );
     let path = folder.path("out.hjif");

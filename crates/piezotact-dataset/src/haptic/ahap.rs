@@ -216,7 +216,7 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
     }));
     let mut losses = vec![loses(
         "AHAP",
-        "an amplitude or a frequency in any unit: intensity and sharpness are what each iPhone makes of them",
+        "an amplitude or a frequency in any unit (intensity and sharpness are what each iPhone makes of them)",
     )];
     let first = clip.envelopes.amplitude().first();
     if first.is_some_and(|point| point.emphasis.is_some()) {

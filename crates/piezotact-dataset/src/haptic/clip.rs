@@ -385,14 +385,14 @@ pub fn clip_of<Q: Quantity>(
         loses(
             ".haptic",
             format!(
-                "the waveform, only its amplitude and centroid {:.0} times a second: two textures of one level and brightness become the same",
+                "the waveform, only its amplitude and centroid {:.0} times a second (two textures of one level and brightness become the same)",
                 1.0 / config.hop_s
             ),
         ),
         loses(
             ".haptic",
             format!(
-                "frequencies in Hz: 0 and 1 stand for {} here, and for what its actuator can do on another player",
+                "frequencies in Hz (0 and 1 stand for {} here, and for what its actuator can do on another player)",
                 config.range.band()
             ),
         ),
@@ -422,6 +422,6 @@ pub fn clip_of<Q: Quantity>(
 /// The loss of a physical scale, with what brings it back.
 pub(super) fn scale_text(full_scale: &Measure) -> String {
     format!(
-        "a physical unit: 1 stands for {full_scale} (--scale \"{full_scale}\" when it is read back)"
+        "a physical unit (1 stands for {full_scale}; --scale \"{full_scale}\" when it is read back)"
     )
 }

@@ -231,7 +231,7 @@ pub fn write_hjif<Q: Quantity>(
     prepare_compact_json(path, &content)?.commit()?;
     let mut losses: Vec<Doubt> = vec![loses(
         "HJIF",
-        "that its positions are times: the standard counts a Vibrotactile Texture among what lies in space, and a player that does so needs the sliding speed",
+        "the sliding speed (the standard counts a Vibrotactile Texture among what lies in space; positions here are times)",
     )];
     if texture.full_scale.unit != Unit::FullScale {
         losses.push(loses("HJIF", scale_text(&texture.full_scale)));

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::wavelet::wavelet_synthesis;
 use super::{EnvelopeError, LONGEST, Lines};
-use crate::quantity::{Band, SampleRate, Uncalibrated};
+use crate::quantity::{Band, SampleRate, Seconds, Uncalibrated};
 use crate::resample::resample;
 use crate::series::Series;
 
@@ -12,6 +12,8 @@ use crate::series::Series;
 ///
 /// Source: ISO/IEC 23090-31 reference software, `TRANSIENT_DURATION_MS`.
 const TAP_S: f64 = 0.022;
+/// The most samples that blocks of wavelets make, half a gigabyte.
+const MOST_SAMPLES: usize = 1 << 26;
 
 /// The shape of one period of an oscillation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,11 +160,11 @@ impl Wave {
         self.keyframes.iter().filter_map(point).collect()
     }
 
-    fn add_to(&self, samples: &mut [f64], rate: SampleRate) -> Result<(), EnvelopeError> {
+    fn add_to(&self, samples: &mut [f64], rate: SampleRate) {
         let first = (self.start_s * rate.hz() - 1e-6).ceil().max(0.0) as usize;
         let end = ((self.start_s + self.length_s()) * rate.hz() + 1e-6).floor() as usize + 1;
         let into = samples.iter_mut().enumerate().skip(first);
-        let mut into = into.take(end.saturating_sub(first));
+        let into = into.take(end.saturating_sub(first));
         let since_start = |i: usize| i as f64 / rate.hz() - self.start_s;
         let amplitudes = self.points(|frame| frame.amplitude);
         match &self.kind {
@@ -213,23 +215,60 @@ impl Wave {
                     }
                 });
             }
-            WaveKind::Wavelet {
-                rate: from,
-                coefficients,
-            } => {
-                let block = wavelet_synthesis(coefficients)?;
-                let block = Series::<Uncalibrated>::new(block, *from)?;
-                let block = resample(&block, rate).map_err(|error| EnvelopeError::Wave {
-                    expected: format!("blocks at a rate that goes into {rate}"),
-                    found: error.to_string(),
-                })?;
-                for ((_, sample), value) in into.by_ref().zip(block.samples()) {
-                    *sample += self.gain * value;
-                }
-            }
+            // Blocks that follow each other are one signal: see below.
+            WaveKind::Wavelet { .. } => {}
         }
-        Ok(())
     }
+}
+
+/// Adds the blocks of wavelets: those of one rate as one signal, so that no edge is heard between them.
+fn add_wavelets(
+    waves: &[Wave],
+    samples: &mut [f64],
+    rate: SampleRate,
+) -> Result<(), EnvelopeError> {
+    let mut signals: Vec<(SampleRate, Vec<f64>)> = Vec::new();
+    for wave in waves {
+        let WaveKind::Wavelet {
+            rate: from,
+            coefficients,
+        } = &wave.kind
+        else {
+            continue;
+        };
+        let block = wavelet_synthesis(coefficients)?;
+        let start = from.samples_in(Seconds(wave.start_s));
+        let end = start + block.len();
+        if end > MOST_SAMPLES {
+            return Err(EnvelopeError::Wave {
+                expected: format!("wavelets of at most {MOST_SAMPLES} samples in all"),
+                found: format!("one that ends at sample {end}"),
+            });
+        }
+        let at = signals.iter().position(|(known, _)| known == from);
+        let at = at.unwrap_or_else(|| {
+            signals.push((*from, Vec::new()));
+            signals.len() - 1
+        });
+        let signal = &mut signals[at].1;
+        if signal.len() < end {
+            signal.resize(end, 0.0);
+        }
+        for (sum, value) in signal[start..end].iter_mut().zip(&block) {
+            *sum += wave.gain * value;
+        }
+    }
+    for (from, signal) in signals {
+        let signal = Series::<Uncalibrated>::new(signal, from)?;
+        let signal = resample(&signal, rate).map_err(|error| EnvelopeError::Wave {
+            expected: format!("wavelets at a rate that goes into {rate}"),
+            found: error.to_string(),
+        })?;
+        for (sample, value) in samples.iter_mut().zip(signal.samples()) {
+            *sample += value;
+        }
+    }
+    Ok(())
 }
 
 /// The sum of `waves` at `rate`, full scale = 1, from 0 s to the end of the last of them.
@@ -255,8 +294,9 @@ pub fn mix(waves: &[Wave], rate: SampleRate) -> Result<Series<Uncalibrated>, Env
         });
     }
     for wave in waves {
-        wave.add_to(&mut samples, rate)?;
+        wave.add_to(&mut samples, rate);
     }
+    add_wavelets(waves, &mut samples, rate)?;
     Ok(Series::new(samples, rate)?)
 }
 
@@ -382,6 +422,42 @@ mod tests {
             assert!((shape.at(0.25) - quarter).abs() < 1e-12, "{shape:?}");
         }
         assert!(Shape::Triangle.at(0.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn blocks_of_wavelets_join_without_an_edge() {
+        let (from, rate) = (
+            SampleRate::new(1000.0).unwrap(),
+            SampleRate::new(8000.0).unwrap(),
+        );
+        let signal = |t_s: f64| (TAU * 60.0 * t_s).sin();
+        let samples: Vec<f64> = (0..1024).map(|i| signal(f64::from(i) / 1000.0)).collect();
+        let blocks: Vec<Wave> = samples
+            .chunks(256)
+            .enumerate()
+            .map(|(k, block)| Wave {
+                start_s: k as f64 * 0.256,
+                ..wave(
+                    WaveKind::Wavelet {
+                        rate: from,
+                        coefficients: crate::envelope::wavelet_analysis(block).unwrap(),
+                    },
+                    vec![],
+                )
+            })
+            .collect();
+        let played = mix(&blocks, rate).unwrap();
+        // Away from the ends of the signal, where the resampler has nothing to lean on.
+        for (i, v) in played.samples().iter().enumerate().skip(800).take(6400) {
+            assert!((v - signal(i as f64 / 8000.0)).abs() < 1e-3, "{i}: {v}");
+        }
+        let mut late = blocks[0].clone();
+        late.start_s = 3599.0;
+        late.kind = WaveKind::Wavelet {
+            rate: SampleRate::new(1e6).unwrap(),
+            coefficients: vec![0.0; 8],
+        };
+        assert!(mix(&[late], rate).is_err());
     }
 
     #[test]
