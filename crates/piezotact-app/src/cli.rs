@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod device;
+pub(crate) mod export;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
 pub(crate) mod score;
@@ -18,6 +19,7 @@ use piezotact_dataset::NamePattern;
 pub(crate) use device::{
     Characterise, EstimatorName, Finger, Gate, OnOff, Play, Render, Transfer, Verify,
 };
+pub(crate) use export::Export;
 pub(crate) use score::Score;
 pub(crate) use twin::Replay;
 
@@ -105,6 +107,11 @@ pub(crate) enum Command {
     Roughness(Roughness),
     /// Measures, files, analyses and averages transfer functions of a panel of people.
     Panel(panel::Panel),
+    /// Writes a texture, a drive or a transfer function as a file for other devices and programs, and says what it loses.
+    #[command(
+        after_help = "By the ending: .wav (32-bit float at 48 kHz, with a sidecar), .hjif (MPEG haptics), .haptic (clips for consumer\ndevices), .ahap (Apple), .uff (universal file). A .haptic clip becomes .ahap as its makers convert it.\n\nExample:\n  piezotact export texture.wav --scale \"200 m/s2\" --out texture.haptic\n  piezotact export drive.wav --transfer tf.json --out drive.hjif\n  piezotact export tf.json --out tf.uff"
+    )]
+    Export(Export),
     /// Records, maps and describes the digital twin: samples, people and benches without hardware.
     Twin(twin::Twin),
     /// Measures the thesis again on the digital twin, and says which of its claims hold there.
@@ -117,7 +124,7 @@ pub(crate) enum Command {
 /// The recordings, and what a person adds to what they say of themselves.
 #[derive(Debug, Args)]
 pub(crate) struct Takes {
-    /// Recordings (WAV, CSV, TSV, Parquet, LVM, UFF, MAT).
+    /// Recordings (WAV, CSV, TSV, Parquet, LVM, UFF, MAT, HAPTIC, HJIF).
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
@@ -294,14 +301,14 @@ pub(crate) struct Reading {
     /// FILE.json, or plain numbers of a table.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,
-    /// The rate of a table without a time column, in Hz.
+    /// The rate of a table without a time column, or at which a haptic file is played (8000 unless stated), in Hz.
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Info {
-    /// A recording (WAV, CSV, TSV, Parquet, LVM, UFF, MAT) or a transfer function (JSON, UFF, MAT).
+    /// A recording (WAV, CSV, TSV, Parquet, LVM, UFF, MAT, HAPTIC, HJIF) or a transfer function (JSON, UFF, MAT).
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,

@@ -150,6 +150,7 @@ fn the_examples_in_the_help_are_understood() {
         "analyse",
         "compare",
         "roughness",
+        "export",
         "replay",
         "panel run",
         "panel add",

@@ -8,6 +8,7 @@ mod atomic;
 mod csv_table;
 mod cuts_file;
 mod error;
+pub mod haptic;
 mod journal;
 pub mod lvm;
 pub mod matlab;

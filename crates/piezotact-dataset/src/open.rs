@@ -12,6 +12,7 @@ use piezotact::verify::flat_top_fraction;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
+use crate::haptic::{self, HapticKind};
 use crate::journal::journal_path;
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
@@ -46,6 +47,10 @@ pub enum FileKind {
     Uff,
     /// A MATLAB file.
     Matlab,
+    /// A `.haptic` clip.
+    HapticClip,
+    /// MPEG haptics JSON.
+    Hjif,
 }
 
 impl std::fmt::Display for FileKind {
@@ -58,6 +63,8 @@ impl std::fmt::Display for FileKind {
             Self::Lvm => f.write_str("LabVIEW measurement"),
             Self::Uff => f.write_str("universal file"),
             Self::Matlab => f.write_str("MATLAB"),
+            Self::HapticClip => f.write_str("haptic clip"),
+            Self::Hjif => f.write_str("MPEG haptics JSON (HJIF)"),
         }
     }
 }
@@ -103,16 +110,22 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             "a TDMS file",
             "export it as CSV with a header",
         )),
-        [b'{', ..] => Err(known_elsewhere(
-            "JSON",
-            "give a WAV, CSV, Parquet, LVM, UFF or MAT file",
-        )),
         _ => {
             let mut bytes = head;
             file.read_to_end(&mut bytes)
                 .map_err(|error| ReadError::io(path, &error))?;
             if bytes.starts_with(b"RIFF") || bytes.starts_with(b"RF64") {
                 return from_wav(path, &bytes, options);
+            }
+            match haptic::haptic_kind(&bytes) {
+                None if bytes.starts_with(b"{") => {
+                    return Err(known_elsewhere(
+                        "JSON",
+                        "give a WAV, CSV, Parquet, LVM, UFF, MAT, HAPTIC or HJIF file",
+                    ));
+                }
+                None => {}
+                Some(kind) => return from_haptic(path, &bytes, kind, options),
             }
             let (recording, kind) = if looks_like_lvm(&bytes) {
                 (parse_lvm(path, &bytes, options)?, FileKind::Lvm)
@@ -140,6 +153,40 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             finite(path, contents_of(stored, kind))
         }
     }
+}
+
+fn from_haptic(
+    path: &Path,
+    bytes: &[u8],
+    kind: HapticKind,
+    options: &ReadOptions,
+) -> Result<Contents, ReadError> {
+    let (recording, kind) = match kind {
+        HapticKind::Clip => {
+            let clip = haptic::parse_haptic(path, bytes)?;
+            let recording = haptic::recording_of_clip(path, clip, options)?;
+            (recording, FileKind::HapticClip)
+        }
+        HapticKind::Hjif => {
+            let file = haptic::parse_hjif(path, bytes)?;
+            let recording = haptic::recording_of_hjif(path, &file, options)?;
+            (recording, FileKind::Hjif)
+        }
+        HapticKind::Ahap => {
+            return Err(ReadError::content(
+                path,
+                "a recording",
+                "an AHAP file, whose intensities and sharpnesses stand for no vibration in particular",
+                "give the .haptic clip or the recording that it was made from",
+            ));
+        }
+    };
+    let stored = Stored {
+        recording,
+        setup: None,
+        rendering: None,
+    };
+    finite(path, contents_of(stored, kind))
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {

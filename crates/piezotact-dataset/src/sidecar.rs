@@ -148,6 +148,20 @@ pub(crate) fn prepare_json(path: &Path, value: &impl Serialize) -> Result<Prepar
     })
 }
 
+/// JSON on one line, for files that hold a line for each sample otherwise.
+pub(crate) fn prepare_compact_json(
+    path: &Path,
+    value: &impl Serialize,
+) -> Result<Prepared, WriteError> {
+    Prepared::new(path, |out| {
+        serde_json::to_writer(&mut *out, value).map_err(|error| WriteError::Io {
+            path: path.into(),
+            source: error.into(),
+        })?;
+        out.write_all(b"\n").map_err(WriteError::io(path))
+    })
+}
+
 /// The scale and unit of samples whose full scale is `scale`, or full scale itself when it is not known.
 pub(crate) fn unit_and_factor(scale: Option<&Measure>) -> (Unit, f64) {
     scale.map_or((Unit::FullScale, 1.0), |scale| {

@@ -14,10 +14,11 @@ use std::path::{Path, PathBuf};
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::transfer::Estimator;
 use piezotact_dataset::uff::{
     UffAbscissa, UffData, UffEncoding, UffFunction, UffKind, parse_uff, write_uff,
+    write_uff_recording,
 };
 use piezotact_dataset::{
     Contents, FileKind, ReadError, ReadOptions, TransferDocument, TransferFormat, holds_transfer,
@@ -596,4 +597,53 @@ fn damage_is_an_error_and_no_panic() {
         refused.contains("an even abscissa") || refused.contains("999999999 values"),
         "{refused}"
     );
+}
+
+#[test]
+fn time_signals_are_written_and_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.uff");
+    let channel = |name: &str, unit, phase: f64| Channel {
+        name: name.into(),
+        unit,
+        samples: (0..1001)
+            .map(|i| 3.7 * (f64::from(i) * 0.1 + phase).sin())
+            .collect(),
+    };
+    let original = Recording::new(
+        vec![
+            channel("nail acceleration", Unit::MetrePerSecondSquared, 0.0),
+            channel("drive", Unit::FullScale, 1.0),
+        ],
+        SampleRate::new(48_000.0).unwrap(),
+        Condition::default(),
+        Provenance::default(),
+    )
+    .unwrap();
+    let losses = write_uff_recording(&path, &original).unwrap();
+    assert!(losses[0].to_string().contains("condition"), "{losses:?}");
+    assert!(!holds_transfer(&path));
+    let back = recording(&path).recording;
+    assert_eq!(back.rate(), original.rate());
+    for (a, b) in back.channels().iter().zip(original.channels()) {
+        assert_eq!(
+            (&a.name, &a.unit, a.samples.len()),
+            (&b.name, &b.unit, 1001)
+        );
+        for (a, b) in a.samples.iter().zip(&b.samples) {
+            // Thirteen digits.
+            assert!((a - b).abs() <= 5.1e-13 * b.abs(), "{a} {b}");
+        }
+    }
+    let long = channel(&"x".repeat(81), Unit::Newton, 0.0);
+    let long = Recording::new(
+        vec![long],
+        original.rate(),
+        Condition::default(),
+        Provenance::default(),
+    );
+    let error = write_uff_recording(&path, &long.unwrap())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("a name of a channel"), "{error}");
 }

@@ -258,8 +258,11 @@ impl Correction {
     /// Corrects the drive by `measured`, the response at the target's rate from the first sample of the texture on, given
     /// the noise's PSD on the lines of [`Self::welch`].
     ///
-    /// Formula: replicate: U ← U + μ·C·(T − Y), C the inverse; texture: |U| ← |U|·(S_t/S_y)^(μ/2); on lines with
-    /// S_y above the noise, by no more than the step.
+    /// Formula: replicate: U ← U + μ·C·(T − Y), C the inverse; texture: |U| ← |U|·(T²/Y²)^(μ/2) of the PSDs; on lines with
+    /// Y above the noise, by no more than the step.
+    ///
+    /// Source: S. Arimoto, S. Kawamura and F. Miyazaki (1984), J. Robotic Systems 1(2), for learning; the spectrum equalisation
+    /// of random-vibration control for textures.
     ///
     /// # Errors
     /// [`EstimateError::TooShort`] when it holds less than a segment.

@@ -185,6 +185,13 @@ pub enum Doubt {
         /// The rate of the recording behind the transfer function, in Hz.
         transfer_hz: f64,
     },
+    /// A file format cannot carry part of what is written to it.
+    FormatLoses {
+        /// The format.
+        format: String,
+        /// What it does not carry.
+        what: String,
+    },
     /// Something the file does not say was read off its content.
     Guessed {
         /// What was guessed, and from what.

@@ -6,15 +6,16 @@
 //!
 //! The modules stand in the order of the work:
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
-//! with [`manipulate`] for textures made otherwise on purpose, [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
-//! [`score`] says whether a finger could tell two vibrations apart;
-//! with [`resample`] between rates, [`device`] for what a drive passes through, and [`doubt`] for what
+//! with [`correct`] for a loop that measures again, [`manipulate`] for textures made otherwise on purpose, [`score`] for whether a
+//! finger could tell, [`envelope`] for files that hold no waveform, [`resample`] between rates, [`device`] for what a drive passes
+//! through, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
 pub mod correct;
 pub mod device;
 pub mod doubt;
+pub mod envelope;
 pub mod feature;
 pub mod filter;
 mod fourier;

@@ -321,6 +321,17 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .fold(0.0, |peak, (k, _)| self.response[k].norm().max(peak))
     }
 
+    /// The frequency of the largest magnitude in `band`, Hz; `None` when no line lies in it.
+    #[must_use]
+    pub fn strongest_hz(&self, band: Band) -> Option<f64> {
+        self.lines_in(band)
+            .max_by(|a, b| {
+                let magnitude = |k: usize| self.response[k].norm();
+                magnitude(a.0).total_cmp(&magnitude(b.0))
+            })
+            .map(|(_, hertz)| hertz)
+    }
+
     /// How late the response comes: the time of the largest value of the impulse response, each line weighted
     /// with its coherence, and those that are known not to be driven with nothing; 0 when the largest value lies at a
     /// negative time.

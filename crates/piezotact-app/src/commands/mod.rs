@@ -2,6 +2,7 @@
 
 mod characterise;
 mod demo;
+mod export;
 mod info;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
@@ -46,6 +47,7 @@ pub(crate) fn run(cli: Cli) -> Outcome {
         Command::Compare(args) => touch::compare::run(&args),
         Command::Roughness(args) => roughness::run(&args),
         Command::Panel(args) => panel::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Twin(args) => twin::run(&args),
         Command::Replay(args) => replay::run(&args),
     }

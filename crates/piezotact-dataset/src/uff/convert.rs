@@ -8,6 +8,7 @@ use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
 use piezotact::recording::{Condition, Recording};
 use piezotact::transfer::Estimator;
 
+use super::write_time::OWN_TIME;
 use super::{UffAbscissa, UffData, UffFunction, UffKind};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of as table_of};
 use crate::error::ReadError;
@@ -187,7 +188,14 @@ fn rate(
                     ));
                 }
             };
-            SampleRate::new(1.0 / (step * second)).map_err(|source| ReadError::Quantity {
+            let found_hz = 1.0 / (step * second);
+            // The step of the header has seven digits; our own files hold the rate as well.
+            let stated_hz = signal.id_lines[1]
+                .strip_prefix("rate_hz=")
+                .filter(|_| signal.id_lines[4] == OWN_TIME)
+                .and_then(|text| text.parse().ok())
+                .filter(|stated: &f64| (stated - found_hz).abs() <= 1e-6 * found_hz);
+            SampleRate::new(stated_hz.unwrap_or(found_hz)).map_err(|source| ReadError::Quantity {
                 path: path.into(),
                 source,
             })

@@ -6,6 +6,7 @@
 mod convert;
 mod read;
 mod write;
+mod write_time;
 
 use std::fmt;
 
@@ -13,6 +14,7 @@ use num_complex::Complex;
 
 pub use read::{looks_like_uff, parse_uff};
 pub use write::{UffEncoding, write_uff};
+pub use write_time::write_uff_recording;
 
 pub(crate) use convert::{holds_transfer, recording_of, transfer_of};
 

@@ -69,8 +69,8 @@ pub fn write_uff(
         parts.join("; ")
     };
     let id_lines = [
-        line(path, &first)?,
-        line(path, &second)?,
+        line(path, &first, PARTICIPANT)?,
+        line(path, &second, PARTICIPANT)?,
         "NONE".into(),
         "NONE".into(),
         OWN.into(),
@@ -145,21 +145,24 @@ pub fn write_uff(
     })
 }
 
+/// What may be too long for an id line of a transfer function.
+const PARTICIPANT: &str = "a participant's name, with load and angle";
+
 /// Text of at most 80 bytes on one line.
-fn line(path: &Path, text: &str) -> Result<String, WriteError> {
+pub(super) fn line(path: &Path, text: &str, what: &str) -> Result<String, WriteError> {
     if text.len() <= 80 && !text.contains(char::is_control) {
         return Ok(text.to_owned());
     }
     Err(WriteError::content(
         path,
-        "a participant's name that fits into a line of 80 characters with load and angle",
+        format!("{what} that fits into a line of 80 characters"),
         format!("`{}`", text.escape_debug()),
         "shorten it, or write JSON or MAT, which hold it",
     ))
 }
 
 /// The record of an axis: quantity, label and unit.
-fn axis(path: &Path, unit: &Unit, label: &str) -> Result<String, WriteError> {
+pub(super) fn axis(path: &Path, unit: &Unit, label: &str) -> Result<String, WriteError> {
     let (quantity, symbol) = match unit {
         Unit::MetrePerSecondSquared => (12, "m/s^2"),
         Unit::Newton => (13, "N"),
@@ -184,7 +187,7 @@ fn axis(path: &Path, unit: &Unit, label: &str) -> Result<String, WriteError> {
 }
 
 /// A number as Fortran's `E` writes it, right-aligned: ` 1.234560E-01`.
-fn scientific(value: f64, width: usize, digits: usize) -> String {
+pub(super) fn scientific(value: f64, width: usize, digits: usize) -> String {
     let plain = format!("{value:.digits$E}");
     let written = match plain.split_once('E') {
         Some((mantissa, exponent)) => {

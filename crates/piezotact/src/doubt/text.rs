@@ -164,6 +164,9 @@ impl fmt::Display for Doubt {
                 f,
                 "the target is sampled at {target_hz} Hz and the transfer function was measured at {transfer_hz} Hz: the band fits both and is rendered; check that they are meant for each other"
             ),
+            Self::FormatLoses { format, what } => {
+                write!(f, "{format} does not carry {what}: keep the original beside it")
+            }
             Self::Guessed { what } => write!(f, "{what}: check it, or state it in the file"),
             Self::UnevenSampling { worst } => write!(
                 f,

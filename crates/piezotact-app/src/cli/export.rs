@@ -1,0 +1,27 @@
+//! The options of what goes to other devices and programs.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Reading;
+
+#[derive(Debug, Args)]
+pub(crate) struct Export {
+    /// A recording, a drive, a haptic file or a transfer function.
+    pub(crate) input: PathBuf,
+    /// The file to write: .wav, .hjif, .haptic, .ahap, or .uff.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    /// The channel; not needed when there is one, or one of acceleration. A universal file holds all unless stated.
+    #[arg(long)]
+    pub(crate) channel: Option<String>,
+    /// The transfer function of the device that a .hjif file is for: its gain, band and resonance go into the file.
+    #[arg(long, value_name = "TF.json")]
+    pub(crate) transfer: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

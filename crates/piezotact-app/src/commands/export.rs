@@ -1,0 +1,399 @@
+//! `piezotact export`: textures, drives and transfer functions for other devices and programs.
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::envelope::{EnvelopeConfig, Shares, shares_of_full_scale};
+use piezotact::quantity::{
+    Acceleration, Band, Drive, Hertz, Measure, SampleRate, Uncalibrated, Unit,
+};
+use piezotact::recording::Recording;
+use piezotact::resample::resample;
+use piezotact::series::Series;
+use piezotact_dataset::haptic::{
+    HapticClip, HapticKind, HapticMetadata, HjifReferenceDevice, HjifTexture, ahap_of, clip_of,
+    date_of, haptic_kind_of_file, piezo_device, read_haptic, write_ahap, write_haptic, write_hjif,
+};
+use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
+use piezotact_dataset::uff::write_uff_recording;
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::{Contents, holds_transfer, read_transfer, write_transfer};
+use serde_json::json;
+
+use super::{outputs, read};
+use crate::cli::Export;
+use crate::failure::{Failure, Outcome, usage};
+use crate::output::{digits, doubts_json, print, print_json, say_doubts};
+use crate::report::name;
+
+/// The rate of files that are played through a sound output, Hz.
+const AUDIO_HZ: u32 = 48_000;
+/// The highest rate at which a file holds a keyframe for each sample, Hz.
+const KEYFRAMES_HZ: f64 = 8000.0;
+
+/// What a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Wav,
+    Hjif,
+    Haptic,
+    Ahap,
+    Uff,
+}
+
+impl Format {
+    fn of_ending(path: &Path) -> Outcome<Self> {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        match ending.map(str::to_ascii_lowercase).as_deref() {
+            Some("wav") => Ok(Self::Wav),
+            Some("hjif") => Ok(Self::Hjif),
+            Some("haptic") => Ok(Self::Haptic),
+            Some("ahap") => Ok(Self::Ahap),
+            Some("uff" | "unv") => Ok(Self::Uff),
+            other => Err(usage(anyhow!(
+                "expected a file that ends in .wav, .hjif, .haptic, .ahap or .uff, found {}; give {} one of these endings",
+                other.map_or("none".into(), |ending| format!(".{ending}")),
+                path.display()
+            ))),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Wav => "WAV, 32-bit float",
+            Self::Hjif => "MPEG haptics JSON (HJIF)",
+            Self::Haptic => "haptic clip",
+            Self::Ahap => "AHAP",
+            Self::Uff => "universal file",
+        }
+    }
+}
+
+/// What was written.
+struct Written {
+    rate: Option<SampleRate>,
+    full_scale: Option<Measure>,
+    doubts: Vec<Doubt>,
+}
+
+pub(crate) fn run(args: &Export) -> Outcome {
+    let format = Format::of_ending(&args.out)?;
+    let inputs: Vec<&Path> = std::iter::once(&args.input)
+        .chain(&args.transfer)
+        .map(|path| path.as_path())
+        .collect();
+    let sidecar = sidecar_path(&args.out);
+    let mut writes = vec![args.out.as_path()];
+    if format == Format::Wav {
+        writes.push(&sidecar);
+    }
+    outputs(&inputs, &writes)?;
+    if args.transfer.is_some() && format != Format::Hjif {
+        return Err(usage(anyhow!(
+            "--transfer describes the device of a .hjif file, and {} is none: leave it out",
+            args.out.display()
+        )));
+    }
+    let written = if holds_transfer(&args.input) {
+        of_transfer(args, format)?
+    } else if matches!(format, Format::Haptic | Format::Ahap)
+        && haptic_kind_of_file(&args.input) == Some(HapticKind::Clip)
+    {
+        of_clip(args, format)?
+    } else {
+        of_recording(args, format)?
+    };
+    if args.json {
+        return print_json(&json!({
+            "out": args.out,
+            "format": format.name(),
+            "rate_hz": written.rate,
+            "full_scale": written.full_scale,
+            "doubts": doubts_json(&written.doubts)?,
+        }));
+    }
+    say_doubts(&written.doubts);
+    let mut text = format!("wrote {}: {}", args.out.display(), format.name());
+    if let Some(rate) = written.rate {
+        text.push_str(&format!(" at {rate}"));
+    }
+    if let Some(full_scale) = &written.full_scale {
+        text.push_str(&format!(
+            ", 1 stands for {} {}",
+            digits(full_scale.value),
+            full_scale.unit
+        ));
+    }
+    print(&text)
+}
+
+fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
+    if format != Format::Uff {
+        return Err(usage(anyhow!(
+            "expected an output that ends in .uff for a transfer function, found {}; a {} holds signals",
+            args.out.display(),
+            format.name()
+        )));
+    }
+    if args.channel.is_some() {
+        return Err(usage(anyhow!(
+            "{} is a transfer function and has no channels: leave --channel out",
+            args.input.display()
+        )));
+    }
+    let document = read_transfer(&args.input)?;
+    write_transfer(&args.out, &document)?;
+    let mut doubts = document.doubts;
+    doubts.push(Doubt::FormatLoses {
+        format: "a universal file".into(),
+        what: "the device, the provenance and the doubts of a transfer function".into(),
+    });
+    Ok(Written {
+        rate: None,
+        full_scale: None,
+        doubts,
+    })
+}
+
+/// A clip as it is: nothing is played and analysed again.
+fn of_clip(args: &Export, format: Format) -> Outcome<Written> {
+    let mut clip = read_haptic(&args.input)?;
+    let doubts = std::mem::take(&mut clip.doubts);
+    write_clip(&args.out, &clip, format, doubts)
+}
+
+fn write_clip(
+    path: &Path,
+    clip: &HapticClip,
+    format: Format,
+    mut doubts: Vec<Doubt>,
+) -> Outcome<Written> {
+    if format == Format::Ahap {
+        let pattern = ahap_of(clip);
+        write_ahap(path, &pattern.content)?;
+        doubts.extend(pattern.losses);
+    } else {
+        write_haptic(path, clip)?;
+    }
+    Ok(Written {
+        rate: None,
+        full_scale: None,
+        doubts,
+    })
+}
+
+fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
+    let contents = read(&args.input, &args.reading)?;
+    let recording = &contents.recording;
+    let named =
+        |error: anyhow::Error| Failure::Data(error.context(args.input.display().to_string()));
+    if format == Format::Uff {
+        return universal(args, recording);
+    }
+    let (channel, signal) = recording
+        .raw(args.channel.as_deref())
+        .map_err(|error| named(error.into()))?;
+    let mut doubts = recording.doubts.clone();
+    let rate = match format {
+        Format::Wav => Some(SampleRate::new(f64::from(AUDIO_HZ))?),
+        Format::Hjif if too_fine(signal.rate()) => Some(SampleRate::new(KEYFRAMES_HZ)?),
+        _ => None,
+    };
+    let signal = match rate.filter(|rate| *rate != signal.rate()) {
+        Some(rate) => {
+            doubts.push(Doubt::RateConverted {
+                what: format!("`{}`", channel.name),
+                from_hz: signal.rate().hz(),
+                to_hz: rate.hz(),
+            });
+            resample(&signal, rate).map_err(|error| named(error.into()))?
+        }
+        None => signal,
+    };
+    let (shares, full_scale) = if channel.unit == Unit::FullScale {
+        let peak = signal.peak();
+        if peak > 1.0 {
+            return Err(named(anyhow!(
+                "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
+                digits(peak)
+            )));
+        }
+        if peak <= 0.0 {
+            return Err(named(anyhow!(
+                "expected a signal, found silence; there is nothing to carry"
+            )));
+        }
+        let one = Measure {
+            value: 1.0,
+            unit: Unit::FullScale,
+        };
+        (signal, one)
+    } else {
+        let Shares {
+            shares,
+            full_scale,
+            mean,
+        } = shares_of_full_scale(&signal).map_err(|error| named(error.into()))?;
+        // What a converter's last bit leaves of a mean is nobody's loss.
+        if mean.abs() > 1e-2 * full_scale {
+            doubts.push(Doubt::FormatLoses {
+                format: format.name().into(),
+                what: format!("the mean of {} {}", digits(mean), channel.unit),
+            });
+        }
+        let full_scale = Measure {
+            value: full_scale,
+            unit: channel.unit.clone(),
+        };
+        (shares, full_scale)
+    };
+    let what = described(args, recording);
+    let written = match format {
+        Format::Wav => {
+            audio(args, &contents, &channel.name, &shares, &full_scale)?;
+            Written {
+                rate: Some(shares.rate()),
+                full_scale: Some(full_scale),
+                doubts,
+            }
+        }
+        Format::Hjif => {
+            let texture = HjifTexture {
+                description: what,
+                date: today(),
+                full_scale: full_scale.clone(),
+                device: device(args, &contents)?,
+            };
+            let exported = write_hjif(&args.out, &shares, &texture)?;
+            doubts.extend(exported.losses);
+            Written {
+                rate: Some(shares.rate()),
+                full_scale: Some(full_scale),
+                doubts,
+            }
+        }
+        // A clip, or AHAP by way of one; universal files have left above.
+        _ => {
+            let metadata = HapticMetadata {
+                editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
+                source: name(&args.input),
+                description: what,
+                ..HapticMetadata::default()
+            };
+            let clip = clip_of(&shares, &full_scale, &EnvelopeConfig::texture()?, metadata)
+                .map_err(|error| named(error.into()))?;
+            doubts.extend(clip.losses.into_iter().map(|mut loss| {
+                if let Doubt::FormatLoses { format: lossy, .. } = &mut loss
+                    && format == Format::Ahap
+                {
+                    *lossy = "AHAP".into();
+                }
+                loss
+            }));
+            Written {
+                full_scale: Some(full_scale),
+                ..write_clip(&args.out, &clip.content, format, doubts)?
+            }
+        }
+    };
+    Ok(written)
+}
+
+/// Whether a keyframe for each sample would be more than a file should hold, or no whole number a second.
+fn too_fine(rate: SampleRate) -> bool {
+    rate.hz() > KEYFRAMES_HZ || rate.hz().fract() > 0.0
+}
+
+/// All channels, or the one that is named, as time responses.
+fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
+    let mut doubts = recording.doubts.clone();
+    let one = match &args.channel {
+        Some(channel) => {
+            let (channel, _) = recording.raw(Some(channel))?;
+            Some(Recording::new(
+                vec![channel.clone()],
+                recording.rate(),
+                recording.condition.clone(),
+                recording.provenance.clone(),
+            )?)
+        }
+        None => None,
+    };
+    doubts.extend(write_uff_recording(
+        &args.out,
+        one.as_ref().unwrap_or(recording),
+    )?);
+    Ok(Written {
+        rate: Some(recording.rate()),
+        full_scale: None,
+        doubts,
+    })
+}
+
+fn audio(
+    args: &Export,
+    contents: &Contents,
+    channel: &str,
+    shares: &Series<Uncalibrated>,
+    full_scale: &Measure,
+) -> Outcome {
+    let recording = &contents.recording;
+    let sidecar = Sidecar {
+        full_scale: Some(full_scale.clone()),
+        channels: vec![channel.into()],
+        condition: recording.condition.clone(),
+        provenance: recording
+            .provenance
+            .clone()
+            .then(format!("exported from {}", name(&args.input))),
+        rendering: contents
+            .rendering
+            .clone()
+            .filter(|_| full_scale.unit == Unit::FullScale),
+    };
+    write_wav_with_sidecar(
+        &args.out,
+        &[shares.samples()],
+        AUDIO_HZ,
+        SampleFormat::Float32,
+        &sidecar,
+    )?;
+    Ok(())
+}
+
+/// The device that a file is for: of the transfer function, or as far as the drive says it.
+fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
+    let Some(path) = &args.transfer else {
+        let gain = contents.setup.as_ref().map(|setup| setup.gain);
+        let band = contents
+            .rendering
+            .as_ref()
+            .map(|made| made.config.inverse.band);
+        return Ok(piezo_device(gain, band, None));
+    };
+    let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
+    let rendered = Band::new(Hertz(20.0), Hertz(1000.0))?;
+    let band = function
+        .driven
+        .and_then(|driven| driven.common(rendered))
+        .unwrap_or(rendered);
+    let gain = function.drive.as_ref().map(|setup| setup.gain);
+    Ok(piezo_device(gain, Some(band), function.strongest_hz(band)))
+}
+
+/// What a texture is, in a line.
+fn described(args: &Export, recording: &Recording) -> String {
+    let condition = recording.condition.to_string();
+    if condition.is_empty() {
+        name(&args.input)
+    } else {
+        format!("{}: {condition}", name(&args.input))
+    }
+}
+
+fn today() -> String {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    date_of(since_1970.map_or(0, |time| time.as_secs()))
+}
