@@ -226,6 +226,12 @@ pub enum BenchError {
         /// What should have come before.
         before: &'static str,
     },
+    /// A target cannot be rendered.
+    #[error(transparent)]
+    Render(#[from] piezotact::render::RenderError),
+    /// The first measurement of a closed loop cannot be believed.
+    #[error("nothing was corrected: {0}")]
+    Broken(String),
     /// A repeat did not pass the gate.
     #[error(
         "repeat {repeat} was refused in {attempts} of {attempts} attempts; the last time {breach}"

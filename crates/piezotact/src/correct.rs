@@ -10,7 +10,6 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Drive, Hertz, Quantity, SampleRate};
 use crate::render::{InverseConfig, InversePlan, RenderConfig, RenderError};
@@ -361,15 +360,4 @@ impl Correction {
     pub fn band(&self) -> Band {
         self.render.inverse.band
     }
-}
-
-/// What a closed loop leaves open.
-#[must_use]
-pub fn loop_doubts(held: f64, stopped_early: Option<usize>) -> Vec<Doubt> {
-    let clipped = (held > 0.0).then(|| Doubt::Clipped {
-        what: "the corrected drive".into(),
-        fraction: held,
-    });
-    let diverged = stopped_early.map(|best| Doubt::LoopStopped { best });
-    clipped.into_iter().chain(diverged).collect()
 }

@@ -72,6 +72,8 @@ pub enum Doubt {
     LoopStopped {
         /// The iteration that was best.
         best: usize,
+        /// Why it was stopped.
+        why: String,
     },
     /// Repeats of one measurement differ.
     RepeatsScatter {

@@ -1,9 +1,11 @@
 //! What is done with a bench, whichever it is: play a drive and keep what comes back, characterise a device.
 
 mod characterise;
+mod closed_loop;
 mod repeats;
 
 pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
+pub use closed_loop::{Iteration, LoopConfig, LoopEnd, Looped, closed_loop};
 pub use repeats::{Attempt, Gating, Measure, Refused, RepeatConfig, Repeated, repeated};
 
 use piezotact::Doubt;

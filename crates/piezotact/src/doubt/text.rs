@@ -78,9 +78,9 @@ impl fmt::Display for Doubt {
                 f,
                 "the resonance at {at_hz:.1} Hz has {lines:.1} lines of {resolution_hz:.2} Hz within its half-power bandwidth: its height is underestimated; take longer segments (6 lines or more)"
             ),
-            Self::LoopStopped { best } => write!(
+            Self::LoopStopped { best, why } => write!(
                 f,
-                "correcting made it worse and was stopped; the drive is that of iteration {best}: the device or the finger changed, or the noise is too loud; characterise again"
+                "correcting was stopped, as {why}; the drive is that of iteration {best}: if the device or the finger changed, characterise again"
             ),
             Self::RepeatsScatter { db_rms } => write!(
                 f,
