@@ -3,6 +3,7 @@
 mod characterise;
 mod repeats;
 
+pub(crate) use characterise::LOWEST_JUDGED;
 pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
 pub use repeats::{Attempt, Gating, Measure, Refused, RepeatConfig, Repeated, repeated};
 
