@@ -24,6 +24,14 @@ pub(super) const LATE: f64 = 0.05;
 /// How far a cross-correlation stands out of its rms when two signals are one: noise reaches 5 to 6.
 const RELATED: f64 = 9.0;
 
+/// Whether a doubt says that the two signals are out of step.
+fn out_of_step(doubt: &Doubt) -> bool {
+    matches!(
+        doubt,
+        Doubt::Unrelated { .. } | Doubt::Acausal { .. } | Doubt::LateResponse { .. }
+    )
+}
+
 /// From the first to the last line that is driven.
 pub(super) fn driven_band(driven: &[bool], resolution_hz: f64) -> Option<Band> {
     let hz = |line: usize| Hertz(line as f64 * resolution_hz);
@@ -185,6 +193,10 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
 pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
+    // Late or early signals turn the phases, and nothing follows from them.
+    if function.doubts.iter().any(out_of_step) {
+        return None;
+    }
     let (mut net, mut all) = (0.0, 0.0);
     for (line, hz) in function
         .lines_in(function.driven?)
@@ -204,13 +216,7 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
 ) {
-    let suspect = |doubt: &Doubt| {
-        matches!(
-            doubt,
-            Doubt::Unrelated { .. } | Doubt::Acausal { .. } | Doubt::LateResponse { .. }
-        )
-    };
-    if !function.doubts.iter().any(suspect) {
+    if !function.doubts.iter().any(out_of_step) {
         return;
     }
     let Some(lag) = common_lag(drive.samples(), response.samples()) else {
@@ -219,7 +225,7 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     let (delay_s, segment_s) = (lag as f64 / drive.rate().hz(), 1.0 / function.resolution_hz);
     let late = delay_s > LATE * segment_s;
     if late || delay_s < -0.5 * segment_s {
-        function.doubts.retain(|doubt| !suspect(doubt));
+        function.doubts.retain(|doubt| !out_of_step(doubt));
         function.doubts.push(if late {
             Doubt::LateResponse { delay_s, segment_s }
         } else {
