@@ -148,6 +148,11 @@ fn the_gate_names_why_and_stops() {
         .expect_failure(2, &["two realisations of two periods"]);
     characterise(&folder, "--excitation sweep --band 0..500 --out tf.json")
         .expect_failure(2, &["three sweeps", "1 Hz"]);
+    characterise(
+        &folder,
+        "--excitation multisine --segment 4096 --seconds 20 --out tf.json",
+    )
+    .expect_failure(2, &["2 to 2500 samples", "4096"]);
     characterise(&folder, "--repeats 0 --out tf.json").expect_failure(2, &["--repeats"]);
 }
 
@@ -270,5 +275,94 @@ fn what_was_measured_badly_is_named() {
     assert!(
         clipped.contains("nail") && clipped.contains("limit"),
         "{clipped}"
+    );
+}
+
+/// What lies beyond the band that was asked for is not driven, whatever the ends of the drive do there; nothing renders there.
+#[test]
+fn what_is_not_driven_is_not_rendered() {
+    let folder = support::prepared();
+    let said = characterise(
+        &folder,
+        "--seconds 10 --band 20..300 --out narrow.json --json",
+    )
+    .json();
+    assert_eq!(said["driven_hz"], serde_json::json!([20.0, 300.0]));
+    folder.run(&["demo", "--out", "d"]).expect_success();
+    let rendered = folder.run(&[
+        "render",
+        "d/target.wav",
+        "--transfer",
+        "narrow.json",
+        "--level",
+        "-6",
+        "--out",
+        "drive.wav",
+        "--json",
+    ]);
+    let said = rendered.json();
+    let highest = said["achievable_band_hz"]
+        .as_array()
+        .unwrap()
+        .last()
+        .unwrap()[1]
+        .as_f64()
+        .unwrap();
+    assert!(highest < 305.0, "{said}");
+    assert!(
+        said["doubts"].to_string().contains("nothing drives"),
+        "{said}"
+    );
+    // A band below what the device answers to has nothing to be judged by, and is no error.
+    characterise(
+        &folder,
+        "--seconds 10 --band 2..15 --gate off --out low.json",
+    )
+    .expect_success();
+}
+
+#[test]
+fn channels_that_cannot_be_meant_are_named() {
+    let folder = Folder::new();
+    let Measured { drive, response } = measured();
+    let late: Vec<f64> = [vec![0.0; 300], response[..response.len() - 300].to_vec()].concat();
+    // 60 ms of a segment of 205 ms.
+    let late = transfer(&folder, "late", &drive, &late);
+    assert!(
+        late.contains("62.6") && late.contains("ms after the drive"),
+        "{late}"
+    );
+    folder
+        .run(&[
+            "transfer",
+            "late.csv",
+            "--drive",
+            "drive",
+            "--response",
+            "drive",
+            "--out",
+            "tf.json",
+        ])
+        .expect_failure(2, &["two channels", "`drive` as both"]);
+    let mut text = String::from("time [s],nail [m/s2],drive [V]\n");
+    for (i, (x, y)) in drive.iter().zip(&response).enumerate() {
+        writeln!(text, "{},{x},{y}", i as f64 / RATE_HZ).unwrap();
+    }
+    folder.write("units.csv", text);
+    let done = folder.run(&[
+        "transfer",
+        "units.csv",
+        "--drive",
+        "nail",
+        "--response",
+        "drive",
+        "--out",
+        "tf.json",
+    ]);
+    done.expect_success();
+    assert!(
+        done.err().contains("exchange --drive and --response"),
+        "{}",
+        done.err()
     );
 }

@@ -217,17 +217,21 @@ impl ExcitationConfig {
     /// What it is, for the provenance, where it was played with a peak of `peak` of full scale.
     #[must_use]
     pub fn told(&self, peak: f64) -> String {
+        let mut lasted = self.duration;
         let kind = match (self.kind, Filling::of(self.duration)) {
-            (Excitation::Multisine, Ok(filling)) => format!(
-                "{} random-phase multisines of {} periods of {PERIOD_S} s on odd lines, one of {GROUP} left out,",
-                filling.realisations, filling.periods
-            ),
+            (Excitation::Multisine, Ok(filling)) => {
+                lasted = Seconds(filling.row_s() * filling.realisations as f64);
+                format!(
+                    "{} random-phase multisines of {} periods of {PERIOD_S} s on odd lines, one of {GROUP} left out,",
+                    filling.realisations, filling.periods
+                )
+            }
             (Excitation::Sweep, _) => format!("{SWEEPS} exponential sine sweeps"),
             _ => "random drive".into(),
         };
         format!(
             "{kind} over {}, {}, peak {peak:.3} of full scale, seed {}",
-            self.band, self.duration, self.seed
+            self.band, lasted, self.seed
         )
     }
 }

@@ -3,11 +3,12 @@
 
 use std::fmt;
 
-use piezotact::quantity::{Acceleration, Band, Drive, Newtons, SampleRate, Seconds};
+use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
 use piezotact::series::mean;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{CrossPlan, CrossSpectra};
 
+use crate::procedure::LOWEST_JUDGED;
 use crate::traits::{BenchError, Chunk};
 
 /// What a characterisation must keep to.
@@ -116,7 +117,7 @@ impl Gate {
     /// `segment` samples; `roles` are the places of drive, acceleration and force in a chunk.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] when a window does not hold ten segments.
+    /// [`BenchError::Impossible`] when a window does not hold five segments.
     pub fn new(
         config: &GateConfig,
         target: Option<Newtons>,
@@ -212,7 +213,10 @@ impl Gate {
         // Of a window too short for a segment nothing can be said.
         let Ok(spectra) = spectra else { return };
         let least = self.config.least_coherence;
-        let median = judged_coherence(&spectra).unwrap_or(0.0);
+        // A sweep that is still below what the device answers to gives nothing to judge.
+        let Some(median) = spectra.driven_coherence(LOWEST_JUDGED) else {
+            return;
+        };
         if median < least {
             self.breach = Some(Breach::Coherence {
                 window_s,
@@ -221,28 +225,6 @@ impl Gate {
             });
         }
     }
-}
-
-/// Below this no device of this kind answers.
-const LOWEST_HZ: f64 = 20.0;
-
-/// The median coherence of the driven lines from 20 Hz up.
-fn judged_coherence(spectra: &CrossSpectra<Drive, Acceleration>) -> Option<f64> {
-    let band = Band::new(
-        piezotact::quantity::Hertz(LOWEST_HZ),
-        piezotact::quantity::Hertz(f64::MAX),
-    )
-    .ok()?;
-    let mut lines: Vec<f64> = spectra
-        .coherence()
-        .into_iter()
-        .zip(spectra.driven())
-        .enumerate()
-        .filter(|(k, (_, driven))| *driven && band.contains(*k as f64 * spectra.resolution_hz))
-        .map(|(_, (coherence, _))| coherence)
-        .collect();
-    lines.sort_by(f64::total_cmp);
-    lines.get(lines.len() / 2).copied()
 }
 
 #[cfg(test)]

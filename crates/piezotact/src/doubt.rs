@@ -52,6 +52,13 @@ pub enum Doubt {
         /// How much before, s.
         lead_s: f64,
     },
+    /// The drive has the unit of a response, and the response that of a drive.
+    SwappedUnits {
+        /// The drive's unit.
+        drive: String,
+        /// The response's unit.
+        response: String,
+    },
     /// Part of the band was not driven.
     NotDriven {
         /// The parts.

@@ -161,12 +161,13 @@ pub fn render<O: Quantity>(
         .low_coherence(band, config.lowest_coherence)
         .into_iter()
         .collect();
+    doubts.extend(function.not_driven(band));
     // What was doubted of the transfer function is doubted of all that comes of it.
     doubts.extend(
         function
             .doubts
             .iter()
-            .filter(|doubt| !matches!(doubt, Doubt::LowCoherence { .. }))
+            .filter(|doubt| !matches!(doubt, Doubt::LowCoherence { .. } | Doubt::NotDriven { .. }))
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
@@ -336,6 +337,7 @@ fn reached<I: Quantity, O: Quantity>(
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
     // A coherence above 1 is no better than none.
     let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
+    let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
     if function.lines_in(band).next().is_none() {
         return Err(RenderError::NoLine {
             band,
@@ -350,7 +352,9 @@ fn reached<I: Quantity, O: Quantity>(
             let delivered = left * config.inverse.share(power, function.coherence()[k]);
             (
                 frequency_hz,
-                delivered >= least && believable.contains(&function.coherence()[k]),
+                delivered >= least
+                    && driven(frequency_hz)
+                    && believable.contains(&function.coherence()[k]),
             )
         })
         .collect();

@@ -16,7 +16,7 @@ pub use bundle::{
 };
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
-pub use multisine::{BestLinear, Distortion, DistortionLevels, best_linear};
+pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use repeats::{farthest_apart_db, pooled};
 
@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
-use crate::quantity::{Band, Quantity, SampleRate, Seconds, Unit};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate, Seconds, Unit};
 use crate::recording::{Condition, Provenance};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
@@ -140,7 +140,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         function.doubts.extend(judge::gaps(&driven, &function));
 
         if let Some(median_coherence) = spectra
-            .driven_coherence()
+            .driven_coherence(Hertz(0.0))
             .filter(|median| *median < UNRELATED)
         {
             // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
@@ -149,7 +149,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         }
         let segment = Seconds(1.0 / spectra.resolution_hz);
         let delay = function.delay();
-        if delay.0 > 0.05 * segment.0 {
+        if delay.0 > judge::LATE * segment.0 {
             function.doubts.push(Doubt::LateResponse {
                 delay_s: delay.0,
                 segment_s: segment.0,

@@ -10,14 +10,14 @@ use piezotact_bench::procedure::{
     self, Attempt, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
 };
 use piezotact_bench::twin::TwinParameters;
-use piezotact_bench::{Bench, ExcitationConfig, Gate, GateConfig};
+use piezotact_bench::{Bench, BenchError, ExcitationConfig, Gate, GateConfig};
 use piezotact_dataset::{TransferDocument, write_transfer};
 use serde_json::{Value, json};
 
 use super::play::{Keeping, play};
 use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report::transfer;
 
@@ -206,7 +206,7 @@ pub(crate) fn repeated(
         1 => String::new(),
         all => format!(", {} of {all}", attempt.repeat),
     };
-    procedure::repeated(
+    let done = procedure::repeated(
         bench,
         (config, &setup),
         repeats,
@@ -224,12 +224,28 @@ pub(crate) fn repeated(
                 what: &what,
                 gate,
             };
-            play(bench, &drive, Some(&setup), &attempt.run, keeping)
+            play(bench, &drive, Some(&setup), &attempt.run, keeping).map_err(Ended::Failure)
         },
         &mut |refused| {
             say(&refused.to_string());
         },
-    )
+    );
+    done.map_err(|ended| match ended {
+        Ended::Bench(error) => bench_failure(error),
+        Ended::Failure(failure) => failure,
+    })
+}
+
+/// Why a characterisation ended early: by the bench, or by what keeps its recording.
+enum Ended {
+    Bench(BenchError),
+    Failure(Failure),
+}
+
+impl From<BenchError> for Ended {
+    fn from(error: BenchError) -> Self {
+        Self::Bench(error)
+    }
 }
 
 /// Runs a characterisation that takes what comes, with its progress shown, keeping the recording in `record` when there is

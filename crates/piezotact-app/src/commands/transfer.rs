@@ -32,6 +32,12 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
     };
     let setup = described(args)?;
+    if args.drive == args.response {
+        return Err(usage(anyhow!(
+            "expected two channels, found `{}` as both drive and response; name the one that answers",
+            args.drive
+        )));
+    }
     let (drive_channel, drive) = recording.raw(Some(&args.drive)).map_err(named)?;
     let (response_channel, response) = recording.raw(Some(&args.response)).map_err(named)?;
     let mut drive_unit = drive_channel.unit.clone();
@@ -81,6 +87,13 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
                 fraction,
             });
         }
+    }
+    let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
+    if drive_unit == Unit::MetrePerSecondSquared && sends(&response_channel.unit) {
+        function.doubts.push(Doubt::SwappedUnits {
+            drive: drive_unit.to_string(),
+            response: response_channel.unit.to_string(),
+        });
     }
     if drive_unit == Unit::Newton && response_channel.unit == Unit::MetrePerSecondSquared {
         function.doubts.extend(function.inverted_polarity());

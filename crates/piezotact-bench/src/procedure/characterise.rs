@@ -7,7 +7,8 @@ use piezotact::recording::Recording;
 use piezotact::render::headroom;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Distortion, Estimator, TransferFunction, best_linear, estimate, estimate_sweeps,
+    Distortion, Estimator, SEGMENTS_OF_A_PERIOD, TransferFunction, best_linear, estimate,
+    estimate_sweeps,
 };
 
 use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, Keep, play_and_record};
@@ -15,9 +16,9 @@ use crate::excitation::{ExcitationConfig, excitation};
 use crate::traits::{Bench, BenchError, RunPlan};
 
 /// Below this frequency no device of this kind answers, and low coherence is no finding.
-pub(super) const LOWEST_JUDGED: Hertz = Hertz(20.0);
+pub(crate) const LOWEST_JUDGED: Hertz = Hertz(20.0);
 /// Coherence below this in the band that was driven is said.
-const LEAST_COHERENCE: f64 = 0.8;
+pub(super) const LEAST_COHERENCE: f64 = 0.8;
 
 /// How a device is characterised.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,16 +70,14 @@ pub fn excite(
     // Checked as it was asked for, then brought to what the device can play.
     let drive = excitation(&config.excitation, bench.player.describe().rate)?;
     let blocks = config.excitation.blocks(acquisition)?;
-    let holds = blocks.map_or(
-        acquisition.samples_in(config.excitation.duration),
-        |blocks| blocks.length,
-    );
+    let holds = match blocks {
+        None => acquisition.samples_in(config.excitation.duration),
+        Some(blocks) if blocks.in_a_row == 1 => blocks.length,
+        Some(blocks) => blocks.length / SEGMENTS_OF_A_PERIOD,
+    };
     if config.welch.hop().is_err() || config.welch.segment > holds {
         return Err(wrong(
-            format!(
-                "a segment from 2 to {holds} samples, as {} hold",
-                acquisition.duration_of(holds)
-            ),
+            format!("a segment from 2 to {holds} samples"),
             config.welch.segment.to_string(),
             "2048 is usual",
         ));
@@ -139,6 +138,11 @@ pub fn transfer_of(
             (found.function, Some(found.distortion))
         }
     };
+    // A drive has ends, and what they make beyond its band is not what it drives.
+    function.driven = function
+        .driven
+        .and_then(|driven| driven.common(excitation.band))
+        .or(Some(excitation.band));
     let estimated = std::mem::take(&mut function.provenance.steps);
     function.provenance = recording
         .provenance
@@ -148,9 +152,7 @@ pub fn transfer_of(
     function.condition = recording.condition.clone();
     function.drive = Some(setup.clone());
     function.doubts.extend(recording.doubts.clone());
-    let judged = Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
-        .ok()
-        .and_then(|band| excitation.band.common(band));
+    let judged = judged_band(config);
     function
         .doubts
         .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
@@ -162,4 +164,11 @@ pub fn transfer_of(
         function,
         distortion,
     })
+}
+
+/// The part of the driven band in which a device of this kind answers; `None` when it lies below.
+pub(super) fn judged_band(config: &CharacteriseConfig) -> Option<Band> {
+    Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
+        .ok()
+        .and_then(|band| config.excitation.band.common(band))
 }

@@ -4,6 +4,7 @@ mod characterise;
 mod closed_loop;
 mod repeats;
 
+pub(crate) use characterise::LOWEST_JUDGED;
 pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
 pub use closed_loop::{Iteration, LoopConfig, LoopEnd, Looped, closed_loop};
 pub use repeats::{Attempt, Gating, Measure, Refused, RepeatConfig, Repeated, repeated};

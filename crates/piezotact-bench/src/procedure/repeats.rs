@@ -8,7 +8,7 @@ use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::recording::Recording;
 use piezotact::transfer::{BundleError, TransferFunction, farthest_apart_db, pooled};
 
-use super::characterise::LOWEST_JUDGED;
+use super::characterise::{LEAST_COHERENCE, judged_band};
 use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
     transfer_of,
@@ -104,13 +104,7 @@ pub fn repeated<E: From<BenchError>>(
     told: &mut dyn FnMut(&Refused),
 ) -> Result<Repeated, E> {
     let first_label = config.run.put_down_for().to_owned();
-    let band = Band::new(LOWEST_JUDGED, config.excitation.band.high()).map_err(|_below| {
-        BenchError::Impossible {
-            expected: format!("a band that reaches above {LOWEST_JUDGED}"),
-            found: config.excitation.band.to_string(),
-            todo: "widen it, 2..1200 is usual".into(),
-        }
-    })?;
+    let band = judged_band(config);
     let (mut each, mut refused) = (Vec::<Characterisation>::new(), Vec::<Refused>::new());
     let (mut repeat, mut attempt) = (1, 1);
     while repeat <= repeats.repeats.max(1) {
@@ -125,7 +119,10 @@ pub fn repeated<E: From<BenchError>>(
         };
         let recording = measure(bench, &tried, gate.as_mut());
         let mut breach = gate.as_mut().and_then(|gate| {
-            gate.finish();
+            // A run that broke off for another reason is not the finger's fault.
+            if recording.is_ok() {
+                gate.finish();
+            }
             gate.breach().cloned()
         });
         if breach.is_none() {
@@ -133,7 +130,8 @@ pub fn repeated<E: From<BenchError>>(
             breach = each
                 .first()
                 .filter(|_| repeats.gating != Gating::Open)
-                .and_then(|first| opposite(&first.function, &done.function, band));
+                .zip(band)
+                .and_then(|(first, band)| opposite(&first.function, &done.function, band));
             if breach.is_none() {
                 each.push(done);
                 (repeat, attempt) = (repeat + 1, 1);
@@ -169,7 +167,12 @@ pub fn repeated<E: From<BenchError>>(
             todo: "measure again".into(),
         },
     })?;
-    let apart_db = farthest_apart_db(&functions, band);
+    let apart_db = band.and_then(|band| farthest_apart_db(&functions, band));
+    if each.len() > 1 {
+        function
+            .doubts
+            .extend(band.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
+    }
     function.doubts.extend(
         apart_db
             .filter(|db| *db > MOST_APART_DB)

@@ -69,6 +69,10 @@ impl fmt::Display for Doubt {
                 "the response comes {:.2} ms before the drive, which nothing can: drive and response are swapped, or their channels are out of step",
                 lead_s * 1e3
             ),
+            Self::SwappedUnits { drive, response } => write!(
+                f,
+                "the drive is in {drive} and the response in {response}: they are probably swapped; exchange --drive and --response"
+            ),
             Self::NotDriven { bands, share } => {
                 write!(f, "nothing drives {} of the band (", percent(*share))?;
                 list(f, bands)?;

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use num_complex::Complex;
 
-use crate::quantity::{Quantity, SampleRate};
+use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::{
     Averaging, CrossSum, EstimateError, Folded, Scaling, WelchConfig, one_sided, segments_in,
@@ -159,7 +159,7 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
 }
 
 /// Lines this far below the strongest are not driven: 40 dB.
-const DRIVEN: f64 = 1e-4;
+pub(super) const DRIVEN: f64 = 1e-4;
 
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     /// Whether each line is driven, that is within 40 dB of the strongest.
@@ -170,11 +170,15 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
         self.drive_power.iter().map(|p| *p > least).collect()
     }
 
-    /// The median coherence of the lines that are driven; `None` when the drive has no power.
+    /// The median coherence of the lines from `lowest` up that are driven; `None` when there are none.
     #[must_use]
-    pub fn driven_coherence(&self) -> Option<f64> {
-        let lines = self.coherence().into_iter().zip(self.driven());
-        let mut driven: Vec<f64> = lines.filter(|(_, d)| *d).map(|(c, _)| c).collect();
+    pub fn driven_coherence(&self, lowest: Hertz) -> Option<f64> {
+        let lines = self.coherence().into_iter().zip(self.driven()).enumerate();
+        let high = |line: usize| line as f64 * self.resolution_hz >= lowest.0;
+        let mut driven: Vec<f64> = lines
+            .filter(|(line, (_, driven))| *driven && high(*line))
+            .map(|(_, (coherence, _))| coherence)
+            .collect();
         driven.sort_by(f64::total_cmp);
         driven.get(driven.len() / 2).copied()
     }

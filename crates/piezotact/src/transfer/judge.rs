@@ -9,6 +9,7 @@ use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::series::{Series, rms};
+use crate::spectrum::RECOMMENDED_SEGMENTS;
 use crate::verify::flat_top_fraction;
 
 /// Fewer lines than this within the half-power bandwidth of a resonance leave a bias of more than 2 %
@@ -18,8 +19,18 @@ const LINES_OF_A_RESONANCE: f64 = 6.0;
 const PROMINENT_DB: f64 = 6.0;
 /// Lines below this coherence say nothing of a resonance.
 const BELIEVED: f64 = 0.5;
+/// A response later than this share of a segment is underestimated.
+pub(super) const LATE: f64 = 0.05;
 /// How far a cross-correlation stands out of its rms when two signals are one: noise reaches 5 to 6.
 const RELATED: f64 = 9.0;
+
+/// Whether a doubt says that the two signals are out of step.
+fn out_of_step(doubt: &Doubt) -> bool {
+    matches!(
+        doubt,
+        Doubt::Unrelated { .. } | Doubt::Acausal { .. } | Doubt::LateResponse { .. }
+    )
+}
 
 /// From the first to the last line that is driven.
 pub(super) fn driven_band(driven: &[bool], resolution_hz: f64) -> Option<Band> {
@@ -120,6 +131,10 @@ pub(super) fn acausal<I: Quantity, O: Quantity>(
 pub(super) fn unresolved<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
+    // A peak of few averages is a matter of chance.
+    if function.averages < RECOMMENDED_SEGMENTS {
+        return None;
+    }
     let driven = function.driven?;
     let lines: Vec<(usize, f64)> = function
         .lines_in(driven)
@@ -178,6 +193,10 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
 pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
+    // Late or early signals turn the phases, and nothing follows from them.
+    if function.doubts.iter().any(out_of_step) {
+        return None;
+    }
     let (mut net, mut all) = (0.0, 0.0);
     for (line, hz) in function
         .lines_in(function.driven?)
@@ -197,22 +216,17 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
 ) {
-    let suspect = |doubt: &Doubt| {
-        matches!(
-            doubt,
-            Doubt::Unrelated { .. } | Doubt::Acausal { .. } | Doubt::LateResponse { .. }
-        )
-    };
-    if !function.doubts.iter().any(suspect) {
+    if !function.doubts.iter().any(out_of_step) {
         return;
     }
     let Some(lag) = common_lag(drive.samples(), response.samples()) else {
         return;
     };
     let (delay_s, segment_s) = (lag as f64 / drive.rate().hz(), 1.0 / function.resolution_hz);
-    if delay_s.abs() > 0.5 * segment_s {
-        function.doubts.retain(|doubt| !suspect(doubt));
-        function.doubts.push(if delay_s > 0.0 {
+    let late = delay_s > LATE * segment_s;
+    if late || delay_s < -0.5 * segment_s {
+        function.doubts.retain(|doubt| !out_of_step(doubt));
+        function.doubts.push(if late {
             Doubt::LateResponse { delay_s, segment_s }
         } else {
             Doubt::Acausal { lead_s: -delay_s }

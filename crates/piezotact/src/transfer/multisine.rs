@@ -5,7 +5,9 @@
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::cross::DRIVEN;
 use super::periodic::{Blocks, Record, Transformed, smoothed};
 use super::{CrossSpectra, Estimator, TransferError, TransferFunction};
 use crate::quantity::{Band, Hertz, Quantity};
@@ -102,29 +104,57 @@ pub struct BestLinear<I: Quantity, O: Quantity> {
     pub distortion: Distortion,
 }
 
-/// A line is driven when it holds this share of the strongest: 40 dB below.
-const DRIVEN: f64 = 1e-4;
+/// Lines of an estimate are at least so many fine lines apart: the grid has gaps of six.
+pub const SEGMENTS_OF_A_PERIOD: usize = 4;
 
-/// What repeats counts as distortion when it exceeds the noise's share by so many of its standard deviations.
-const STANDS_OUT: f64 = 4.0;
+/// What repeats counts as distortion when its mean over realisations is so many standard errors above zero, with Student's
+/// t of one in a thousand.
+const CHANCE: f64 = 1e-3;
 
 /// Sums of powers over the lines of one band.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Sums {
     linear: f64,
     noise: f64,
     stochastic: f64,
     driven: usize,
-    odd: (f64, usize),
-    even: (f64, usize),
+    odd: Kept,
+    even: Kept,
     noise_lines: usize,
+}
+
+/// What repeats on the lines of one kind, realisation by realisation.
+#[derive(Clone, Default)]
+struct Kept {
+    powers: Vec<f64>,
+    lines: usize,
+}
+
+impl Kept {
+    /// The mean power of a line where it stands out of the noise, 0 where it does not; `None` without lines.
+    fn level(&self) -> Option<f64> {
+        let count = self.powers.len();
+        if self.lines == 0 {
+            return None;
+        }
+        let of_a_line: Vec<f64> = self.powers.iter().map(|p| p / self.lines as f64).collect();
+        let mean = crate::series::mean(&of_a_line);
+        let squares: f64 = of_a_line.iter().map(|p| (p - mean).powi(2)).sum();
+        let freedom = count.saturating_sub(1) as f64;
+        let error = (squares / freedom / count as f64).sqrt();
+        let t = StudentsT::new(0.0, 1.0, freedom)
+            .ok()?
+            .inverse_cdf(1.0 - CHANCE);
+        Some(if mean > t * error { mean.sqrt() } else { 0.0 })
+    }
 }
 
 /// The best linear approximation of what lies between `drive` and `response`, on lines rate/`segment` apart, from
 /// multisines: every row of `blocks` holds the periods of one realisation.
 ///
 /// Formula: Gₘ = Ȳₘ/X̄ₘ of the means over periods; noise: the variance over periods of Y − Gₘ·X; distortion on a line that
-/// is not driven: |Ȳ − G·X̄|² less the noise's share 1/P; stochastic: the variance of Gₘ over realisations less that of
+/// is not driven: the mean of Re(EₚE*ᵩ) of the residues E = Y − G·X of periods p, q half a row apart, where its mean over
+/// realisations stands out of zero by Student's t; stochastic: the variance of Gₘ over realisations less that of
 /// noise. The function is ΣX̄*Ȳ/ΣX̄*X̄ over realisations and the driven lines about each line.
 ///
 /// Source: J. Schoukens, M. Vaes and R. Pintelon (2016), IEEE Control Systems 36(3); R. Pintelon and J. Schoukens (2012),
@@ -143,6 +173,13 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         return Err(crate::spectrum::EstimateError::Config {
             what: "at least 2 realisations of 2 periods each",
             found: format!("{} of {}", blocks.rows, blocks.in_a_row),
+        }
+        .into());
+    }
+    if segment > blocks.length / SEGMENTS_OF_A_PERIOD {
+        return Err(crate::spectrum::EstimateError::Config {
+            what: "segments of at most a quarter of a period, between whose lines there is always one that is driven",
+            found: segment.to_string(),
         }
         .into());
     }
@@ -232,53 +269,44 @@ fn distortion(
             continue;
         };
         let sum = &mut sums[at];
-        let mut noise = 0.0;
-        let (mut repeats, mut spread, mut answer) = (0.0, 0.0, 0.0);
+        let is_driven = driven(k);
+        let kept = if k % 2 == 0 {
+            &mut sum.even
+        } else {
+            &mut sum.odd
+        };
+        if !is_driven {
+            kept.lines += 1;
+            kept.powers.resize(blocks.rows, 0.0);
+        }
+        let (mut noise, mut spread, mut answer) = (0.0, 0.0, 0.0);
         for m in 0..blocks.rows {
-            let own = if driven(k) {
+            let own = if is_driven {
                 y[m][k] / x[m][k]
             } else {
                 gains[k]
             };
-            let left = |y: Complex<f64>, x: Complex<f64>| y - own * x;
-            let kept = left(y[m][k], x[m][k]);
+            let left = |p: usize| transformed.response[m][p][k] - own * transformed.drive[m][p][k];
+            let mean = y[m][k] - own * x[m][k];
             let differs: f64 = (0..blocks.in_a_row)
-                .map(|p| {
-                    (left(transformed.response[m][p][k], transformed.drive[m][p][k]) - kept)
-                        .norm_sqr()
-                })
+                .map(|p| (left(p) - mean).norm_sqr())
                 .sum();
             noise += differs / (periods - 1.0) / rows;
-            repeats += kept.norm_sqr() / rows;
             spread += (own - gains[k]).norm_sqr() * x[m][k].norm_sqr() / (rows - 1.0);
             answer += (gains[k] * x[m][k]).norm_sqr() / rows;
+            if !is_driven {
+                kept.powers[m] += repeating(blocks.in_a_row, &left) * scale;
+            }
         }
         sum.noise += noise * scale;
         sum.noise_lines += 1;
-        if driven(k) {
+        if is_driven {
             sum.linear += answer * scale;
             sum.stochastic += (spread - noise / periods) * scale;
             sum.driven += 1;
-        } else {
-            let kind = if k % 2 == 0 {
-                &mut sum.even
-            } else {
-                &mut sum.odd
-            };
-            kind.0 += (repeats - noise / periods) * scale;
-            kind.1 += 1;
         }
     }
     let root = |power: f64, count: usize| (power / count.max(1) as f64).max(0.0).sqrt();
-    // What noise alone leaves scatters by its own mean over the root of how often it was seen.
-    let beyond = |power: f64, count: usize, noise: f64| {
-        let scatter = noise / periods / (count as f64 * rows).sqrt();
-        if power / count as f64 > STANDS_OUT * scatter {
-            root(power, count)
-        } else {
-            0.0
-        }
-    };
     let levels = bands
         .iter()
         .zip(&sums)
@@ -287,10 +315,8 @@ fn distortion(
             band_hz: *band_hz,
             linear: root(s.linear, s.driven),
             noise: root(s.noise, s.noise_lines),
-            odd: (s.odd.1 > 0)
-                .then(|| beyond(s.odd.0, s.odd.1, s.noise / s.noise_lines.max(1) as f64)),
-            even: (s.even.1 > 0)
-                .then(|| beyond(s.even.0, s.even.1, s.noise / s.noise_lines.max(1) as f64)),
+            odd: s.odd.level(),
+            even: s.even.level(),
             stochastic: root(s.stochastic, s.driven),
         })
         .collect();
@@ -300,6 +326,16 @@ fn distortion(
         resolution_hz: step_hz,
         levels,
     }
+}
+
+/// The power of what is common to the periods of a row, from products of periods that lie as far apart as they can: a hand
+/// that wanders makes neighbouring periods alike, and noise does not repeat.
+fn repeating(periods: usize, left: &dyn Fn(usize) -> Complex<f64>) -> f64 {
+    let apart = periods.div_ceil(2);
+    let products: Vec<f64> = (0..periods - apart)
+        .map(|p| (left(p) * left(p + apart).conj()).re)
+        .collect();
+    crate::series::mean(&products)
 }
 
 /// Fills the lines between those of `known` linearly.

@@ -3,14 +3,16 @@
 use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
-use super::{BundleError, TransferFunction};
+use super::{BundleError, Estimator, TransferFunction};
+use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
 use crate::series::rms;
 
 /// Repeats under one drive as one estimate: what they would give had they been recorded in one go. Coherence falls where
 /// they disagree. Condition, device and provenance are those of the first.
 ///
-/// Formula: H = Σw·Hᵢ, γ² = |H|²/Σ(w·|Hᵢ|²/γᵢ²), with w the share of the averages, as the drive's power is the same.
+/// Formula: H1 = Σw·H1ᵢ, γ² = |H1|²/Σ(w·|H1ᵢ|²/γᵢ²), with w the share of the averages, as the drive's power is the same;
+/// H2 = H1/γ², Hv = H1/γ.
 ///
 /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2.4, with Syy = |H|²·Sxx/γ².
 ///
@@ -26,24 +28,37 @@ pub fn pooled<I: Quantity, O: Quantity>(
     }
     let all: f64 = repeats.iter().map(|r| r.averages.max(1) as f64).sum();
     let lines = first.response.len();
-    let (mut response, mut power) = (vec![Complex::default(); lines], vec![0.0; lines]);
+    // Per unit of the drive's power: the cross-spectrum, and the response's power.
+    let (mut cross, mut power) = (vec![Complex::default(); lines], vec![0.0; lines]);
     for repeat in repeats {
         let weight = repeat.averages.max(1) as f64 / all;
         for (line, (h, coherence)) in repeat.response.iter().zip(&repeat.coherence).enumerate() {
-            response[line] += h * weight;
             if *coherence > 0.0 {
-                power[line] += weight * h.norm_sqr() / coherence;
+                let h1 = *h * part_of_h1(repeat.estimator, *coherence);
+                cross[line] += h1 * weight;
+                power[line] += weight * h1.norm_sqr() / coherence;
             }
         }
     }
-    let coherence = response
+    let coherence: Vec<f64> = cross
         .iter()
         .zip(&power)
-        .map(|(h, power)| {
+        .map(|(h1, power)| {
             if *power > 0.0 {
-                h.norm_sqr() / power
+                h1.norm_sqr() / power
             } else {
                 0.0
+            }
+        })
+        .collect();
+    let response = cross
+        .iter()
+        .zip(&coherence)
+        .map(|(h1, coherence)| {
+            if *coherence > 0.0 {
+                h1 / part_of_h1(first.estimator, *coherence)
+            } else {
+                Complex::default()
             }
         })
         .collect();
@@ -53,7 +68,9 @@ pub fn pooled<I: Quantity, O: Quantity>(
         first.resolution_hz,
         first.rate,
         first.estimator,
-        repeats.iter().map(|r| r.averages).sum(),
+        repeats
+            .iter()
+            .fold(0usize, |sum, r| sum.saturating_add(r.averages)),
     )
     .map_err(BundleError::Transfer)?;
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
@@ -61,7 +78,16 @@ pub fn pooled<I: Quantity, O: Quantity>(
     one.condition.clone_from(&first.condition);
     one.drive.clone_from(&first.drive);
     one.provenance.clone_from(&first.provenance);
-    for doubt in repeats.iter().flat_map(|r| &r.doubts) {
+    // What follows from the estimate is judged anew.
+    let own = |doubt: &&Doubt| {
+        !matches!(
+            doubt,
+            Doubt::FewAverages { .. }
+                | Doubt::LowCoherence { .. }
+                | Doubt::ImpossibleCoherence { .. }
+        )
+    };
+    for doubt in repeats.iter().flat_map(|r| &r.doubts).filter(own) {
         if !one.doubts.contains(doubt) {
             one.doubts.push(doubt.clone());
         }
@@ -70,6 +96,15 @@ pub fn pooled<I: Quantity, O: Quantity>(
         .provenance
         .then(format!("{} repeats as one estimate", repeats.len()));
     Ok(one)
+}
+
+/// What H1 is of an estimate with this coherence: H2 = H1/γ², Hv = H1/γ.
+fn part_of_h1(estimator: Estimator, coherence: f64) -> f64 {
+    match estimator {
+        Estimator::H1 => 1.0,
+        Estimator::H2 => coherence,
+        Estimator::Hv => coherence.sqrt(),
+    }
 }
 
 /// How far the two of `repeats` that differ most lie apart within `band`: the rms over the lines of the difference of their
