@@ -17,7 +17,8 @@ use piezotact::surface::{Form, ShortWaves};
 use piezotact_dataset::NamePattern;
 
 pub(crate) use device::{
-    Characterise, EstimatorName, Finger, Gate, OnOff, Play, Render, Transfer, Verify,
+    Characterise, EstimatorName, Finger, Gate, InverseName, ModeName, OnOff, PhaseName, Play,
+    Render, Transfer, Verify,
 };
 pub(crate) use export::Export;
 pub(crate) use score::Score;
@@ -67,7 +68,7 @@ pub(crate) enum Command {
     Manipulate(manipulate::Manipulate),
     /// Computes the drive that makes a resting finger feel a texture.
     #[command(
-        after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav"
+        after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --mode texture --bench twin:participant=1,seed=7 --out drive.wav"
     )]
     Render(Render),
     /// Plays a drive on a bench and records what the finger does.

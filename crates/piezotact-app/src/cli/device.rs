@@ -150,6 +150,37 @@ pub(crate) struct Transfer {
     pub(crate) json: bool,
 }
 
+/// How a transfer function is inverted.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum InverseName {
+    /// Division by the transfer function.
+    Plain,
+    /// With a constant regularisation.
+    Constant,
+    /// Times the coherence.
+    Coherence,
+    /// Turned down where it costs most until it fits.
+    DriveLimited,
+}
+
+/// Which phase an inverse has.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum PhaseName {
+    /// The device's own, turned back.
+    Linear,
+    /// The least that the magnitude allows.
+    Minimum,
+}
+
+/// What a closed loop is to meet.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum ModeName {
+    /// The waveform.
+    Replicate,
+    /// The power spectrum.
+    Texture,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Render {
     /// The texture: a recording in m/s².
@@ -186,6 +217,24 @@ pub(crate) struct Render {
     /// The rate of the drive, in Hz.
     #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
     pub(crate) rate: u32,
+    /// What is asked of every line of the inverse: plain (division, as in the thesis), constant (regularised), coherence
+    /// (less where the device was not understood), or drive-limited (turned down where it costs most until it fits).
+    #[arg(long, value_enum, default_value = "constant")]
+    pub(crate) inverse: InverseName,
+    /// The phase of the inverse: linear (waveforms, with a delay) or minimum (nothing early, spectra alone).
+    #[arg(long, value_enum, default_value = "linear")]
+    pub(crate) phase: PhaseName,
+    /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
+    #[arg(long, value_enum, requires = "bench")]
+    pub(crate) mode: Option<ModeName>,
+    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3.
+    #[arg(long, requires = "mode")]
+    pub(crate) bench: Option<BenchSpec>,
+    /// How often the loop corrects at most; every drive is played twice.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub(crate) iterations: u16,
+    #[command(flatten)]
+    pub(crate) finger: Finger,
     /// Writes a drive that clips, instead of refusing it.
     #[arg(long)]
     pub(crate) allow_clipping: bool,

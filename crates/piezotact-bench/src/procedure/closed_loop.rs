@@ -110,7 +110,7 @@ pub fn closed_loop(
     let mut correction = Correction::new(target, function, &config.render, &config.correct)?;
     let noise = listen(bench, target, &correction, config)?;
     let mut iterations: Vec<Iteration> = Vec::new();
-    let mut best: Option<(usize, Series<Drive>, Recording, [Vec<Band>; 2])> = None;
+    let mut best: Option<Best> = None;
     let mut since_best = 0;
     let mut end = LoopEnd::Done;
     for number in 0..=config.iterations {
@@ -143,8 +143,8 @@ pub fn closed_loop(
             |response: &Series<Acceleration>| compared(target, response, &reached[0], config);
         let verification = judge(&judged)?;
         let error_db = error_of(&verification);
-        let best_db = best.as_ref().map_or(f64::INFINITY, |(at, ..)| {
-            error_of(&iterations[*at].verification)
+        let best_db = best.as_ref().map_or(f64::INFINITY, |best| {
+            error_of(&iterations[best.number].verification)
         });
         iterations.push(Iteration {
             number,
@@ -153,7 +153,12 @@ pub fn closed_loop(
             step: None,
         });
         if error_db < best_db - 0.005 {
-            best = Some((number, drive, recording, reached));
+            best = Some(Best {
+                number,
+                drive,
+                recording,
+                reached: reached.clone(),
+            });
             since_best = 0;
         } else {
             since_best += 1;
@@ -177,23 +182,32 @@ pub fn closed_loop(
             break;
         }
     }
-    let Some((best, drive, recording, [achieved, given_up])) = best else {
+    let Some(best) = best else {
         return Err(BenchError::Broken("no drive could be judged".into()));
     };
     let rendered = finished(
         first,
-        drive,
+        best.drive,
         config,
-        (&iterations[best], &end),
-        (achieved, given_up),
+        (&iterations[best.number], &end),
+        best.reached,
     );
     Ok(Looped {
         iterations,
-        best,
+        best: best.number,
         end,
         rendered,
-        recording,
+        recording: best.recording,
     })
+}
+
+/// The best drive so far.
+struct Best {
+    number: usize,
+    drive: Series<Drive>,
+    recording: Recording,
+    /// The parts of the band that it reaches, and those that were given up.
+    reached: [Vec<Band>; 2],
 }
 
 fn impossible(expected: &str, error: &dyn fmt::Display) -> BenchError {
@@ -216,7 +230,7 @@ fn finished(
     drive: Series<Drive>,
     config: &LoopConfig,
     (best, end): (&Iteration, &LoopEnd),
-    (achieved, given_up): (Vec<Band>, Vec<Band>),
+    [achieved, given_up]: [Vec<Band>; 2],
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
     let mut doubts = first.doubts;
