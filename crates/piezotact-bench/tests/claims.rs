@@ -82,6 +82,7 @@ claims! {
     claim_17_fingerprint_at_v_over_lambda => 17,
     claim_18_active_and_passive_touch_agree => 18,
     claim_21_rendered_overlaps_touched => 21,
+    claim_22_averaged_transfer_function_is_slightly_worse => 22,
     claim_23_exchanged_levels_keep_the_shape => 23,
     claim_30_m3_is_fainter_and_higher => 30,
     claim_31_forces_of_free_touch => 31,
@@ -123,9 +124,6 @@ fn claim_29_m8_shows_harmonics_for_nine_of_ten() {
     );
 }
 
-later! { "comes with Rendering that knows its limits":
-    claim_22_averaged_transfer_function_is_slightly_worse,
-}
 later! { "comes with campaigns and their virtual participants":
     claim_24_s2_s3_and_s9_to_s13_are_confused,
     claim_25_real_and_simulated_matrices_agree,

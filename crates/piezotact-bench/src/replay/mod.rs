@@ -1,6 +1,7 @@
 //! The thesis' measurements again, on the twin and through the ordinary analysis: record, segment, analyse,
 //! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
 
+mod averaged;
 mod chapter3;
 mod chapter4;
 mod chapter5;

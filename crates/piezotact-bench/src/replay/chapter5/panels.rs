@@ -197,6 +197,11 @@ impl Panels {
         )
     }
 
+    /// The average of the twenty at 20° and 0.2 N.
+    pub(super) fn device_average(&self) -> &Device {
+        &self.device_average
+    }
+
     pub(super) fn average_inside(&self) -> Finding {
         let light = cell(LOADS_N[0], ANGLES_DEG[0]);
         let found = self.devices.averages.iter().find(|a| a.cell.is(light));
