@@ -1,6 +1,7 @@
 //! Chores of the project: `tidy` checks its invariants, `bench` measures it beside its peers.
 
 mod bench;
+mod rendering;
 mod tidy;
 mod work;
 
