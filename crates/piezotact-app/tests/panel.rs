@@ -65,6 +65,31 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     );
     assert!(bytes == std::fs::read(folder.path(&format!("panel/{lost}"))).unwrap());
 
+    // A damaged file is kept beside, and measured again to the same bytes.
+    folder.write(&format!("panel/{lost}"), "{");
+    let repaired = run(&folder, &format!("{RUN} --json"));
+    assert_eq!(repaired.json()["measured"], 1);
+    assert!(bytes == std::fs::read(folder.path(&format!("panel/{lost}"))).unwrap());
+    assert!(folder.path(&format!("panel/{lost}.damaged1")).exists());
+    // Measurements of another campaign under the same names are not taken over: there is no index that says so.
+    std::fs::create_dir(folder.path("moved")).unwrap();
+    std::fs::copy(
+        folder.path(&format!("panel/{lost}")),
+        folder.path(&format!("moved/{lost}")),
+    )
+    .unwrap();
+    run(
+        &folder,
+        &RUN.replace("--out panel", "--out moved")
+            .replace("seed=7", "seed=8"),
+    )
+    .expect_failure(2, &["no index, but", lost, "panel add"]);
+    run(
+        &folder,
+        &RUN.replace("--seconds 4", "--gate off --seconds 4"),
+    )
+    .expect_failure(2, &["no gate", "another folder"]);
+
     let more = run(
         &folder,
         "panel run --bench twin:seed=7 --participants 4 --loads 0.2,0.6 --angles 20 --repeats 2 --seconds 4 --out panel",
@@ -255,7 +280,8 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     run(&folder, "panel add panel louder.json")
         .expect_failure(1, &["different device", "V at full scale"]);
     assert!(kept == std::fs::read(folder.path("panel/panel.json")).unwrap());
-    assert_eq!(std::fs::read_dir(folder.path("panel")).unwrap().count(), 2);
+    // The index, one measurement, and the lock.
+    assert_eq!(std::fs::read_dir(folder.path("panel")).unwrap().count(), 3);
 
     // What a file does not say can be stated.
     run(
@@ -332,6 +358,40 @@ fn campaigns_that_cannot_be_are_refused_before_they_begin() {
         .expect_failure(2, &["twin:seed=7", "twin:seed=8", "another folder"]);
 }
 
+/// Six programs file at once: everybody waits for the others, and nothing is lost. A multisine keeps its distortion.
+#[test]
+fn measurements_that_are_added_at_once_are_all_there() {
+    let folder = Folder::new();
+    run(&folder, "panel run --bench twin:seed=7 --participants 1 --loads 0.2 --angles 20 --repeats 1 --excitation multisine --seconds 10 --out sines").expect_success();
+    let sines = read_transfer(&folder.path("sines/P01_20deg_0.2N_p1_r1.json")).unwrap();
+    assert!(sines.distortion.is_some());
+    for number in 1..=6 {
+        changed(
+            &folder.path("sines/P01_20deg_0.2N_p1_r1.json"),
+            &folder.path(&format!("{number}.json")),
+            |d| {
+                d.real[10] += f64::from(number) * 1e-3;
+            },
+        );
+    }
+    std::thread::scope(|scope| {
+        for number in 1..=6 {
+            let folder = &folder;
+            scope.spawn(move || {
+                run(folder, &format!("panel add panel {number}.json")).expect_success();
+            });
+        }
+    });
+    let mut repeats: Vec<u64> = index(&folder)["entries"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|entry| entry["repeat"].as_u64().unwrap())
+        .collect();
+    repeats.sort_unstable();
+    assert_eq!(repeats, [1, 2, 3, 4, 5, 6]);
+}
+
 /// The strongest axis of a measured hand: its index, and its impulse response.
 fn strongest(path: &Path) -> (usize, Vec<f64>) {
     const SAMPLES: usize = 522;
@@ -345,7 +405,7 @@ fn strongest(path: &Path) -> (usize, Vec<f64>) {
     (best.unwrap(), axes[best.unwrap()].to_vec())
 }
 
-/// Its transfer function, by the defining sum. The set says neither load nor angle: zeros stand for that.
+/// Its transfer function, by the defining sum. The set says neither load nor angle: 1 N and 0° stand for that.
 fn hand(who: &str, impulse: &[f64]) -> TransferDocument {
     const RATE_HZ: f64 = 1300.0;
     let n = impulse.len();
@@ -370,7 +430,7 @@ fn hand(who: &str, impulse: &[f64]) -> TransferDocument {
     }))
     .unwrap();
     document.condition.participant = Some(who.into());
-    document.condition.load_n = Some(Newtons(0.0));
+    document.condition.load_n = Some(Newtons(1.0));
     document.condition.angle_deg = Some(Degrees(0.0));
     document
 }
