@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{Levels, level_db};
+use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
 use crate::series::{mean, rms};
+use crate::transfer::level_db;
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 
 /// Fewer people than this have penalties without an interval: each is in the others' average.

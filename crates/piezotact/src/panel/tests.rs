@@ -500,9 +500,11 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
     );
     assert!(artefact.doubts.is_empty());
     let finger = |hz: f64| Complex::from_polar(5.0 / (1.0 + hz / 400.0), -hz * 0.004);
-    let removed = artefact
-        .removed_from(&function(|hz| finger(hz) * notch(hz)))
-        .unwrap();
+    let mut measured = function(|hz| finger(hz) * notch(hz));
+    (measured.driven, measured.effective_averages) = (Some(band()), 33.0);
+    let removed = artefact.removed_from(&measured).unwrap();
+    assert_eq!(removed.function.driven, measured.driven);
+    assert!((removed.function.effective_averages - 33.0).abs() < 1e-12);
     for (k, h) in removed.function.response().iter().enumerate().skip(1) {
         let ratio = h / finger(k as f64 * STEP_HZ);
         let off = 20.0 * ratio.norm().log10();
