@@ -10,6 +10,7 @@ mod support;
 
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use piezotact::quantity::{Degrees, Newtons};
 use piezotact::series::rms;
@@ -221,9 +222,11 @@ fn fingers_are_freed_of_the_bench_s_artefact() {
     .expect_failure(1, &["expected a dip", "none"]);
 }
 
-/// One transfer function, changed in one thing.
+/// One transfer function, changed in one thing, and a little in another: no two measurements are the same bit by bit.
 fn changed(from: &Path, to: &Path, change: impl FnOnce(&mut TransferDocument)) {
+    static CHANGES: AtomicU32 = AtomicU32::new(1);
     let mut document = read_transfer(from).unwrap();
+    document.real[7] *= 1.0 + 1e-9 * f64::from(CHANGES.fetch_add(1, Ordering::Relaxed));
     change(&mut document);
     write_transfer(to, &document).unwrap();
 }
@@ -252,6 +255,21 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         .expect_failure(1, &["measured at 20°, 0.2 N"]);
     run(&folder, "panel add panel a.json --repeat 1")
         .expect_failure(1, &["participant P01", "twice"]);
+    run(&folder, "panel add panel a.json").expect_failure(1, &["bit by bit", "repeat 2"]);
+    changed(&folder.path("b.json"), &folder.path("bare.json"), |d| {
+        d.condition = piezotact::recording::Condition::default();
+    });
+    for (filed, part) in [
+        ("--participant P09 --load 0 --angle 20", "the load of"),
+        ("--participant P09 --load -1 --angle 20", "the load of"),
+        ("--participant P09 --load 0.2 --angle 91", "the angle of"),
+        (
+            "--participant a/b --load 0.2 --angle 20",
+            "the participant of",
+        ),
+    ] {
+        run(&folder, &format!("panel add panel bare.json {filed}")).expect_failure(1, &[part]);
+    }
     run(&folder, "panel add panel b.json --load nan").expect_failure(2, &["number", "NaN"]);
     let line = "characterise --bench twin:participant=2,seed=7 --seconds 4 --segment 1024 --out coarse.json";
     run(&folder, line).expect_success();
