@@ -318,15 +318,15 @@ impl PanelFolder {
     /// says of which campaign.
     pub fn begin(&mut self, bench: &str) -> Result<(), WriteError> {
         let path = self.path.join(PANEL_INDEX);
-        if !path.exists() {
-            if let Some(first) = self.not_listed().first() {
-                return Err(WriteError::content(
-                    &path,
-                    "a folder without measurements, or with the index of its own",
-                    format!("no index, but {first}"),
-                    "file what is there with `piezotact panel add` in a panel of its own, or give another folder",
-                ));
-            }
+        if !path.exists()
+            && let Some(first) = self.not_listed().first()
+        {
+            return Err(WriteError::content(
+                &path,
+                "a folder without measurements, or with the index of its own",
+                format!("no index, but {first}"),
+                "file what is there with `piezotact panel add` in a panel of its own, or give another folder",
+            ));
         }
         match &self.index.bench {
             Some(other) if other != bench && !self.index.entries.is_empty() => {

@@ -440,6 +440,13 @@ pub enum Doubt {
         /// One of them.
         such_as: String,
     },
+    /// A measurement whose provenance names somebody else.
+    OtherParticipant {
+        /// Under what it is filed.
+        measurement: String,
+        /// Whom it names.
+        found: String,
+    },
     /// Measurements of digital twins of different seeds.
     SeveralTwins {
         /// One, with its seed.

@@ -342,6 +342,10 @@ impl fmt::Display for Doubt {
                 f,
                 "{measurement} has the opposite sign of {count} of the {of} others at that load and angle, such as {such_as}: one of its channels may be inverted; turn that round and add it again"
             ),
+            Self::OtherParticipant { measurement, found } => write!(
+                f,
+                "{measurement} comes from a measurement of participant {found}: check whose it is, and file it under that name"
+            ),
             Self::SeveralTwins { one, other } => write!(
                 f,
                 "the measurements are of digital twins of different seeds: {one}, {other}; keep them in panels of their own"

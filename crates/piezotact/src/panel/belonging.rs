@@ -132,6 +132,21 @@ fn other_benches_and_estimators_are_told_apart() {
 }
 
 #[test]
+fn a_measurement_of_somebody_else_is_named() {
+    for text in ["twin, participant P02", "as participant P02 at 20°, 0.2 N"] {
+        let mut entries = four();
+        entries[1].function.provenance.source = text.into();
+        entries[2].function.provenance.source = "twin, participant c".into();
+        let said = doubts(entries);
+        let text = said[0].to_string();
+        assert!(
+            said.len() == 1 && text.contains("participant b") && text.contains("P02"),
+            "{said:?}"
+        );
+    }
+}
+
+#[test]
 fn one_response_is_one_measurement() {
     let said = Panel::new(vec![of("a", 1, 0.5), of("b", 2, 0.5)])
         .unwrap_err()

@@ -119,7 +119,8 @@ pub struct Panel<I: Quantity, O: Quantity> {
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
-    /// The panel of `entries`. Cells that a participant lacks, and twins of several seeds, come back as doubts.
+    /// The panel of `entries`. Cells that a participant lacks, twins of several seeds, and measurements whose
+    /// provenance names somebody else come back as doubts.
     ///
     /// # Errors
     /// [`PanelError`] naming what does not belong together: no entry, lines, rates, devices, estimators or kinds of bench
@@ -161,6 +162,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         };
         panel.doubts.extend(panel.incomplete());
         panel.doubts.extend(panel.of_several_twins());
+        panel.doubts.extend(panel.named_otherwise());
         Ok(panel)
     }
 

@@ -1,5 +1,7 @@
 //! Whether transfer functions belong together: what is refused, and what is doubted.
 
+use std::collections::BTreeMap;
+
 use super::{Cell, Entry, Filing, Panel, PanelError, SAME};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
@@ -119,12 +121,10 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
         let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
         return Err(differ("estimator", name(one), name(other)));
     }
-    if let (Some(a), Some(b)) = (one.provenance.bench, other.provenance.bench) {
-        if a != b {
-            return Err(differ("bench", kind(a), kind(b)));
-        }
+    match (one.provenance.bench, other.provenance.bench) {
+        (Some(a), Some(b)) if a != b => Err(differ("bench", kind(a), kind(b))),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn kind(bench: BenchKind) -> String {
@@ -158,7 +158,7 @@ pub(super) fn distinct<I: Quantity, O: Quantity>(
             .flat_map(|h| [h.re.to_bits(), h.im.to_bits()])
             .collect()
     };
-    let mut seen = std::collections::HashMap::with_capacity(entries.len());
+    let mut seen = BTreeMap::new();
     for entry in entries {
         if let Some(one) = seen.insert(bits(entry), &entry.filing) {
             return Err(PanelError::Same {
@@ -188,6 +188,26 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             one: told(first),
             other: told(other),
         })
+    }
+
+    /// The doubts about measurements whose provenance names another participant than they are filed under.
+    pub(super) fn named_otherwise(&self) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        for entry in &self.entries {
+            let provenance = &entry.function.provenance;
+            let texts = std::iter::once(&provenance.source).chain(&provenance.steps);
+            let mut named = texts.filter_map(|text| {
+                let (_, after) = text.split_once("participant ")?;
+                let name = after.split([',', ';']).next()?;
+                Some(name.split(" at ").next()?.trim())
+            });
+            let other = |name: &&str| !name.is_empty() && *name != entry.filing.participant;
+            doubts.extend(named.find(other).map(|found| Doubt::OtherParticipant {
+                measurement: entry.filing.to_string(),
+                found: found.to_owned(),
+            }));
+        }
+        doubts
     }
 
     /// The doubts about measurements whose sign is opposite to most others' in their cell, over `band`.
@@ -232,17 +252,21 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 .iter()
                 .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
         };
-        let missing = |e: &Entry<I, O>| e.function.not_driven(band);
-        let low = |e: &Entry<I, O>| low_coherence(&e.function, band);
-        let kinds: [&dyn Fn(&Entry<I, O>) -> Option<Doubt>; 2] = [&missing, &low];
+        let share = |doubt: &Doubt| match doubt {
+            Doubt::NotDriven { share, .. } | Doubt::LowCoherence { share, .. } => *share,
+            _ => 0.0,
+        };
         let mut doubts = Vec::new();
-        for found in kinds {
-            let share = |doubt: &Doubt| match doubt {
-                Doubt::NotDriven { share, .. } | Doubt::LowCoherence { share, .. } => *share,
-                _ => 0.0,
-            };
+        for coherence in [false, true] {
             let all: Vec<(String, Vec<Doubt>)> = inside()
-                .map(|e| (e.filing.to_string(), found(e).into_iter().collect()))
+                .map(|e| {
+                    let found = if coherence {
+                        low_coherence(&e.function, band)
+                    } else {
+                        e.function.not_driven(band)
+                    };
+                    (e.filing.to_string(), found.into_iter().collect())
+                })
                 .collect();
             let worst = all
                 .iter()
