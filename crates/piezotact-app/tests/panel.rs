@@ -10,6 +10,7 @@ mod support;
 
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use piezotact::quantity::{Degrees, Newtons};
 use piezotact::series::rms;
@@ -64,6 +65,31 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         (Some(1), Some(11))
     );
     assert!(bytes == std::fs::read(folder.path(&format!("panel/{lost}"))).unwrap());
+
+    // A damaged file is kept beside, and measured again to the same bytes.
+    folder.write(&format!("panel/{lost}"), "{");
+    let repaired = run(&folder, &format!("{RUN} --json"));
+    assert_eq!(repaired.json()["measured"], 1);
+    assert!(bytes == std::fs::read(folder.path(&format!("panel/{lost}"))).unwrap());
+    assert!(folder.path(&format!("panel/{lost}.damaged1")).exists());
+    // Measurements of another campaign under the same names are not taken over: there is no index that says so.
+    std::fs::create_dir(folder.path("moved")).unwrap();
+    std::fs::copy(
+        folder.path(&format!("panel/{lost}")),
+        folder.path(&format!("moved/{lost}")),
+    )
+    .unwrap();
+    run(
+        &folder,
+        &RUN.replace("--out panel", "--out moved")
+            .replace("seed=7", "seed=8"),
+    )
+    .expect_failure(2, &["no index, but", lost, "panel add"]);
+    run(
+        &folder,
+        &RUN.replace("--seconds 4", "--gate off --seconds 4"),
+    )
+    .expect_failure(2, &["no gate", "another folder"]);
 
     let more = run(
         &folder,
@@ -196,9 +222,11 @@ fn fingers_are_freed_of_the_bench_s_artefact() {
     .expect_failure(1, &["expected a dip", "none"]);
 }
 
-/// One transfer function, changed in one thing.
+/// One transfer function, changed in one thing, and a little in another: no two measurements are the same bit by bit.
 fn changed(from: &Path, to: &Path, change: impl FnOnce(&mut TransferDocument)) {
+    static CHANGES: AtomicU32 = AtomicU32::new(1);
     let mut document = read_transfer(from).unwrap();
+    document.real[7] *= 1.0 + 1e-9 * f64::from(CHANGES.fetch_add(1, Ordering::Relaxed));
     change(&mut document);
     write_transfer(to, &document).unwrap();
 }
@@ -227,6 +255,21 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         .expect_failure(1, &["measured at 20°, 0.2 N"]);
     run(&folder, "panel add panel a.json --repeat 1")
         .expect_failure(1, &["participant P01", "twice"]);
+    run(&folder, "panel add panel a.json").expect_failure(1, &["bit by bit", "repeat 2"]);
+    changed(&folder.path("b.json"), &folder.path("bare.json"), |d| {
+        d.condition = piezotact::recording::Condition::default();
+    });
+    for (filed, part) in [
+        ("--participant P09 --load 0 --angle 20", "the load of"),
+        ("--participant P09 --load -1 --angle 20", "the load of"),
+        ("--participant P09 --load 0.2 --angle 91", "the angle of"),
+        (
+            "--participant a/b --load 0.2 --angle 20",
+            "the participant of",
+        ),
+    ] {
+        run(&folder, &format!("panel add panel bare.json {filed}")).expect_failure(1, &[part]);
+    }
     run(&folder, "panel add panel b.json --load nan").expect_failure(2, &["number", "NaN"]);
     let line = "characterise --bench twin:participant=2,seed=7 --seconds 4 --segment 1024 --out coarse.json";
     run(&folder, line).expect_success();
@@ -255,7 +298,8 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     run(&folder, "panel add panel louder.json")
         .expect_failure(1, &["different device", "V at full scale"]);
     assert!(kept == std::fs::read(folder.path("panel/panel.json")).unwrap());
-    assert_eq!(std::fs::read_dir(folder.path("panel")).unwrap().count(), 2);
+    // The index, one measurement, and the lock.
+    assert_eq!(std::fs::read_dir(folder.path("panel")).unwrap().count(), 3);
 
     // What a file does not say can be stated.
     run(
@@ -332,6 +376,40 @@ fn campaigns_that_cannot_be_are_refused_before_they_begin() {
         .expect_failure(2, &["twin:seed=7", "twin:seed=8", "another folder"]);
 }
 
+/// Six programs file at once: everybody waits for the others, and nothing is lost. A multisine keeps its distortion.
+#[test]
+fn measurements_that_are_added_at_once_are_all_there() {
+    let folder = Folder::new();
+    run(&folder, "panel run --bench twin:seed=7 --participants 1 --loads 0.2 --angles 20 --repeats 1 --excitation multisine --seconds 10 --out sines").expect_success();
+    let sines = read_transfer(&folder.path("sines/P01_20deg_0.2N_p1_r1.json")).unwrap();
+    assert!(sines.distortion.is_some());
+    for number in 1..=6 {
+        changed(
+            &folder.path("sines/P01_20deg_0.2N_p1_r1.json"),
+            &folder.path(&format!("{number}.json")),
+            |d| {
+                d.real[10] += f64::from(number) * 1e-3;
+            },
+        );
+    }
+    std::thread::scope(|scope| {
+        for number in 1..=6 {
+            let folder = &folder;
+            scope.spawn(move || {
+                run(folder, &format!("panel add panel {number}.json")).expect_success();
+            });
+        }
+    });
+    let mut repeats: Vec<u64> = index(&folder)["entries"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|entry| entry["repeat"].as_u64().unwrap())
+        .collect();
+    repeats.sort_unstable();
+    assert_eq!(repeats, [1, 2, 3, 4, 5, 6]);
+}
+
 /// The strongest axis of a measured hand: its index, and its impulse response.
 fn strongest(path: &Path) -> (usize, Vec<f64>) {
     const SAMPLES: usize = 522;
@@ -345,7 +423,7 @@ fn strongest(path: &Path) -> (usize, Vec<f64>) {
     (best.unwrap(), axes[best.unwrap()].to_vec())
 }
 
-/// Its transfer function, by the defining sum. The set says neither load nor angle: zeros stand for that.
+/// Its transfer function, by the defining sum. The set says neither load nor angle: 1 N and 0° stand for that.
 fn hand(who: &str, impulse: &[f64]) -> TransferDocument {
     const RATE_HZ: f64 = 1300.0;
     let n = impulse.len();
@@ -370,7 +448,7 @@ fn hand(who: &str, impulse: &[f64]) -> TransferDocument {
     }))
     .unwrap();
     document.condition.participant = Some(who.into());
-    document.condition.load_n = Some(Newtons(0.0));
+    document.condition.load_n = Some(Newtons(1.0));
     document.condition.angle_deg = Some(Degrees(0.0));
     document
 }

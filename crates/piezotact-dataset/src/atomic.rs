@@ -84,6 +84,19 @@ impl Prepared {
     }
 }
 
+impl Prepared {
+    /// Puts the file in its place where nothing stands yet.
+    pub(crate) fn commit_new(self) -> Result<(), WriteError> {
+        let Some(side) = self.side else { return Ok(()) };
+        side.persist_noclobber(&self.place)
+            .map_err(|failed| WriteError::Io {
+                path: self.place.clone(),
+                source: failed.error,
+            })?;
+        Ok(())
+    }
+}
+
 fn fill(
     file: &File,
     path: &Path,

@@ -1,7 +1,10 @@
 //! A panel on disk: a folder with `panel.json`, its index, and one transfer function (JSON) for each measurement.
 //!
 //! A measurement is written first and then listed, each file whole or not at all: a session that breaks off in the
-//! middle leaves a panel of what was measured until then, and at most one file that the index does not list.
+//! middle leaves a panel of what was measured until then, and at most one file that the index does not list. Whoever
+//! writes holds the folder's lock from before the index is read until the end.
+
+mod lock;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,13 +12,16 @@ use std::path::{Path, PathBuf};
 use piezotact::Doubt;
 use piezotact::panel::{Cell, Entry, Filing, Panel};
 use piezotact::quantity::{Uncalibrated, Unit};
+use piezotact::recording::Provenance;
 use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ReadError, WriteError};
-use crate::sidecar::write_json;
-use crate::transfer_file::{read_transfer, write_transfer};
+use crate::sidecar::{prepare_json, write_json};
+use crate::transfer_file::read_transfer;
 use crate::transfer_json::TransferDocument;
+
+use lock::Lock;
 
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
@@ -88,6 +94,8 @@ pub struct PanelIndex {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelFolder {
     path: PathBuf,
+    /// Absent where it is only read.
+    lock: Option<Lock>,
     /// What it lists.
     pub index: PanelIndex,
 }
@@ -106,16 +114,25 @@ pub struct PanelContents {
 }
 
 impl PanelFolder {
-    /// A panel in `folder`, which is there: what its index lists, or nothing where there is no index yet.
+    /// A panel in `folder`, which is there, to write to: what its index lists, or nothing where there is no index yet.
+    /// Nobody else can write to it while this value or a clone of it is there. What a writer that was killed has left
+    /// of files it had not finished is removed.
     ///
     /// # Errors
-    /// Those of [`Self::open`], but for a missing index.
+    /// Those of [`Self::open`], but for a missing index; [`ReadError::Content`] when another program goes on writing to
+    /// the folder.
     pub fn open_or_begin(folder: &Path) -> Result<Self, ReadError> {
+        let lock = Some(Lock::take(folder)?);
+        lock::remove_unfinished(folder);
         if folder.join(PANEL_INDEX).exists() {
-            return Self::open(folder);
+            return Ok(Self {
+                lock,
+                ..Self::open(folder)?
+            });
         }
         Ok(Self {
             path: folder.to_owned(),
+            lock,
             index: PanelIndex {
                 format: FORMAT.into(),
                 kind: None,
@@ -131,7 +148,7 @@ impl PanelFolder {
         })
     }
 
-    /// The panel in `folder`, by its index.
+    /// The panel in `folder`, by its index, to read.
     ///
     /// # Errors
     /// [`ReadError::Io`] when there is no index that can be read, [`ReadError::Content`] when it is something else or
@@ -182,6 +199,7 @@ impl PanelFolder {
         }
         Ok(Self {
             path: folder.to_owned(),
+            lock: None,
             index,
         })
     }
@@ -235,7 +253,8 @@ impl PanelFolder {
             )
         })?;
         let file = self.free_name(filing);
-        write_transfer(&self.path.join(&file), document)?;
+        self.writable()?;
+        prepare_json(&self.path.join(&file), document)?.commit_new()?;
         let mut next = self.clone();
         let entry = PanelEntry {
             file,
@@ -247,14 +266,25 @@ impl PanelFolder {
         Ok(())
     }
 
-    /// Lists a file that a session which broke off has left behind, when it is there, can be read, and is that
-    /// measurement; says whether it was.
+    /// The step that stands in the provenance of a measurement of a campaign: how it was measured, and as what.
+    #[must_use]
+    pub fn campaign_step(bench: &str, filing: &Filing) -> String {
+        format!("measured for a panel with {bench}, as {filing}")
+    }
+
+    /// Lists a file that a session which broke off has left behind, when it is there, can be read, and says in its
+    /// provenance that it is that measurement of the campaign this index was begun for; says whether it was.
     ///
     /// # Errors
     /// [`WriteError`] when the index cannot be written.
     pub fn adopt(&mut self, filing: &Filing) -> Result<Adopted, WriteError> {
         let file = file_name(filing);
         let known = self.index.entries.iter().any(|e| e.file == file);
+        let Some(bench) = self.index.bench.as_ref().filter(|_| !known) else {
+            return Ok(Adopted::Nothing);
+        };
+        let step = Self::campaign_step(bench, filing);
+        let of_campaign = |provenance: &Provenance| provenance.steps.contains(&step);
         let found = read_transfer(&self.path.join(&file))
             .ok()
             .filter(|document| {
@@ -263,7 +293,7 @@ impl PanelFolder {
                     .load_n
                     .zip(at.angle_deg)
                     .map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
-                !known
+                of_campaign(&document.provenance)
                     && at.participant.as_ref() == Some(&filing.participant)
                     && cell.is_some_and(|cell| cell.is(filing.cell))
                     && self.same_units(document).is_ok()
@@ -278,6 +308,79 @@ impl PanelFolder {
         self.list(entry, &document);
         self.write_index()?;
         Ok(Adopted::Listed)
+    }
+
+    /// Begins or goes on with a campaign: `bench` is all that its measurements are to have in common. A panel without a
+    /// measurement may be begun anew with another one; what was planned for the other is then forgotten.
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when the panel was begun with another, or holds files of measurements but no index that
+    /// says of which campaign.
+    pub fn begin(&mut self, bench: &str) -> Result<(), WriteError> {
+        let path = self.path.join(PANEL_INDEX);
+        if !path.exists()
+            && let Some(first) = self.not_listed().first()
+        {
+            return Err(WriteError::content(
+                &path,
+                "a folder without measurements, or with the index of its own",
+                format!("no index, but {first}"),
+                "file what is there with `piezotact panel add` in a panel of its own, or give another folder",
+            ));
+        }
+        match &self.index.bench {
+            Some(other) if other != bench && !self.index.entries.is_empty() => {
+                return Err(WriteError::content(
+                    &path,
+                    format!("to go on with {other}, as it was begun"),
+                    bench.to_owned(),
+                    "measure as before, or give another folder",
+                ));
+            }
+            Some(other) if other != bench => self.index.planned.clear(),
+            _ => {}
+        }
+        self.index.bench = Some(bench.to_owned());
+        Ok(())
+    }
+
+    /// Takes those of `filings` off the list whose files are missing or damaged, so that they can be measured again; a
+    /// damaged file stays beside under another name. What was found, for people.
+    ///
+    /// # Errors
+    /// [`WriteError`] when a file cannot be renamed, or the index not written.
+    pub fn set_aside_unreadable(&mut self, filings: &[Filing]) -> Result<Vec<String>, WriteError> {
+        let mut told = Vec::new();
+        let listed: Vec<PanelEntry> = self.index.entries.clone();
+        for entry in listed {
+            if !filings.iter().any(|filing| filing.is(&entry.filing)) {
+                continue;
+            }
+            let path = self.path.join(&entry.file);
+            let read = self.document(&entry);
+            let Err(error) = read.and_then(|d| function_of_any_unit(d, &path)) else {
+                continue;
+            };
+            if path.exists() {
+                let aside = (1_u32..)
+                    .map(|number| self.path.join(format!("{}.damaged{number}", entry.file)))
+                    .find(|aside| !aside.exists())
+                    .unwrap_or_else(|| path.with_extension("damaged"));
+                std::fs::rename(&path, &aside).map_err(WriteError::io(&aside))?;
+                told.push(format!(
+                    "{error}; it is kept as {} and measured again",
+                    aside.display()
+                ));
+            } else {
+                told.push(format!("{error}; it is measured again"));
+            }
+            self.index.entries.retain(|e| e.file != entry.file);
+            self.index.planned.push(entry.filing);
+        }
+        if !told.is_empty() {
+            self.write_index()?;
+        }
+        Ok(told)
     }
 
     fn same_units(&self, document: &TransferDocument) -> Result<(), (String, String)> {
@@ -310,7 +413,20 @@ impl PanelFolder {
         index.entries.push(entry);
     }
 
+    fn writable(&self) -> Result<(), WriteError> {
+        if self.lock.is_some() {
+            return Ok(());
+        }
+        Err(WriteError::content(
+            &self.path.join(PANEL_INDEX),
+            "a panel that was opened to write to",
+            "one that was opened to read",
+            "report this",
+        ))
+    }
+
     fn write_index(&mut self) -> Result<(), WriteError> {
+        self.writable()?;
         let index = &mut self.index;
         let filings = || {
             index
@@ -323,7 +439,7 @@ impl PanelFolder {
         let sorted = |value: fn(&Filing) -> f64| {
             let mut values: Vec<f64> = filings().map(value).collect();
             values.sort_by(f64::total_cmp);
-            values.dedup();
+            values.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
             values
         };
         let (loads_n, angles_deg) = (sorted(|f| f.cell.load_n.0), sorted(|f| f.cell.angle_deg.0));
@@ -503,134 +619,4 @@ fn file_name(filing: &Filing) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use piezotact::quantity::{Degrees, Newtons};
-
-    fn filing(who: &str, repeat: u32) -> Filing {
-        Filing {
-            participant: who.into(),
-            cell: Cell {
-                load_n: Newtons(0.2),
-                angle_deg: Degrees(20.0),
-            },
-            placement: 1,
-            repeat,
-        }
-    }
-
-    fn document(who: &str) -> TransferDocument {
-        let mut document: TransferDocument = serde_json::from_str(
-            r#"{"frequency_hz":[0,1,2],"real":[1,2,3],"imaginary":[0,0,1],"coherence":[1,1,1],"averages":20}"#,
-        )
-        .unwrap();
-        document.condition.participant = Some(who.into());
-        document.condition.load_n = Some(Newtons(0.2));
-        document.condition.angle_deg = Some(Degrees(20.0));
-        document
-    }
-
-    /// Every state that a crash can leave is a panel that can be read: no index, a file that is not listed, a plan.
-    #[test]
-    fn a_session_that_breaks_off_leaves_a_panel() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = folder.path();
-        let mut panel = PanelFolder::open_or_begin(at).unwrap();
-        panel
-            .plan(&[filing("a", 1), filing("b", 1), filing("b", 2)])
-            .unwrap();
-        panel.file(&filing("a", 1), &document("a")).unwrap();
-        // Between the file and the index.
-        write_transfer(&at.join(file_name(&filing("b", 1))), &document("b")).unwrap();
-        let mut again = PanelFolder::open(at).unwrap();
-        let contents = again.read().unwrap();
-        assert_eq!((contents.panel.len(), again.index.planned.len()), (1, 2));
-        assert_eq!(again.index.participants, ["a", "b"]);
-        let text: Vec<String> = contents.doubts.iter().map(ToString::to_string).collect();
-        assert!(
-            text[0].contains("2 planned") && text[1].contains("b_20deg_0.2N_p1_r1.json"),
-            "{text:?}"
-        );
-        assert_eq!(again.adopt(&filing("b", 1)).unwrap(), Adopted::Listed);
-        assert_eq!(again.adopt(&filing("b", 2)).unwrap(), Adopted::Nothing);
-        let last = PanelFolder::open(at).unwrap();
-        assert_eq!(
-            (last.read().unwrap().panel.len(), last.index.planned.len()),
-            (2, 1)
-        );
-        assert!(last.not_listed().is_empty());
-        // A file of somebody else is not taken for it, nor replaced.
-        write_transfer(&at.join(file_name(&filing("c", 1))), &document("b")).unwrap();
-        assert_eq!(again.adopt(&filing("c", 1)).unwrap(), Adopted::Nothing);
-        again.file(&filing("c", 1), &document("c")).unwrap();
-        assert_eq!(again.index.entries[2].file, "c_20deg_0.2N_p1_r1_2.json");
-    }
-
-    #[test]
-    fn units_and_doubts_survive() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut panel = PanelFolder::open_or_begin(folder.path()).unwrap();
-        let mut finger = document("a");
-        finger.drive_unit = Unit::Newton;
-        panel.file(&filing("a", 1), &finger).unwrap();
-        assert_eq!(panel.index.kind, Some(PanelKind::Finger));
-        let other = panel
-            .file(&filing("b", 1), &document("b"))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            other.contains("from N to") && other.contains("from FS to"),
-            "{other}"
-        );
-        let twice = panel
-            .file(&filing("a", 1), &finger)
-            .unwrap_err()
-            .to_string();
-        assert!(twice.contains("each measurement once"), "{twice}");
-        let contents = panel.read().unwrap();
-        assert_eq!(contents.drive_unit, Unit::Newton);
-        assert!(contents.panel[0].function.doubts.is_empty());
-    }
-
-    #[test]
-    fn what_cannot_be_read_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = folder.path();
-        let said = |at: &Path| PanelFolder::open(at).unwrap_err().to_string();
-        assert!(said(at).contains("none in it"));
-        assert!(said(&at.join("gone")).contains("no such folder"));
-        let mut panel = PanelFolder::open_or_begin(at).unwrap();
-        panel.plan(&[]).unwrap();
-        assert!(
-            panel
-                .read()
-                .unwrap_err()
-                .to_string()
-                .contains("expected measurements")
-        );
-        panel.file(&filing("a", 1), &document("a")).unwrap();
-        std::fs::remove_file(at.join("a_20deg_0.2N_p1_r1.json")).unwrap();
-        let missing = panel.read().unwrap_err().to_string();
-        assert!(
-            missing.contains("a_20deg_0.2N_p1_r1.json") && missing.contains("participant a"),
-            "{missing}"
-        );
-        let index = std::fs::read_to_string(at.join(PANEL_INDEX)).unwrap();
-        for (change, part) in [
-            (index[..index.len() / 2].to_owned(), "index of a panel"),
-            (index.replace("panel 1", "panel 9"), "panel 9"),
-            (
-                index.replace("a_20deg", "../a_20deg"),
-                "files in the folder",
-            ),
-            ("\u{fffd}".into(), "index of a panel"),
-        ] {
-            std::fs::write(at.join(PANEL_INDEX), change).unwrap();
-            assert!(said(at).contains(part), "{}", said(at));
-        }
-        assert_eq!(
-            file_name(&filing("../a b", 1)),
-            "---a-b_20deg_0.2N_p1_r1.json"
-        );
-    }
-}
+mod tests;

@@ -450,6 +450,31 @@ pub enum Doubt {
         /// How far they usually are, dB rms.
         usual_db_rms: f64,
     },
+    /// A measurement whose sign is opposite to most others' of the same load and angle.
+    OppositeSign {
+        /// Which.
+        measurement: String,
+        /// To how many of the others it is opposite.
+        count: usize,
+        /// How many others there are.
+        of: usize,
+        /// One of them.
+        such_as: String,
+    },
+    /// A measurement whose provenance names somebody else.
+    OtherParticipant {
+        /// Under what it is filed.
+        measurement: String,
+        /// Whom it names.
+        found: String,
+    },
+    /// Measurements of digital twins of different seeds.
+    SeveralTwins {
+        /// One, with its seed.
+        one: String,
+        /// Another.
+        other: String,
+    },
     /// Measurements that carry doubts of their own.
     OfMembers {
         /// How many.

@@ -11,6 +11,7 @@ mod multisine;
 mod periodic;
 mod repeats;
 
+pub(crate) use bundle::level_db;
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };

@@ -137,7 +137,7 @@ pub(crate) struct Add {
     /// The folder of the panel; it is made where there is none.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// Transfer functions (JSON).
+    /// Transfer functions: JSON, universal files (.uff, .unv) or MATLAB files (.mat).
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// The participant's pseudonym, where a file does not say it.

@@ -349,6 +349,18 @@ impl fmt::Display for Doubt {
                 f,
                 "{what} of {of} are up to {db_rms:.1} dB rms apart, usual are {usual_db_rms:.1} dB: they may be of different people, or the sensor came loose; look at them one by one, and repeat"
             ),
+            Self::OppositeSign { measurement, count, of, such_as } => write!(
+                f,
+                "{measurement} has the opposite sign of {count} of the {of} others at that load and angle, such as {such_as}: one of its channels may be inverted; turn that round and add it again"
+            ),
+            Self::OtherParticipant { measurement, found } => write!(
+                f,
+                "{measurement} comes from a measurement of participant {found}: check whose it is, and file it under that name"
+            ),
+            Self::SeveralTwins { one, other } => write!(
+                f,
+                "the measurements are of digital twins of different seeds: {one}, {other}; keep them in panels of their own"
+            ),
             Self::OfMembers { count, of, example } => write!(
                 f,
                 "{count} of {of} measurements carry doubts of their own, such as {example}"

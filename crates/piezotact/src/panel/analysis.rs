@@ -13,7 +13,7 @@ use super::{
 };
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::transfer::{Bundle, BundleAverage};
+use crate::transfer::{Bundle, BundleAverage, BundleError};
 
 /// How a panel is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,6 +117,16 @@ impl PanelAnalysis {
     }
 }
 
+/// Curves that cancel in a complex mean, by name where it is known whose sign is opposite.
+pub(super) fn naming_opposites(error: PanelError, opposites: &[Doubt]) -> PanelError {
+    match (error, opposites.first()) {
+        (PanelError::Bundle(BundleError::Cancel { .. }), Some(doubt)) => PanelError::Opposite {
+            what: doubt.to_string(),
+        },
+        (error, _) => error,
+    }
+}
+
 /// All that `panel` says over the band of `config`: how far people lie apart and where most, what load and angle do, how
 /// well measurements repeat, and what an average over people costs a new person. Levels in dB re 1 unit of `O` per `I`.
 ///
@@ -140,7 +150,9 @@ pub fn analyse<I: Quantity, O: Quantity>(
         });
     }
     let (band, seed) = (config.band, config.seed);
-    let levels = Levels::of(panel, band, config.averaging)?;
+    let opposites = panel.opposites(band);
+    let named = |error| naming_opposites(error, &opposites);
+    let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
     let mut doubts = panel.doubts.clone();
     if people < ENOUGH_FOR_RESAMPLES {
         doubts.push(Doubt::FewPeople {
@@ -148,8 +160,10 @@ pub fn analyse<I: Quantity, O: Quantity>(
             recommended: ENOUGH_FOR_RESAMPLES,
         });
     }
-    let (spreads, odd) = by_cell(&levels, band, &config.bands)?;
+    let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
+    doubts.extend(opposites.iter().cloned());
+    doubts.extend(panel.unsound(band, None));
     doubts.extend(mixed);
     doubts.extend(odd);
     let members = panel.entries().iter();
@@ -169,7 +183,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
         load_steps: by_load(&levels),
         angle_effects: by_angle(&levels),
         repeatability,
-        averages: averages(&levels, band, config.criterion)?,
+        averages: averages(&levels, band, config.criterion).map_err(named)?,
         learning: curves(
             &levels,
             config.averaging,

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{Levels, level_db};
+use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
 use crate::series::{mean, rms};
+use crate::transfer::level_db;
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 
 /// Fewer people than this have penalties without an interval: each is in the others' average.
@@ -43,7 +44,7 @@ pub enum WillDo {
     Yes,
     /// The lower end of the interval is beyond the criterion.
     No,
-    /// Neither can be said.
+    /// Neither can be said, or part of the band was not driven.
     Unsure,
 }
 
@@ -222,7 +223,9 @@ fn costs<I: Quantity, O: Quantity>(
         .filter(|p| p.db_rms <= criterion.db_rms)
         .count();
     let share_within = within as f64 / people.len() as f64;
-    let will_do = match interval_db_rms {
+    // Of what was not driven nothing is known, however alike the numbers there are.
+    let driven = functions.iter().all(|f| f.not_driven(band).is_none());
+    let will_do = match interval_db_rms.filter(|_| driven) {
         Some([_, high]) if high <= criterion.db_rms && share_within >= criterion.least_share => {
             WillDo::Yes
         }
@@ -297,10 +300,26 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     averaging: BundleAverage,
     band: Band,
 ) -> Result<TransferFunction<I, O>, PanelError> {
+    let opposites: Vec<Doubt> = panel
+        .opposites(band)
+        .into_iter()
+        .filter(|doubt| {
+            let inside = |e: &super::Entry<I, O>| e.filing.cell.is(cell);
+            let names = |e: &super::Entry<I, O>| match doubt {
+                Doubt::OppositeSign { measurement, .. } => *measurement == e.filing.to_string(),
+                _ => false,
+            };
+            panel.entries().iter().any(|e| inside(e) && names(e))
+        })
+        .collect();
+    let named = |error| super::analysis::naming_opposites(error, &opposites);
     let mut people = Vec::new();
     let mut functions = Vec::new();
     for who in panel.participants() {
-        if let Some(own) = panel.person(who, cell, averaging)? {
+        if let Some(own) = panel
+            .person(who, cell, averaging)
+            .map_err(|error| named(error.into()))?
+        {
             people.push(who.as_str());
             functions.push(own);
         }
@@ -313,7 +332,9 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
         });
     }
     let functions: Vec<&TransferFunction<I, O>> = functions.iter().collect();
-    let mut averaged = average(&functions, averaging)?;
+    let mut averaged = average(&functions, averaging).map_err(|error| named(error.into()))?;
+    averaged.doubts.extend(panel.unsound(band, Some(cell)));
+    averaged.doubts.extend(opposites.iter().cloned());
     let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
     averaged.provenance.steps.push(format!(
         "of {} measurements at {cell} of participants {}, each person's own averaged first",
@@ -330,7 +351,8 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             averaging,
             band,
             Criterion::thesis_2024(),
-        )?;
+        )
+        .map_err(named)?;
         averaged.doubts.push(Doubt::Averaged {
             participants: people.len(),
             penalty_db_rms: costs.mean_db_rms,

@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::levels::level_db;
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::TransferFunction;
+use crate::transfer::level_db;
 
 /// The straight lines on both sides of an artefact hold at least this many lines each.
 const LEAST_LINES: usize = 3;
@@ -301,6 +301,8 @@ impl Artefact {
         .map_err(ControlError::Transfer)?;
         freed.condition = function.condition.clone();
         freed.drive.clone_from(&function.drive);
+        freed.driven = function.driven;
+        freed.effective_averages = function.effective_averages;
         freed.doubts.clone_from(&function.doubts);
         freed.provenance = function.provenance.clone().then(format!(
             "divided by the bench's artefact at {:.1} Hz, {:.1} dB deep in the control",

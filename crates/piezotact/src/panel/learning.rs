@@ -3,13 +3,14 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::levels::{Levels, level_db};
+use super::levels::Levels;
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
 use crate::compare::mean_interval;
 use crate::quantity::{Band, Quantity};
 use crate::series::{mean, rms};
 use crate::transfer::BundleAverage;
+use crate::transfer::level_db;
 
 /// With no more others than this, every subset of them is averaged.
 const ALL_SUBSETS: usize = 8;

@@ -1,10 +1,8 @@
 //! Magnitudes in dB of every person in every cell, over the lines of a band.
 
-use num_complex::Complex;
-
 use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
-use crate::transfer::{BundleAverage, TransferFunction};
+use crate::transfer::{BundleAverage, TransferFunction, level_db};
 
 /// What every comparison looks at: each person's own average in each cell.
 pub(super) struct Levels<I: Quantity, O: Quantity> {
@@ -19,10 +17,6 @@ pub(super) struct Levels<I: Quantity, O: Quantity> {
 pub(super) struct Own<I: Quantity, O: Quantity> {
     pub(super) function: TransferFunction<I, O>,
     pub(super) db: Vec<f64>,
-}
-
-pub(super) fn level_db(h: Complex<f64>) -> f64 {
-    20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
 }
 
 /// The levels of the lines of `band`, dB.
@@ -115,9 +109,10 @@ pub(super) fn steps(values: &[f64]) -> Vec<(f64, f64)> {
     pairs
 }
 
-/// A value at least `threshold` robust standard deviations above the median of `values`: its rank among them.
+/// How many robust standard deviations `value` lies above the median of `values`, a deviation being no less than
+/// `least_spread`.
 ///
-/// Formula: (x − median)/(1.4826·MAD).
+/// Formula: (x − median)/max(1.4826·MAD, least).
 pub(super) fn robust_score(values: &[f64], value: f64, least_spread: f64) -> f64 {
     let middle = crate::order::median(&mut values.to_vec()).unwrap_or(f64::NAN);
     let mut off: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();

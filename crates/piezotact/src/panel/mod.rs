@@ -12,6 +12,7 @@ mod levels;
 mod random;
 mod repeat;
 mod spread;
+mod together;
 mod trend;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
@@ -32,7 +33,6 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
@@ -119,22 +119,25 @@ pub struct Panel<I: Quantity, O: Quantity> {
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
-    /// The panel of `entries`. Cells that a participant lacks come back as a doubt.
+    /// The panel of `entries`. Cells that a participant lacks, twins of several seeds, and measurements whose
+    /// provenance names somebody else come back as doubts.
     ///
     /// # Errors
-    /// [`PanelError`] naming what does not belong together: no entry, lines, rates or devices that differ, an unknown
-    /// or impossible condition, one that is not what the entry is filed under, the same measurement twice.
+    /// [`PanelError`] naming what does not belong together: no entry, lines, rates, devices, estimators or kinds of bench
+    /// that differ, an unknown or impossible condition, one that is not what the entry is filed under, the same
+    /// measurement twice.
     pub fn new(entries: Vec<Entry<I, O>>) -> Result<Self, PanelError> {
         let first = entries.first().ok_or(PanelError::Nothing)?;
         for (i, entry) in entries.iter().enumerate() {
-            belongs(entry)?;
-            fits(first, entry)?;
+            together::belongs(entry)?;
+            together::fits(first, entry)?;
             if let Some(other) = entries[..i].iter().find(|e| e.filing.is(&entry.filing)) {
                 return Err(PanelError::Twice {
                     filing: other.filing.clone(),
                 });
             }
         }
+        together::distinct(&entries)?;
         let mut participants: Vec<String> = entries
             .iter()
             .map(|e| e.filing.participant.clone())
@@ -158,6 +161,8 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             doubts: Vec::new(),
         };
         panel.doubts.extend(panel.incomplete());
+        panel.doubts.extend(panel.of_several_twins());
+        panel.doubts.extend(panel.named_otherwise());
         Ok(panel)
     }
 
@@ -274,108 +279,39 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Refuses an entry whose own condition is not what it is filed under.
-fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(), PanelError> {
-    let filing = &entry.filing;
-    for (what, found) in [
-        ("load", filing.cell.load_n.0),
-        ("angle", filing.cell.angle_deg.0),
-    ] {
-        if !found.is_finite() {
-            return Err(PanelError::NotFinite {
-                filing: filing.clone(),
-                what,
-            });
-        }
-    }
-    let known = &entry.function.condition;
-    let lacks = |what| PanelError::Unknown {
-        filing: filing.clone(),
-        what,
-    };
-    let participant = known
-        .participant
-        .as_ref()
-        .ok_or_else(|| lacks("participant"))?;
-    let load_n = known.load_n.ok_or_else(|| lacks("load"))?;
-    let angle_deg = known.angle_deg.ok_or_else(|| lacks("angle"))?;
-    if *participant != filing.participant {
-        return Err(PanelError::Mixed {
-            filing: filing.clone(),
-            found: participant.clone(),
-        });
-    }
-    let own = Cell { load_n, angle_deg };
-    if !own.is(filing.cell) {
-        return Err(PanelError::Misfiled {
-            filing: filing.clone(),
-            found: own.to_string(),
-        });
-    }
-    Ok(())
-}
-
-/// Refuses an entry that cannot be combined with the first.
-fn fits<I: Quantity, O: Quantity>(
-    first: &Entry<I, O>,
-    entry: &Entry<I, O>,
-) -> Result<(), PanelError> {
-    let (one, other) = (&first.function, &entry.function);
-    let differ = |what, one: String, other: String| PanelError::Differ {
-        what,
-        one: first.filing.to_string(),
-        one_has: one,
-        other: entry.filing.to_string(),
-        other_has: other,
-    };
-    let lines = |f: &TransferFunction<I, O>| {
-        format!(
-            "{} lines every {:.4} Hz",
-            f.response().len(),
-            f.resolution_hz()
-        )
-    };
-    if (one.resolution_hz() / other.resolution_hz() - 1.0).abs() > SAME
-        || one.response().len() != other.response().len()
-    {
-        return Err(differ("lines", lines(one), lines(other)));
-    }
-    if (one.rate.hz() / other.rate.hz() - 1.0).abs() > SAME {
-        return Err(differ("rate", one.rate.to_string(), other.rate.to_string()));
-    }
-    if one.drive != other.drive {
-        return Err(differ("device", device(&one.drive), device(&other.drive)));
-    }
-    Ok(())
-}
-
-fn device(setup: &Option<DriveSetup>) -> String {
-    setup.as_ref().map_or_else(
-        || "one that is not described".into(),
-        |setup| {
-            format!(
-                "gain {}, {:.4} V at full scale, {:.0} nF",
-                setup.gain,
-                setup.volts_per_full_scale,
-                setup.load_f * 1e9
-            )
-        },
-    )
-}
-
 /// Why transfer functions make no panel.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanelError {
     /// There is none.
     #[error("expected transfer functions of people, found none; measure or add some")]
     Nothing,
-    /// A load or angle that is no number.
-    #[error("expected the {what} of {filing} as a number, found none; correct it")]
-    NotFinite {
+    /// A name, load, angle or number that no measurement has.
+    #[error("expected the {what} of {filing} as {expected}, found {found}; correct it")]
+    Impossible {
         /// Where.
         filing: Filing,
-        /// Load or angle.
+        /// What of it.
         what: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// One measurement under two names.
+    #[error(
+        "expected different measurements, found the same response, bit by bit, as {one} and as {other}; take one of them out"
+    )]
+    Same {
+        /// The first.
+        one: String,
+        /// The other.
+        other: String,
+    },
+    /// People of whose complex mean nothing is left.
+    #[error("cannot average people: {what}")]
+    Opposite {
+        /// Whose sign is opposite.
+        what: String,
     },
     /// A transfer function that does not say who touched how.
     #[error(
@@ -452,5 +388,7 @@ pub enum PanelError {
     Bundle(#[from] BundleError),
 }
 
+#[cfg(test)]
+mod belonging;
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,8 @@ const MIXED_RATIO: f64 = 3.0;
 const MIXED_SCORE: f64 = 6.0;
 /// And no less than this, dB: within it single estimates scatter.
 const MIXED_LEAST_DB: f64 = 0.5;
+/// Repeats of one placement are expected within this, dB rms, where too few groups say what is usual (claim 6).
+const MOST_APART_DB: f64 = 1.0;
 /// Fewer groups of repeats than this say nothing of what is usual.
 const ENOUGH_GROUPS: usize = 5;
 
@@ -84,7 +86,8 @@ struct Single {
 /// measurements of different placements. Variances of people, placements and repeats by the nested analysis of variance
 /// of every line (sums of squares set equal to their expectations, numbers of repeats may differ), pooled over cells and
 /// lines; an estimate below zero is 0. Repeats are doubted whose largest distance is more than 3 times the median of all
-/// groups', at least 0.5 dB, and 6 robust standard deviations (1.4826·MAD) above it.
+/// groups', at least 0.5 dB, and 6 robust standard deviations (1.4826·MAD) above it; with fewer than 5 groups, repeats of
+/// one placement that are more than 1 dB apart.
 ///
 /// Source: L. Felicetti's thesis (2024), figure 78; S. R. Searle and others (1992), *Variance Components*, chapter 5.
 ///
@@ -121,8 +124,8 @@ pub fn repeatability<I: Quantity, O: Quantity>(
             put_back.extend(Group::of(name, &pairs_across(&placements), means));
         }
     }
-    let mut doubts = mixed(&lying, "repeats");
-    doubts.extend(mixed(&put_back, "placements"));
+    let mut doubts = mixed(&lying, "repeats", Some(MOST_APART_DB));
+    doubts.extend(mixed(&put_back, "placements", None));
     let mut parts = vec![band];
     parts.extend_from_slice(bands);
     let components = parts
@@ -262,9 +265,16 @@ fn distances(groups: &[Group]) -> Option<PairDistances> {
     })
 }
 
-fn mixed(groups: &[Group], what: &str) -> Vec<Doubt> {
+fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt> {
     if groups.len() < ENOUGH_GROUPS {
-        return Vec::new();
+        let far = |group: &&Group| most_apart_db.is_some_and(|most| group.largest() > most);
+        let doubt = |group: &Group| Doubt::MixedRepeats {
+            what: what.into(),
+            of: group.name.clone(),
+            db_rms: group.largest(),
+            usual_db_rms: most_apart_db.unwrap_or_default(),
+        };
+        return groups.iter().filter(far).map(doubt).collect();
     }
     let largest: Vec<f64> = groups.iter().map(Group::largest).collect();
     let usual_db_rms = crate::order::median(&mut largest.clone()).unwrap_or(f64::NAN);

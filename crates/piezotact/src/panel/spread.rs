@@ -8,7 +8,7 @@ use super::{Cell, Panel, PanelError};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::series::{mean, rms};
-use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle};
+use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one_out};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
 const OUTLIER: f64 = 3.5;
@@ -150,11 +150,12 @@ pub fn spread_by_cell<I: Quantity, O: Quantity>(
     band: Band,
     bands: &[Band],
 ) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
-    by_cell(&Levels::of(panel, band, averaging)?, band, bands)
+    by_cell(&Levels::of(panel, band, averaging)?, averaging, band, bands)
 }
 
 pub(super) fn by_cell<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
+    averaging: BundleAverage,
     band: Band,
     bands: &[Band],
 ) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
@@ -181,13 +182,20 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
             })
             .collect();
         doubts.extend(odd_ones(&people, *cell));
+        let mut parts = Vec::with_capacity(bands.len());
+        for part in bands {
+            if let Some(mut spread) = in_part(*part, &bundle, &curves) {
+                if averaging == BundleAverage::Complex {
+                    spread.penalty_db_rms =
+                        leave_one_out(&functions, averaging, *part)?.mean_db_rms;
+                }
+                parts.push(spread);
+            }
+        }
         spreads.push(CellSpread {
             cell: *cell,
             spread_rms_db: rms(&bundle.spread_db),
-            bands: bands
-                .iter()
-                .filter_map(|part| in_part(*part, &bundle, &curves))
-                .collect(),
+            bands: parts,
             bundle,
             mean_db,
             people,
@@ -237,6 +245,7 @@ fn odd_ones(people: &[PersonDistance], cell: Cell) -> Vec<Doubt> {
         .collect()
 }
 
+/// The spread in a part of the band, with the penalty of the mean of log magnitudes.
 fn in_part(part: Band, bundle: &Bundle, curves: &[&[f64]]) -> Option<BandSpread> {
     let lines: Vec<usize> = bundle
         .frequencies_hz

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{TransferError, TransferFunction};
 use crate::compare::mean_interval;
 use crate::quantity::{Band, Quantity};
+use crate::recording::Provenance;
 use crate::series::{mean, standard_deviation};
 
 /// How transfer functions lie apart over a band, line by line in dB re 1 unit of `O` per `I`.
@@ -90,11 +91,29 @@ pub enum BundleError {
         /// Another.
         other: String,
     },
+    /// Bands that were driven and have nothing in common.
+    #[error(
+        "cannot average transfer functions: one was driven over {one}, another over {other}; average those apart"
+    )]
+    Driven {
+        /// The first.
+        one: Band,
+        /// Another.
+        other: Band,
+    },
     /// No line lies in the band.
     #[error("expected lines within {band}, found none; widen the band")]
     Empty {
         /// The band.
         band: Band,
+    },
+    /// A complex mean of which nothing is left.
+    #[error(
+        "expected transfer functions with a complex mean, found {count} that cancel, as those of opposite sign do; look for one with an inverted channel, or take the mean of log magnitudes"
+    )]
+    Cancel {
+        /// How many they are.
+        count: usize,
     },
     /// The average is none.
     #[error("{0}")]
@@ -124,7 +143,8 @@ pub(super) fn same_lines<I: Quantity, O: Quantity>(
     }
 }
 
-pub(super) fn level_db(h: Complex<f64>) -> f64 {
+/// A magnitude in dB; that of 0 is very low, and a number.
+pub(crate) fn level_db(h: Complex<f64>) -> f64 {
     20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
 }
 
@@ -177,7 +197,12 @@ pub fn bundle<I: Quantity, O: Quantity>(
     Ok(bundle)
 }
 
-/// The average of `functions`, line by line, in units of `O` per `I`; coherence is their mean, averages their sum.
+/// The average of `functions`, line by line, in units of `O` per `I`; coherence is their mean, averages their sum, what
+/// was driven is what all were driven in.
+///
+/// People scatter more than estimates do: coherence says nothing of how far the average over several is off, so that its
+/// number of effective averages is not known and it has no confidence limits. Where the functions come from stays as far
+/// as they have it in common.
 ///
 /// Formula: complex: (1/n)·ΣH. Log-magnitude: exp(mean ln|H|)·exp(i·φ) with φ the phase of ΣH plus the mean of the
 /// phases relative to it, each within ±π: phases need no unwrapping along the lines.
@@ -234,9 +259,22 @@ pub fn average<I: Quantity, O: Quantity>(
         first.resolution_hz,
         first.rate,
         first.estimator,
-        functions.iter().map(|f| f.averages).sum(),
+        functions
+            .iter()
+            .fold(0, |sum, f| sum.saturating_add(f.averages)),
     )
-    .map_err(BundleError::Transfer)?;
+    .map_err(|error| match error {
+        TransferError::Zero if functions.len() > 1 => BundleError::Cancel {
+            count: functions.len(),
+        },
+        other => BundleError::Transfer(other),
+    })?;
+    let people = people_of(functions);
+    averaged.effective_averages = match people {
+        0 | 1 => functions.iter().map(|f| f.effective_averages).sum(),
+        _ => 0.0,
+    };
+    averaged.driven = driven_by_all(functions)?;
     let told = match averaging {
         BundleAverage::Complex => "complex mean",
         BundleAverage::LogMagnitude => "mean of log magnitudes and phases",
@@ -244,11 +282,55 @@ pub fn average<I: Quantity, O: Quantity>(
     averaged.drive.clone_from(&first.drive);
     averaged.condition = first.condition.clone();
     averaged.condition.participant = None;
-    averaged.provenance = first
-        .provenance
-        .clone()
+    averaged.provenance = in_common(functions, people)
         .then(format!("{told} of {} transfer functions", functions.len()));
     Ok(averaged)
+}
+
+/// How many participants are named.
+fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) -> usize {
+    let mut people: Vec<&String> = functions
+        .iter()
+        .filter_map(|f| f.condition.participant.as_ref())
+        .collect();
+    people.sort();
+    people.dedup();
+    people.len()
+}
+
+/// The band that all were driven in whose band is known.
+fn driven_by_all<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+) -> Result<Option<Band>, BundleError> {
+    let mut common: Option<Band> = None;
+    for driven in functions.iter().filter_map(|f| f.driven) {
+        common = Some(match common {
+            None => driven,
+            Some(known) => known.common(driven).ok_or(BundleError::Driven {
+                one: known,
+                other: driven,
+            })?,
+        });
+    }
+    Ok(common)
+}
+
+/// Where all of them come from, as far as that is one.
+fn in_common<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    people: usize,
+) -> Provenance {
+    let mut common = functions[0].provenance.clone();
+    let all = |holds: &dyn Fn(&Provenance) -> bool| functions.iter().all(|f| holds(&f.provenance));
+    if people > 1 {
+        common.source = format!("average of {people} people");
+    } else if !all(&|p| p.source == common.source) {
+        common.source = format!("average of {} measurements", functions.len());
+    }
+    common.bench = common.bench.filter(|kind| all(&|p| p.bench == Some(*kind)));
+    common.seed = common.seed.filter(|seed| all(&|p| p.seed == Some(*seed)));
+    common.steps.retain(|step| all(&|p| p.steps.contains(step)));
+    common
 }
 
 /// What the average of the others costs everybody, left out in turn, within `band`.
@@ -353,6 +435,55 @@ mod tests {
                 assert!(off.abs() < 1e-9, "{off}");
             }
         }
+    }
+
+    /// What an average keeps of those that it is of: of one person all, of several what they have in common.
+    #[test]
+    fn an_average_says_what_it_is_of() {
+        let of = |who: &str, seed: u64, driven: [f64; 2]| {
+            let mut f = flat([0.0; 5], 0.0);
+            f.condition.participant = Some(who.into());
+            f.provenance.source = format!("bench with {who}");
+            f.provenance.seed = Some(seed);
+            f.provenance.steps = vec!["bench".into(), format!("of {who}")];
+            f.effective_averages = 12.5;
+            f.averages = usize::MAX;
+            f.driven = Band::new(Hertz(driven[0]), Hertz(driven[1])).ok();
+            f
+        };
+        let (a, again, b) = (
+            of("a", 7, [10.0, 40.0]),
+            of("a", 7, [0.0, 30.0]),
+            of("b", 8, [10.0, 40.0]),
+        );
+        let log = BundleAverage::LogMagnitude;
+        let own = average(&[&a, &again], log).unwrap();
+        assert_eq!(own.averages, usize::MAX);
+        assert!((own.effective_averages - 25.0).abs() < 1e-12 && own.confidence().is_some());
+        assert_eq!(own.driven, Band::new(Hertz(10.0), Hertz(30.0)).ok());
+        assert_eq!(own.provenance.source, "bench with a");
+        assert_eq!(
+            (own.provenance.seed, own.provenance.steps.len()),
+            (Some(7), 3)
+        );
+        let both = average(&[&a, &b], log).unwrap();
+        assert!(both.effective_averages == 0.0 && both.confidence().is_none());
+        assert_eq!(both.provenance.source, "average of 2 people");
+        assert_eq!(
+            (both.provenance.seed, both.provenance.steps.len()),
+            (None, 2)
+        );
+        let apart = average(&[&of("a", 7, [10.0, 20.0]), &of("a", 7, [30.0, 40.0])], log);
+        assert!(matches!(apart, Err(BundleError::Driven { .. })));
+        let turned = flat([0.0; 5], 0.0);
+        let minus = function(&[Complex::from(-1.0); 5]);
+        let none = average(&[&turned, &minus], BundleAverage::Complex)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            none.contains("cancel") && none.contains("inverted"),
+            "{none}"
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use anyhow::anyhow;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::Estimator;
+use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::procedure::{
     CharacteriseConfig, Gating, RepeatConfig, excite, play_and_record, repeated,
 };
@@ -14,6 +14,7 @@ use piezotact_dataset::{Adopted, PanelFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
+use crate::cli::OnOff;
 use crate::cli::panel::Run;
 use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
@@ -30,8 +31,12 @@ pub(crate) fn run(args: &Run) -> Outcome {
     let people = planned(args)?;
     let gating = gating(&args.gate)?;
     let mut folder = open_or_begin(&args.out)?;
-    begin(&mut folder, args)?;
+    let campaign = campaign(args);
+    folder.begin(&campaign).map_err(usage)?;
     let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
+    for unreadable in folder.set_aside_unreadable(&all)? {
+        say(&unreadable);
+    }
     folder.plan(&all)?;
     let (mut before, mut adopted) = (0, 0);
     for filing in &all {
@@ -62,7 +67,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
             for filing in &open {
                 measure(
                     &mut bench,
-                    args,
+                    (args, campaign.as_str()),
                     &gating,
                     filing,
                     &mut folder,
@@ -146,10 +151,17 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
     Ok(people)
 }
 
-/// A folder belongs to one bench and one way of measuring.
-fn begin(folder: &mut PanelFolder, args: &Run) -> Outcome {
-    let bench = format!(
-        "{}: {}, {} s over {}, peak {}, segments of {} samples, drives from seed {}",
+/// What the measurements of one campaign have in common: the bench, and every setting that changes what is filed.
+fn campaign(args: &Run) -> String {
+    let gate = match args.gate.gating {
+        OnOff::Off => "no gate".into(),
+        OnOff::On => format!(
+            "force within {}, coherence from {}, {} attempts",
+            args.gate.force_tolerance, args.gate.least_coherence, args.gate.attempts
+        ),
+    };
+    format!(
+        "{}: {}, {} s over {}, peak {}, segments of {} samples, drives from seed {}, {gate}",
         args.bench.apart_from_participant(),
         args.excitation.name(),
         args.seconds,
@@ -157,17 +169,7 @@ fn begin(folder: &mut PanelFolder, args: &Run) -> Outcome {
         args.peak,
         args.segment,
         args.seed
-    );
-    match &folder.index.bench {
-        Some(other) if *other != bench => Err(usage(anyhow!(
-            "expected to go on with {other}, as {} was begun, found {bench}; measure as before, or give another folder",
-            args.out.display()
-        ))),
-        _ => {
-            folder.index.bench = Some(bench);
-            Ok(())
-        }
-    }
+    )
 }
 
 fn bench_of(args: &Run, participant: u64) -> Bench {
@@ -208,7 +210,7 @@ fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
 /// Measures once, or again where the gate refuses.
 fn measure(
     bench: &mut Bench,
-    args: &Run,
+    (args, campaign): (&Run, &str),
     gating: &Gating,
     filing: &Filing,
     folder: &mut PanelFolder,
@@ -244,6 +246,16 @@ fn measure(
         )),
         other => bench_failure(other),
     })?;
-    let document = TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT);
+    let each: Vec<Distortion> = done
+        .each
+        .iter()
+        .filter_map(|c| c.distortion.clone())
+        .collect();
+    let mut document = TransferDocument {
+        distortion: Distortion::together(&each),
+        ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
+    };
+    let step = PanelFolder::campaign_step(campaign, filing);
+    document.provenance.steps.push(step);
     Ok(folder.file(filing, &document)?)
 }

@@ -1,0 +1,287 @@
+//! What does not belong in a panel is refused or doubted by name.
+
+use num_complex::Complex;
+
+use super::*;
+use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
+use crate::recording::BenchKind;
+use crate::transfer::Estimator;
+
+type Entries = Vec<Entry<Force, Acceleration>>;
+
+fn band() -> Band {
+    Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()
+}
+
+fn at() -> Cell {
+    Cell {
+        load_n: Newtons(0.2),
+        angle_deg: Degrees(20.0),
+    }
+}
+
+fn of(who: &str, repeat: u32, level_db: f64) -> Entry<Force, Acceleration> {
+    let rate = SampleRate::new(2_000.0).unwrap();
+    let lines = vec![Complex::from(10f64.powf(level_db / 20.0)); 201];
+    let mut function =
+        TransferFunction::from_lines(lines, vec![0.99; 201], 5.0, rate, Estimator::H1, 100)
+            .unwrap();
+    function.condition.participant = Some(who.into());
+    function.condition.load_n = Some(at().load_n);
+    function.condition.angle_deg = Some(at().angle_deg);
+    let filing = Filing {
+        participant: who.into(),
+        cell: at(),
+        placement: 1,
+        repeat,
+    };
+    Entry { filing, function }
+}
+
+fn turned(entry: Entry<Force, Acceleration>) -> Entry<Force, Acceleration> {
+    let Entry { filing, function } = entry;
+    let minus = function.response().iter().map(|h| -h).collect();
+    let mut other = TransferFunction::from_lines(
+        minus,
+        function.coherence().to_vec(),
+        function.resolution_hz(),
+        function.rate,
+        function.estimator,
+        function.averages,
+    )
+    .unwrap();
+    other.condition = function.condition;
+    Entry {
+        filing,
+        function: other,
+    }
+}
+
+fn four() -> Entries {
+    let people = [("a", 0.0), ("b", 0.3), ("c", -0.2), ("d", 0.1)];
+    people.map(|(who, db)| of(who, 1, db)).into()
+}
+
+fn doubts(entries: Entries) -> Vec<Doubt> {
+    let panel = Panel::new(entries).unwrap();
+    analyse(&panel, &PanelConfig::usual(band(), 1))
+        .unwrap()
+        .doubts
+}
+
+#[test]
+fn a_turned_sign_is_named() {
+    assert!(doubts(four()).is_empty());
+    let mut entries = four();
+    entries.push(turned(of("e", 1, 0.2)));
+    let said: Vec<String> = doubts(entries.clone())
+        .iter()
+        .filter(|d| matches!(d, Doubt::OppositeSign { .. }))
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].contains("participant e at 20°") && said[0].contains("4 of the 4 others"),
+        "{said:?}"
+    );
+    let panel = Panel::new(entries).unwrap();
+    let log = BundleAverage::LogMagnitude;
+    let averaged = average_of_panel(&panel, at(), log, band()).unwrap();
+    let opposite = |d: &Doubt| matches!(d, Doubt::OppositeSign { .. });
+    assert!(averaged.doubts.iter().any(opposite));
+    // Two that cancel: no word of a device that does not answer.
+    let cancel = Panel::new(vec![of("a", 1, 0.0), turned(of("b", 1, 0.0))]).unwrap();
+    let mut config = PanelConfig::usual(band(), 1);
+    config.averaging = BundleAverage::Complex;
+    let errors = [
+        analyse(&cancel, &config).unwrap_err().to_string(),
+        average_of_panel(&cancel, at(), BundleAverage::Complex, band())
+            .unwrap_err()
+            .to_string(),
+    ];
+    for said in errors {
+        assert!(
+            said.contains("participant a") && said.contains("opposite sign"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn other_benches_and_estimators_are_told_apart() {
+    let refused = |change: &dyn Fn(&mut Entry<Force, Acceleration>)| {
+        let mut entries = four();
+        entries[0].function.provenance.bench = Some(BenchKind::Twin);
+        change(&mut entries[2]);
+        Panel::new(entries).unwrap_err().to_string()
+    };
+    let said = refused(&|e| e.function.estimator = Estimator::H2);
+    assert!(said.contains("estimator") && said.contains("H2"), "{said}");
+    let said = refused(&|e| e.function.provenance.bench = Some(BenchKind::Hardware));
+    assert!(said.contains("twin") && said.contains("real"), "{said}");
+    let mut entries = four();
+    for (seed, entry) in [7, 7, 8, 7].into_iter().zip(&mut entries) {
+        entry.function.provenance.bench = Some(BenchKind::Twin);
+        entry.function.provenance.seed = Some(seed);
+    }
+    let said = doubts(entries)[0].to_string();
+    assert!(
+        said.contains("participant c") && said.contains("seed 8"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_measurement_of_somebody_else_is_named() {
+    for text in ["twin, participant P02", "as participant P02 at 20°, 0.2 N"] {
+        let mut entries = four();
+        entries[1].function.provenance.source = text.into();
+        entries[2].function.provenance.source = "twin, participant c".into();
+        let said = doubts(entries);
+        let text = said[0].to_string();
+        assert!(
+            said.len() == 1 && text.contains("participant b") && text.contains("P02"),
+            "{said:?}"
+        );
+    }
+}
+
+#[test]
+fn one_response_is_one_measurement() {
+    let said = Panel::new(vec![of("a", 1, 0.5), of("b", 2, 0.5)])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("bit by bit, as participant a") && said.contains("and as participant b"),
+        "{said}"
+    );
+}
+
+#[test]
+fn impossible_filings_are_refused() {
+    type Change = fn(&mut Filing);
+    let changes: [(Change, &str); 12] = [
+        (|f| f.participant = " ".into(), "participant"),
+        (|f| f.participant = "a\nb".into(), "participant"),
+        (|f| f.participant = "../a".into(), "participant"),
+        (|f| f.participant = "a\\b".into(), "participant"),
+        (|f| f.cell.load_n = Newtons(0.0), "load"),
+        (|f| f.cell.load_n = Newtons(f64::INFINITY), "load"),
+        (|f| f.cell.load_n = Newtons(f64::NAN), "load"),
+        (|f| f.cell.load_n = Newtons(101.0), "load"),
+        (|f| f.cell.angle_deg = Degrees(-1.0), "angle"),
+        (|f| f.cell.angle_deg = Degrees(91.0), "angle"),
+        (|f| f.placement = 0, "placement"),
+        (|f| f.repeat = 0, "repeat"),
+    ];
+    for (change, what) in changes {
+        let mut entry = of("a", 1, 0.0);
+        change(&mut entry.filing);
+        let said = Panel::new(vec![entry]).unwrap_err().to_string();
+        assert!(said.contains(&format!("expected the {what}")), "{said}");
+    }
+}
+
+/// What was not driven by somebody makes the verdict unsure, and low coherence is doubted.
+#[test]
+fn what_was_not_driven_is_doubted() {
+    let verdict = |entries: Entries| {
+        let said = analyse(
+            &Panel::new(entries).unwrap(),
+            &PanelConfig::usual(band(), 1),
+        )
+        .unwrap();
+        (said.averages[0].penalties[0].verdict.will_do, said.doubts)
+    };
+    assert_eq!(verdict(four()).0, WillDo::Yes);
+    let mut entries = four();
+    entries[1].function.driven = Band::new(Hertz(100.0), Hertz(1000.0)).ok();
+    let (will_do, said) = verdict(entries.clone());
+    assert_eq!(will_do, WillDo::Unsure);
+    let named = |said: &[Doubt]| said.iter().any(|d| d.to_string().contains("participant b"));
+    assert!(
+        matches!(said[0], Doubt::NotDriven { .. }) && named(&said),
+        "{said:?}"
+    );
+    let panel = Panel::new(entries).unwrap();
+    let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band()).unwrap();
+    assert_eq!(averaged.driven, Band::new(Hertz(100.0), Hertz(1000.0)).ok());
+    let not_driven = |d: &Doubt| matches!(d, Doubt::NotDriven { .. });
+    assert!(averaged.doubts.iter().any(not_driven));
+    let mut entries = four();
+    let loud = &entries[3].function;
+    let mut faint = TransferFunction::from_lines(
+        loud.response().to_vec(),
+        vec![0.4; 201],
+        5.0,
+        loud.rate,
+        loud.estimator,
+        100,
+    )
+    .unwrap();
+    faint.condition = loud.condition.clone();
+    entries[3].function = faint;
+    let said = verdict(entries).1;
+    assert!(matches!(said[0], Doubt::LowCoherence { .. }), "{said:?}");
+}
+
+/// Too few groups to say what is usual: repeats of one placement are expected within 1 dB.
+#[test]
+fn mixed_repeats_are_seen_in_small_panels_too() {
+    let repeats = |level: f64| {
+        vec![
+            of("a", 1, 0.0),
+            of("a", 2, level),
+            of("b", 1, 1.0),
+            of("b", 2, 1.1),
+        ]
+    };
+    assert!(
+        !doubts(repeats(0.9))
+            .iter()
+            .any(|d| matches!(d, Doubt::MixedRepeats { .. }))
+    );
+    let said = doubts(repeats(1.2));
+    let mixed = said
+        .iter()
+        .find(|d| matches!(d, Doubt::MixedRepeats { .. }));
+    assert!(mixed.unwrap().to_string().contains("a at 20°"), "{said:?}");
+}
+
+/// Phases of ±60° cost a complex mean, in a part of the band as in the whole.
+#[test]
+fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
+    let turn = |entry: Entry<Force, Acceleration>, degrees: f64| {
+        let Entry { filing, function } = entry;
+        let by = Complex::from_polar(1.0, f64::to_radians(degrees));
+        let lines = function.response().iter().map(|h| h * by).collect();
+        let coherence = function.coherence().to_vec();
+        let rate = function.rate;
+        let mut other =
+            TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap();
+        other.condition = function.condition;
+        Entry {
+            filing,
+            function: other,
+        }
+    };
+    let entries = vec![
+        of("a", 1, 0.0),
+        turn(of("b", 1, 0.0), 60.0),
+        turn(of("c", 1, 0.0), -60.0),
+    ];
+    let panel = Panel::new(entries).unwrap();
+    let mut config = PanelConfig::usual(band(), 1);
+    let part = |config: &PanelConfig| {
+        let said = analyse(&panel, config).unwrap();
+        let whole = said.penalties_at(at()).unwrap().mean_db_rms;
+        (said.spreads[0].bands[1].penalty_db_rms, whole)
+    };
+    assert!(part(&config).0 < 1e-9);
+    config.averaging = BundleAverage::Complex;
+    let (found, whole) = part(&config);
+    assert!(
+        found > 1.0 && (found - whole).abs() < 1e-9,
+        "{found} {whole}"
+    );
+}

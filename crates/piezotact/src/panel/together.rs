@@ -1,0 +1,305 @@
+//! Whether transfer functions belong together: what is refused, and what is doubted.
+
+use std::collections::BTreeMap;
+
+use super::{Cell, Entry, Filing, Panel, PanelError, SAME};
+use crate::device::DriveSetup;
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Quantity};
+use crate::recording::BenchKind;
+use crate::transfer::TransferFunction;
+
+/// A load above this is no finger's, N.
+const HEAVIEST_N: f64 = 100.0;
+/// Coherence below this counts as low where an average is to be relied on.
+const LOW_COHERENCE: f64 = 0.8;
+/// And this share of low lines is a doubt, 0–1.
+const LOW_SHARE: f64 = 0.1;
+
+impl Filing {
+    /// Refuses a filing that no measurement can have.
+    ///
+    /// # Errors
+    /// [`PanelError::Impossible`] for a name that is empty or has control characters or path separators, a load that is
+    /// no number, not above 0 or above 100 N, an angle outside 0–90°, or a placement or repeat of 0.
+    pub fn checked(&self) -> Result<(), PanelError> {
+        let wrong = |what, expected, found: String| {
+            Err(PanelError::Impossible {
+                filing: self.clone(),
+                what,
+                expected,
+                found,
+            })
+        };
+        let who = &self.participant;
+        if who.trim().is_empty() || who.chars().any(|c| c.is_control() || "/\\".contains(c)) {
+            return wrong(
+                "participant",
+                "a name without control characters and path separators",
+                format!("{who:?}"),
+            );
+        }
+        let (load, angle) = (self.cell.load_n.0, self.cell.angle_deg.0);
+        if !(load > 0.0 && load <= HEAVIEST_N) {
+            return wrong("load", "a number above 0 and up to 100 N", load.to_string());
+        }
+        if !(0.0..=90.0).contains(&angle) {
+            return wrong("angle", "a number from 0 to 90°", angle.to_string());
+        }
+        for (what, found) in [("placement", self.placement), ("repeat", self.repeat)] {
+            if found == 0 {
+                return wrong(what, "a number from 1", "0".into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses an entry whose own condition is not what it is filed under.
+pub(super) fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(), PanelError> {
+    let filing = &entry.filing;
+    filing.checked()?;
+    let known = &entry.function.condition;
+    let lacks = |what| PanelError::Unknown {
+        filing: filing.clone(),
+        what,
+    };
+    let participant = known
+        .participant
+        .as_ref()
+        .ok_or_else(|| lacks("participant"))?;
+    let load_n = known.load_n.ok_or_else(|| lacks("load"))?;
+    let angle_deg = known.angle_deg.ok_or_else(|| lacks("angle"))?;
+    if *participant != filing.participant {
+        return Err(PanelError::Mixed {
+            filing: filing.clone(),
+            found: participant.clone(),
+        });
+    }
+    let own = Cell { load_n, angle_deg };
+    if !own.is(filing.cell) {
+        return Err(PanelError::Misfiled {
+            filing: filing.clone(),
+            found: own.to_string(),
+        });
+    }
+    Ok(())
+}
+
+/// Refuses an entry that cannot be combined with the first.
+pub(super) fn fits<I: Quantity, O: Quantity>(
+    first: &Entry<I, O>,
+    entry: &Entry<I, O>,
+) -> Result<(), PanelError> {
+    let (one, other) = (&first.function, &entry.function);
+    let differ = |what, one: String, other: String| PanelError::Differ {
+        what,
+        one: first.filing.to_string(),
+        one_has: one,
+        other: entry.filing.to_string(),
+        other_has: other,
+    };
+    let lines = |f: &TransferFunction<I, O>| {
+        format!(
+            "{} lines every {:.4} Hz",
+            f.response().len(),
+            f.resolution_hz()
+        )
+    };
+    if (one.resolution_hz() / other.resolution_hz() - 1.0).abs() > SAME
+        || one.response().len() != other.response().len()
+    {
+        return Err(differ("lines", lines(one), lines(other)));
+    }
+    if (one.rate.hz() / other.rate.hz() - 1.0).abs() > SAME {
+        return Err(differ("rate", one.rate.to_string(), other.rate.to_string()));
+    }
+    if one.drive != other.drive {
+        return Err(differ("device", device(&one.drive), device(&other.drive)));
+    }
+    if one.estimator != other.estimator {
+        let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
+        return Err(differ("estimator", name(one), name(other)));
+    }
+    match (one.provenance.bench, other.provenance.bench) {
+        (Some(a), Some(b)) if a != b => Err(differ("bench", kind(a), kind(b))),
+        _ => Ok(()),
+    }
+}
+
+fn kind(bench: BenchKind) -> String {
+    match bench {
+        BenchKind::Twin => "the digital twin".into(),
+        BenchKind::Hardware => "real devices".into(),
+    }
+}
+
+fn device(setup: &Option<DriveSetup>) -> String {
+    setup.as_ref().map_or_else(
+        || "one that is not described".into(),
+        |setup| {
+            format!(
+                "gain {}, {:.4} V at full scale, {:.0} nF",
+                setup.gain,
+                setup.volts_per_full_scale,
+                setup.load_f * 1e9
+            )
+        },
+    )
+}
+
+/// Refuses two entries that are one measurement, bit by bit: nothing is measured twice with the same noise.
+pub(super) fn distinct<I: Quantity, O: Quantity>(
+    entries: &[Entry<I, O>],
+) -> Result<(), PanelError> {
+    let bits = |entry: &Entry<I, O>| -> Vec<u64> {
+        let lines = entry.function.response().iter();
+        lines
+            .flat_map(|h| [h.re.to_bits(), h.im.to_bits()])
+            .collect()
+    };
+    let mut seen = BTreeMap::new();
+    for entry in entries {
+        if let Some(one) = seen.insert(bits(entry), &entry.filing) {
+            return Err(PanelError::Same {
+                one: one.to_string(),
+                other: entry.filing.to_string(),
+            });
+        }
+    }
+    Ok(())
+}
+
+impl<I: Quantity, O: Quantity> Panel<I, O> {
+    /// The doubt about twins of different seeds: other people, under the same names.
+    pub(super) fn of_several_twins(&self) -> Option<Doubt> {
+        let twin = |entry: &&Entry<I, O>| {
+            entry.function.provenance.bench == Some(BenchKind::Twin)
+                && entry.function.provenance.seed.is_some()
+        };
+        let mut twins = self.entries.iter().filter(twin);
+        let first = twins.next()?;
+        let other = twins.find(|e| e.function.provenance.seed != first.function.provenance.seed)?;
+        let told = |entry: &Entry<I, O>| {
+            let seed = entry.function.provenance.seed.unwrap_or_default();
+            format!("{} is of seed {seed}", entry.filing)
+        };
+        Some(Doubt::SeveralTwins {
+            one: told(first),
+            other: told(other),
+        })
+    }
+
+    /// The doubts about measurements whose provenance names another participant than they are filed under.
+    pub(super) fn named_otherwise(&self) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        for entry in &self.entries {
+            let provenance = &entry.function.provenance;
+            let texts = std::iter::once(&provenance.source).chain(&provenance.steps);
+            let mut named = texts.filter_map(|text| {
+                let (_, after) = text.split_once("participant ")?;
+                let name = after.split([',', ';']).next()?;
+                Some(name.split(" at ").next()?.trim())
+            });
+            let other = |name: &&str| !name.is_empty() && *name != entry.filing.participant;
+            doubts.extend(named.find(other).map(|found| Doubt::OtherParticipant {
+                measurement: entry.filing.to_string(),
+                found: found.to_owned(),
+            }));
+        }
+        doubts
+    }
+
+    /// The doubts about measurements whose sign is opposite to most others' in their cell, over `band`.
+    ///
+    /// Formula: Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of the band, for more than half of the others j.
+    pub(super) fn opposites(&self, band: Band) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        for cell in &self.cells {
+            let inside: Vec<&Entry<I, O>> = self
+                .entries
+                .iter()
+                .filter(|e| e.filing.cell.is(*cell))
+                .collect();
+            let of = inside.len().saturating_sub(1);
+            for (i, entry) in inside.iter().enumerate() {
+                let against: Vec<&&Entry<I, O>> = inside
+                    .iter()
+                    .enumerate()
+                    .filter(|(j, other)| {
+                        *j != i && shared_power(&entry.function, &other.function, band) < 0.0
+                    })
+                    .map(|(_, other)| other)
+                    .collect();
+                if let Some(first) = against.first().filter(|_| 2 * against.len() > of) {
+                    doubts.push(Doubt::OppositeSign {
+                        measurement: entry.filing.to_string(),
+                        count: against.len(),
+                        of,
+                        such_as: first.filing.to_string(),
+                    });
+                }
+            }
+        }
+        doubts
+    }
+
+    /// What of `band` was not driven or has low coherence, at worst, and of how many measurements that holds; of one cell
+    /// or of all.
+    pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Doubt> {
+        let inside = || {
+            self.entries
+                .iter()
+                .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
+        };
+        let share = |doubt: &Doubt| match doubt {
+            Doubt::NotDriven { share, .. } | Doubt::LowCoherence { share, .. } => *share,
+            _ => 0.0,
+        };
+        let mut doubts = Vec::new();
+        for coherence in [false, true] {
+            let all: Vec<(String, Vec<Doubt>)> = inside()
+                .map(|e| {
+                    let found = if coherence {
+                        low_coherence(&e.function, band)
+                    } else {
+                        e.function.not_driven(band)
+                    };
+                    (e.filing.to_string(), found.into_iter().collect())
+                })
+                .collect();
+            let worst = all
+                .iter()
+                .flat_map(|(_, found)| found)
+                .max_by(|a, b| share(a).total_cmp(&share(b)));
+            doubts.extend(worst.cloned());
+            doubts.extend(super::average::of_members(
+                all.iter()
+                    .map(|(name, found)| (name.clone(), found.as_slice())),
+            ));
+        }
+        doubts
+    }
+}
+
+/// The doubt about low coherence on more than a tenth of the lines of `band`.
+fn low_coherence<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+) -> Option<Doubt> {
+    let found = function.low_coherence(band, LOW_COHERENCE)?;
+    match found {
+        Doubt::LowCoherence { share, .. } if share <= LOW_SHARE => None,
+        found => Some(found),
+    }
+}
+
+fn shared_power<I: Quantity, O: Quantity>(
+    one: &TransferFunction<I, O>,
+    other: &TransferFunction<I, O>,
+    band: Band,
+) -> f64 {
+    one.lines_in(band)
+        .map(|(line, _)| (one.response()[line] * other.response()[line].conj()).re)
+        .sum()
+}
