@@ -133,6 +133,9 @@ struct Turn {
 /// Runs the works named in `only`, or all, with the peers in the virtual environment of `python`.
 #[allow(clippy::print_stdout, reason = "its result is a table")]
 pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
+    if only == ["R1"] {
+        return crate::rendering::run();
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     let folder = inputs(python, &script)?;
     println!(
@@ -220,6 +223,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
         println!("every ratio and memory bound is reached, and all results agree");
     } else {
         println!("not reached:\n  {}", missed.join("\n  "));
+    }
+    if only.is_empty() {
+        crate::rendering::run()?;
     }
     Ok(())
 }
