@@ -75,7 +75,7 @@ fn plant(hz: f64) -> Complex<f64> {
     };
     let notch = {
         let w = TAU * 420.0;
-        (s * s + s * (2.0 * 0.1 * 0.0178 * w) + w * w) / (s * s + s * (2.0 * 0.1 * w) + w * w)
+        (s * s + s * (2.0 * 0.04 * 0.0178 * w) + w * w) / (s * s + s * (2.0 * 0.04 * w) + w * w)
     };
     let high = s / (s + TAU * 30.0);
     GAIN * (1.0 + second(180.0, 0.08) + second(620.0, 0.08))
@@ -85,7 +85,7 @@ fn plant(hz: f64) -> Complex<f64> {
 }
 
 /// So that plain division asks for 4.2 times full scale at the highest level, as the table says.
-const GAIN: f64 = 0.36;
+const GAIN: f64 = 0.22;
 
 /// What the plant answers: clip, weak square and cube, the linear part, noise.
 fn answer(drive: &[f64], noise: &mut Noise) -> Vec<f64> {
@@ -96,7 +96,7 @@ fn answer(drive: &[f64], noise: &mut Noise) -> Vec<f64> {
         .collect();
     shaped(&bent, &plant)
         .iter()
-        .map(|y| y + 5e-4 * noise.next())
+        .map(|y| y + 1e-3 * noise.next())
         .collect()
 }
 
@@ -195,6 +195,8 @@ fn looped(mode: Mode, level: f64, seed: u64) -> (f64, f64) {
 /// The table's own figures, dB rms and largest: the best closed loop, at 0.25, 0.10 and 0.05.
 const TABLE: [(f64, f64, f64); 3] = [(0.25, 3.1, 17.7), (0.10, 1.4, 8.6), (0.05, 0.21, 1.3)];
 
+/// The plant is written from the table's description, which leaves widths and noise open: plain division does better on it
+/// than in the table (2.3 dB rms for 5.6 at the highest level), so it is the milder one.
 #[test]
 fn closed_loops_beat_the_table_on_its_own_plant() {
     for (level, table_rms, table_max) in TABLE {

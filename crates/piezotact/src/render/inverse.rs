@@ -168,11 +168,11 @@ impl Limiting {
         })
     }
 
-    /// The same, turned down by `strength`.
+    /// The same, turned down by `strength_ratio`, the λ of [`Self::share_at`].
     #[must_use]
-    pub fn turned_down(&self, strength: f64) -> Self {
+    pub fn turned_down(&self, strength_ratio: f64) -> Self {
         Self {
-            strength,
+            strength: strength_ratio,
             ..self.clone()
         }
     }
