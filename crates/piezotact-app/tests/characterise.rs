@@ -92,7 +92,14 @@ fn three_formats_hold_one_transfer_function() {
     let folder = Folder::new();
     let mut lines = Vec::new();
     for file in ["tf.json", "tf.uff", "tf.mat"] {
-        characterise(&folder, &format!("--seconds 10 --out {file}")).expect_success();
+        let done = characterise(&folder, &format!("--seconds 10 --out {file}"));
+        done.expect_success();
+        assert_eq!(
+            done.err().contains("universal file"),
+            file == "tf.uff",
+            "{}",
+            done.err()
+        );
         let said = folder.run(&["info", file, "--json"]).json();
         assert_eq!(said["kind"], "transfer function");
         assert_eq!(said["condition"]["participant"], "P01");

@@ -29,6 +29,18 @@ pub enum TransferFormat {
 }
 
 impl TransferFormat {
+    /// What a file of this format cannot hold of a transfer function, for whoever writes one.
+    #[must_use]
+    pub fn losses(self) -> Option<Doubt> {
+        match self {
+            Self::UffText | Self::UffBinary => Some(Doubt::FormatLoses {
+                format: "a universal file".into(),
+                what: "the device, the provenance, the driven band and the doubts of a transfer function".into(),
+            }),
+            Self::Json | Self::Matlab => None,
+        }
+    }
+
     /// What the ending of `path` asks for: `.uff` and `.unv` universal text, `.mat` MATLAB, and everything else JSON.
     #[must_use]
     pub fn of_ending(path: &Path) -> Self {

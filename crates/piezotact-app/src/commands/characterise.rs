@@ -11,7 +11,7 @@ use piezotact_bench::procedure::{
 };
 use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, BenchError, ExcitationConfig, Gate, GateConfig};
-use piezotact_dataset::{TransferDocument, write_transfer};
+use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
 use serde_json::{Value, json};
 
 use super::play::{Keeping, play};
@@ -59,8 +59,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
     let mut bench = args.bench.open(&TwinParameters::built_in());
-    let done = repeated(&mut bench, &config, &repeats, &record)?;
-    let function = &done.function;
+    let mut done = repeated(&mut bench, &config, &repeats, &record)?;
     let each: Vec<Distortion> = done
         .each
         .iter()
@@ -69,9 +68,13 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let distortion = Distortion::together(&each);
     let document = TransferDocument {
         distortion: distortion.clone(),
-        ..TransferDocument::of(function, Drive::UNIT, Acceleration::UNIT)
+        ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
     write_transfer(&args.out, &document)?;
+    done.function
+        .doubts
+        .extend(TransferFormat::of_ending(&args.out).losses());
+    let function = &done.function;
     if let Some(report) = &args.report {
         let page = transfer::Page {
             title: format!("Transfer function: {}", function.provenance.source),

@@ -19,7 +19,7 @@ use piezotact_dataset::haptic::{
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{Contents, holds_transfer, read_transfer, write_transfer};
+use piezotact_dataset::{Contents, TransferFormat, holds_transfer, read_transfer, write_transfer};
 use serde_json::json;
 
 use super::{outputs, read};
@@ -146,10 +146,7 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     let document = read_transfer(&args.input)?;
     write_transfer(&args.out, &document)?;
     let mut doubts = document.doubts;
-    doubts.push(Doubt::FormatLoses {
-        format: "a universal file".into(),
-        what: "the device, the provenance and the doubts of a transfer function".into(),
-    });
+    doubts.extend(TransferFormat::of_ending(&args.out).losses());
     Ok(Written {
         rate: None,
         full_scale: None,

@@ -11,7 +11,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{Estimator, TransferError, estimate};
 use piezotact::verify::flat_top_fraction;
-use piezotact_dataset::{TransferDocument, write_transfer};
+use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
 use serde_json::json;
 
 use super::{outputs, read};
@@ -109,6 +109,9 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function.doubts.extend(recording.doubts.clone());
     let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
     write_transfer(&args.out, &document)?;
+    function
+        .doubts
+        .extend(TransferFormat::of_ending(&args.out).losses());
     if let Some(report) = &args.report {
         let page = Page {
             title: format!("Transfer function: {} → {}", args.drive, args.response),

@@ -2,7 +2,9 @@
 
 use anyhow::{Context as _, anyhow};
 use piezotact::panel::{Cell, average_of_panel};
-use piezotact_dataset::{PANEL_INDEX, PanelFolder, TransferDocument, panel_of, write_transfer};
+use piezotact_dataset::{
+    PANEL_INDEX, PanelFolder, TransferDocument, TransferFormat, panel_of, write_transfer,
+};
 use serde_json::json;
 
 use crate::cli::panel::Average;
@@ -27,10 +29,13 @@ pub(crate) fn run(args: &Average) -> Outcome {
     let named = || args.folder.display().to_string();
     let panel = panel_of(&contents).with_context(named)?;
     let cell = chosen(args, panel.cells())?;
-    let function =
+    let mut function =
         average_of_panel(&panel, cell, args.average.averaging(), args.band).with_context(named)?;
     let document = TransferDocument::of(&function, contents.drive_unit, contents.response_unit);
     write_transfer(&args.out, &document)?;
+    function
+        .doubts
+        .extend(TransferFormat::of_ending(&args.out).losses());
     let people: Vec<&str> = panel
         .participants()
         .iter()
