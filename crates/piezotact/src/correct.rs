@@ -4,19 +4,22 @@
 //! transfer function, each frequency as far as it can be believed. Or the *texture*: its power spectrum alone, corrected line
 //! by line where the response stands out of the noise; phases are free then, and are used to make the drive less peaked.
 
+mod answer;
 mod crest;
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::device::DriveSetup;
-use crate::fourier::{RealTransform, fast_length};
-use crate::quantity::{Band, Drive, Hertz, Quantity, SampleRate};
-use crate::render::{InverseConfig, InversePlan, RenderConfig, RenderError};
-use crate::resample::Resampler;
-use crate::series::{Series, mean, peak};
-use crate::spectrum::{EstimateError, WelchConfig, WelchPlan};
+use crate::fourier::RealTransform;
+use crate::quantity::{Band, Decibels, Drive, Quantity};
+use crate::render::{
+    Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, achievable, runs,
+};
+use crate::series::{Series, SeriesError, peak};
+use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::transfer::TransferFunction;
+use crate::verify::{VerifyConfig, VerifyError, align};
 
 /// What is to be met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,27 +71,56 @@ impl CorrectConfig {
     }
 }
 
+/// What a line costs is averaged over so many hertz on either side.
+const SMOOTH_HZ: f64 = 4.0;
+/// What is left of a line is taken for at least this when its error is learned from.
+const LEAST_SHARE: f64 = 0.05;
+/// A line whose response is what was meant by less than this share of its power, 0–1, is disturbed by others.
+const UNDISTURBED: f64 = 0.8;
+/// A line that keeps this much, all but half a decibel, counts as reached.
+const KEPT: f64 = 0.944;
+/// Between samples a drive is a little higher than on them.
+const BETWEEN: f64 = 0.97;
+/// Halvings between a level that fits and one that does not.
+const HALVINGS: usize = 10;
+
 /// A drive that is being corrected.
 #[derive(Clone, Debug)]
-pub struct Correction {
+pub struct Correction<O: Quantity> {
     config: CorrectConfig,
     render: RenderConfig,
-    rate: SampleRate,
     welch: WelchConfig,
+    frame: Frame,
     /// The texture, its mean taken away and its ends faded.
-    target: Vec<f64>,
-    before: usize,
+    target: Series<O>,
     transform: RealTransform,
     /// What a line of the error is multiplied with to become drive; nothing outside the band.
     inverse: Vec<Complex<f64>>,
-    /// Weight and believability of every line, 0–1.
-    corrected: Vec<f64>,
-    /// The drive's lines before anything limits it.
+    /// How far a line belongs to the band, 0–1.
+    weights: Vec<f64>,
+    /// Whether a line is corrected: within the band, driven and understood.
+    corrected: Vec<bool>,
+    /// Whether the inverse reaches a line.
+    achievable: Vec<bool>,
+    /// The drive's lines before anything was measured.
+    first: Vec<Complex<f64>>,
+    /// The drive's lines as they are asked for, before anything limits them.
     drive: Vec<Complex<f64>>,
-    /// What had to be taken from every line so far, as a share of what was asked, 0–1.
-    shares: Vec<f64>,
     limit: f64,
+    last: Fit,
+}
+
+/// What came of the drive that was last made to fit.
+#[derive(Clone, Debug)]
+struct Fit {
+    /// What is left of every line, as a share of what was asked, 0–1.
+    shares: Vec<f64>,
+    /// Its lines.
+    lines: Vec<Complex<f64>>,
+    /// The share of samples that had to be held at the limit, 0–1.
     held: f64,
+    /// The correlation of what is played with what would be, were there room for its crests.
+    likeness: f64,
 }
 
 /// What one step found.
@@ -100,37 +132,30 @@ pub struct Step {
     pub change_db: f64,
 }
 
-impl Correction {
+impl<O: Quantity> Correction<O> {
     /// A correction of the drive for `target` through `function`, beginning with its inverse.
     ///
     /// # Errors
-    /// Those of [`crate::render::invert`]; [`RenderError::Silent`] when the target holds nothing.
-    pub fn new<O: Quantity>(
+    /// Those of [`crate::render::invert`]; [`RenderError::Silent`] when the target holds nothing; [`RenderError::Phase`] when a
+    /// waveform is wanted of the minimum phase.
+    pub fn new(
         target: &Series<O>,
         function: &TransferFunction<Drive, O>,
         render: &RenderConfig,
         config: &CorrectConfig,
     ) -> Result<Self, RenderError> {
-        let rate = target.rate();
-        let (before, after) = (
-            rate.samples_in(render.modelling_delay),
-            rate.samples_in(render.tail),
-        );
-        let mean = mean(target.samples());
-        let mut faded: Vec<f64> = target.samples().iter().map(|x| x - mean).collect();
-        if peak(&faded) <= 0.0 {
-            return Err(RenderError::Silent);
+        if config.mode == Mode::Replicate && render.inverse.phase == PhaseForm::Minimum {
+            return Err(RenderError::Phase);
         }
-        crate::render::fade_ends(&mut faded, rate.samples_in(render.fade));
-        let n = fast_length(before + faded.len() + after);
-        let mut padded = vec![0.0; n];
-        padded[before..before + faded.len()].copy_from_slice(&faded);
+        let rate = target.rate();
+        let frame = Frame::of(target, render)?;
+        let faded = frame.faded(target)?;
+        let n = frame.transformed();
         let mut plan = InversePlan::new(n);
-        let drive = plan.invert(&padded, rate, function, &render.inverse)?;
+        let drive = plan.invert(&frame.padded(&faded), rate, function, &render.inverse)?;
         // The inverse as it acts on an error: no stronger than where the device answers, as the first drive's is.
-        let impulse: Vec<f64> = std::iter::once(1.0)
-            .chain(std::iter::repeat_n(0.0, n - 1))
-            .collect();
+        let mut impulse = vec![0.0; n];
+        impulse[0] = 1.0;
         let gentle = InverseConfig {
             regularisation: render.inverse.regularisation.max(1e-6),
             ..render.inverse.clone()
@@ -139,225 +164,346 @@ impl Correction {
         let mut transform = RealTransform::new(n);
         let inverse = transform.forward(&response);
         let band = render.inverse.band;
-        let corrected = (0..=n / 2)
-            .map(|k| {
-                let hz = k as f64 * rate.hz() / n as f64;
-                let believed = function.coherence_at(hz) >= config.least_coherence;
-                if believed {
-                    band.weight(hz, render.inverse.edge_ratio)
-                } else {
-                    0.0
-                }
-            })
+        let (reached, ..) = achievable(function, render)?;
+        let lines_hz: Vec<f64> = (0..=n / 2)
+            .map(|k| k as f64 * rate.hz() / n as f64)
             .collect();
+        let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
+        let lines = |of: &dyn Fn(f64) -> bool| lines_hz.iter().map(|hz| of(*hz)).collect();
         let drive = transform.forward(&drive);
-        let segment = 2f64.powf((rate.hz() / 5.0).log2().round()).max(16.0) as usize;
+        let welch = VerifyConfig::over(band, rate.hz()).welch;
         Ok(Self {
+            weights: lines_hz
+                .iter()
+                .map(|hz| band.weight(*hz, render.inverse.edge_ratio))
+                .collect(),
+            corrected: lines(&|hz| {
+                band.contains(hz)
+                    && driven(hz)
+                    && function.coherence_at(hz) >= config.least_coherence
+            }),
+            achievable: lines(&|hz| reached.iter().any(|band| band.contains(hz))),
             config: config.clone(),
             render: render.clone(),
-            rate,
-            welch: WelchConfig::hann(segment.min(faded.len()).max(2)),
-            target: faded,
-            before,
+            welch: WelchConfig {
+                segment: welch.segment.min(faded.len()).max(2),
+                ..welch
+            },
+            target: Series::new(faded, rate)?,
+            frame,
             transform,
             inverse,
-            corrected,
-            shares: vec![1.0; drive.len()],
+            last: Fit {
+                shares: vec![1.0; drive.len()],
+                lines: drive.clone(),
+                held: 0.0,
+                likeness: 1.0,
+            },
+            first: drive.clone(),
             drive,
             limit: function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit),
-            held: 0.0,
         })
     }
 
-    /// The target's samples as they are to be met, at its rate.
+    /// The target as it is to be met: about its mean, its ends faded.
     #[must_use]
-    pub fn target(&self) -> &[f64] {
+    pub fn target(&self) -> &Series<O> {
         &self.target
-    }
-
-    /// How long after the start of the drive the texture begins, samples at the target's rate.
-    #[must_use]
-    pub fn lead(&self) -> usize {
-        self.before
     }
 
     /// The share of the samples of the last drive that had to be held at the device's limit, 0–1.
     #[must_use]
     pub fn held(&self) -> f64 {
-        self.held
+        self.last.held
     }
 
-    /// The parts of the band from which no more than half a decibel had to be taken for the drive to fit, and those that
-    /// were given up.
+    /// The correlation of the last drive with what it would be were there room for its crests: below 1 they were pressed
+    /// down.
     #[must_use]
-    pub fn reached(&self) -> [Vec<Band>; 2] {
-        const KEPT: f64 = 0.944;
-        let step_hz = self.rate.hz() / self.transform.length() as f64;
+    pub fn likeness(&self) -> f64 {
+        self.last.likeness
+    }
+
+    /// The parts of the band that the last drive reaches (the inverse does, and no more than half a decibel had to be taken
+    /// for the drive to fit), those that were given up, and the share of lines given up.
+    #[must_use]
+    pub fn reached(&self) -> (Vec<Band>, Vec<Band>, f64) {
+        let step_hz = self.step_hz();
         let band = self.render.inverse.band;
-        let inside: Vec<(f64, bool)> = self
-            .shares
+        let lines: Vec<(f64, bool)> = self
+            .achievable
             .iter()
-            .zip(&self.corrected)
+            .zip(&self.last.shares)
             .enumerate()
-            .map(|(k, (share, corrected))| (k as f64 * step_hz, *share >= KEPT && *corrected > 0.0))
+            .map(|(k, (achievable, share))| (k as f64 * step_hz, *achievable && *share >= KEPT))
             .filter(|(hz, _)| band.contains(*hz))
             .collect();
-        [true, false].map(|wanted| {
-            let runs = inside
-                .chunk_by(|a, b| a.1 == b.1)
-                .filter(|run| run[0].1 == wanted);
-            runs.filter_map(|run| Band::new(Hertz(run[0].0), Hertz(run[run.len() - 1].0)).ok())
-                .collect()
-        })
+        let lost = lines.iter().filter(|(_, reached)| !reached).count();
+        let [reached, given_up] = runs(&lines, band, step_hz);
+        (reached, given_up, lost as f64 / lines.len().max(1) as f64)
+    }
+
+    /// Whether the last drive fits with nothing turned down by more than half a decibel.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        let mut lines = self.corrected.iter().zip(&self.last.shares);
+        lines.all(|(corrected, share)| !corrected || *share >= KEPT)
+    }
+
+    /// The largest sample of the drive as it is asked for, full scale = 1.
+    #[must_use]
+    pub fn asked(&mut self) -> f64 {
+        peak(&self.transform.inverse(self.drive.clone()))
+    }
+
+    /// The level, re the target, up to which the drive fits with its crests pressed down and nothing turned down; no more
+    /// than 0 dB.
+    #[must_use]
+    pub fn fits_at(&mut self) -> Decibels {
+        if self.fits_at_gain(1.0) {
+            return Decibels(0.0);
+        }
+        let least = self.room().limit / self.asked().max(f64::MIN_POSITIVE);
+        let (mut low, mut high) = (Decibels::from_amplitude_ratio(least).0, 0.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.fits_at_gain(Decibels(middle).amplitude_ratio()) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Decibels(low)
+    }
+
+    fn fits_at_gain(&mut self, gain_ratio: f64) -> bool {
+        let room = self.room();
+        let bins: Vec<Complex<f64>> = self.drive.iter().map(|bin| bin * gain_ratio).collect();
+        crest::pressed(&mut self.transform, &bins, &room).is_some()
+    }
+
+    fn step_hz(&self) -> f64 {
+        self.frame.rate().hz() / self.transform.length() as f64
+    }
+
+    /// Lines within [`SMOOTH_HZ`].
+    fn smooth(&self) -> usize {
+        (SMOOTH_HZ / self.step_hz()) as usize
+    }
+
+    fn room(&self) -> crest::Room {
+        crest::Room {
+            limit: self.limit * BETWEEN,
+            length: self.frame.length(),
+            smooth: self.smooth(),
+            mode: self.config.mode,
+        }
     }
 
     /// The drive as it stands, at the output rate, within what the device can play: its crests are pressed down as far as
-    /// costs nothing, and what still does not fit is turned down where it costs most.
+    /// costs next to nothing, and what still does not fit is turned down where it costs most.
     ///
     /// # Errors
-    /// [`RenderError::Rate`] when it cannot be brought to the output rate.
+    /// [`RenderError::Drive`] when what comes out is no signal.
     pub fn drive(&mut self) -> Result<Series<Drive>, RenderError> {
-        let length = self.before + self.target.len() + self.rate.samples_in(self.render.tail);
-        let band = self.render.inverse.band;
-        let passband = (band.high().0 * (1.0 + self.render.inverse.edge_ratio))
-            .min(0.995 * self.rate.nyquist().0);
-        let resampler = (self.rate != self.render.output_rate)
-            .then(|| Resampler::new(self.rate, self.render.output_rate, Hertz(passband)))
-            .transpose()?;
-        // Between samples a drive is a little higher than on them.
-        let room = self.limit * 0.97;
-        let crest::Fitted {
-            mut samples,
-            shares,
-        } = crest::fitted(&mut self.transform, &self.drive, room);
-        // What was taken is given up: a line that cannot be had is not asked for louder and louder.
-        for (line, share) in self.drive.iter_mut().zip(&shares) {
-            *line *= *share;
-        }
-        for (kept, share) in self.shares.iter_mut().zip(&shares) {
-            *kept *= share;
-        }
-        samples.truncate(length);
-        crate::render::fade_ends(
-            &mut samples,
-            self.rate.samples_in(self.render.fade).min(self.before),
-        );
-        let mut samples = match resampler {
-            Some(resampler) => resampler.process(&samples),
-            None => samples,
-        };
+        let room = self.room();
+        let fitted = crest::fitted(&mut self.transform, &self.drive, &room);
+        let lines = self.transform.forward(&fitted.samples);
+        let mut samples = self.frame.played(fitted.samples);
         let beyond = samples.iter().filter(|x| x.abs() > self.limit).count();
-        self.held = beyond as f64 / samples.len().max(1) as f64;
         for sample in &mut samples {
             *sample = sample.clamp(-self.limit, self.limit);
         }
+        self.last = Fit {
+            held: beyond as f64 / samples.len().max(1) as f64,
+            likeness: fitted.likeness,
+            shares: fitted.shares,
+            lines,
+        };
         Ok(Series::new(samples, self.render.output_rate)?)
     }
 
-    /// Corrects the drive by `measured`, the response at the target's rate from the first sample of the texture on, given
-    /// the noise's PSD on the lines of [`Self::welch`].
+    /// Corrects the drive by `response`, what was measured of the last one at the target's rate, however late, given the
+    /// noise's PSD as [`Self::welch`] estimates it.
     ///
-    /// Formula: replicate: U ← U + μ·C·(T − Y), C the inverse; texture: |U| ← |U|·(T²/Y²)^(μ/2) of the PSDs; on lines with
-    /// Y above the noise, by no more than the step.
+    /// Formula: replicate: U ← U + μ·C·(s·T − Y)/s, C the inverse; texture: |U| ← |U|·(s²·T²/Y²)^(μ/2) of the PSDs, and where
+    /// others distort a line, U ← U + μ·((1 − |b|)·b/|b|·M − (C·Y − b·M))/s, M the drive that was meant there and b what of it
+    /// came; s what was left of the line when the drive was made to fit (so what was taken is not asked for
+    /// louder and louder); on lines with Y above the noise, by no more than the step.
     ///
     /// Source: S. Arimoto, S. Kawamura and F. Miyazaki (1984), J. Robotic Systems 1(2), for learning; the spectrum equalisation
     /// of random-vibration control for textures.
     ///
     /// # Errors
-    /// [`EstimateError::TooShort`] when it holds less than a segment.
-    pub fn learn(&mut self, measured: &[f64], noise_psd: &[f64]) -> Result<Step, EstimateError> {
-        let shared = measured.len().min(self.target.len());
-        let measured = &measured[..shared];
-        let mut plan = WelchPlan::new(&self.welch, self.rate)?;
-        let wanted = plan.estimate::<Drive>(&[&self.target[..shared]])?;
-        let got = plan.estimate::<Drive>(&[measured])?;
-        let believed = |line: usize| {
-            let noise = noise_psd.get(line).copied().unwrap_or(0.0);
-            got.values[line] > self.config.noise_ratio * noise && wanted.values[line] > 0.0
-        };
+    /// [`VerifyError::Rate`] when the response has another rate than the target, [`VerifyError::Silent`] when it holds nothing,
+    /// [`VerifyError::TooShort`] when it shares less than a segment with it.
+    pub fn learn(
+        &mut self,
+        response: &Series<O>,
+        noise: &Spectrum<O>,
+    ) -> Result<Step, VerifyError> {
+        let rate = self.frame.rate();
+        if response.rate() != rate {
+            return Err(VerifyError::Rate {
+                target_hz: rate.hz(),
+                measured_hz: response.rate().hz(),
+            });
+        }
+        let aim = self.aim()?;
+        let aligned = align(&aim, response, self.render.inverse.band)?;
+        let shared = aligned.from..aligned.to;
+        if shared.len() < self.welch.segment {
+            return Err(VerifyError::TooShort {
+                expected: self.welch.segment,
+                found: shared.len(),
+            });
+        }
+        let measured = &aligned.measured[shared.clone()];
+        let aim = &aim.samples()[shared.clone()];
+        let mut plan = WelchPlan::new(&self.welch, rate)?;
+        let wanted = plan.estimate::<O>(&[aim])?;
+        let got = plan.estimate::<O>(&[measured])?;
         let lines = got.values.len();
-        let step = 10f64.powf(self.config.step_db / 20.0);
-        let factors: Vec<f64> = (0..lines)
-            .map(|line| {
-                if !believed(line) {
-                    return 1.0;
-                }
-                let ratio =
-                    (wanted.values[line] / got.values[line]).powf(0.5 * self.config.learning);
-                ratio.clamp(1.0 / step, step)
-            })
-            .collect();
-        let error = (self.config.mode == Mode::Replicate).then(|| {
-            let mut error = vec![0.0; self.transform.length()];
-            for ((place, t), y) in error[self.before..]
-                .iter_mut()
-                .zip(&self.target)
-                .zip(measured)
-            {
-                *place = t - y;
+        let noise_at = |line: usize| noise.values.get(line).copied().unwrap_or(0.0);
+        let believed = |line: usize| {
+            got.values[line] > self.config.noise_ratio * noise_at(line) && wanted.values[line] > 0.0
+        };
+        // What is missing of the power, as a factor.
+        let ratio = |line: usize| {
+            if believed(line) {
+                wanted.values[line] / got.values[line]
+            } else {
+                1.0
             }
-            self.transform.forward(&error)
-        });
-        let spacing = self.rate.hz() / self.transform.length() as f64 / got.resolution_hz;
-        let (mut changed, mut weights, mut all) = (0.0, 0.0, 0.0);
-        for k in 0..self.drive.len() {
-            let weight = self.corrected[k];
-            if weight <= 0.0 {
+        };
+        let mut padded = vec![0.0; self.transform.length()];
+        let begins = self.frame.before + shared.start;
+        match self.config.mode {
+            Mode::Texture => padded[begins..begins + shared.len()].copy_from_slice(measured),
+            Mode::Replicate => {
+                for ((place, t), y) in padded[begins..].iter_mut().zip(aim).zip(measured) {
+                    *place = t - y;
+                }
+            }
+        }
+        // What was measured, or what is missing of it, as drive.
+        let mut as_drive = self.transform.forward(&padded);
+        for (line, inverse) in as_drive.iter_mut().zip(&self.inverse) {
+            *line *= *inverse;
+        }
+        let answers = (self.config.mode == Mode::Texture)
+            .then(|| answer::answers(&self.meant(), &as_drive, self.smooth()));
+        let spacing = self.step_hz() / got.resolution_hz;
+        let mut changes = vec![Complex::default(); self.drive.len()];
+        let (mut corrected, mut all) = (0usize, 0usize);
+        for (k, change) in changes.iter_mut().enumerate() {
+            let old = self.drive[k];
+            if !self.corrected[k] || old.norm() <= 0.0 {
                 continue;
             }
-            all += weight;
+            all += 1;
             let place = (k as f64 * spacing).min((lines - 1) as f64);
             let line = (place.round() as usize).min(lines - 1);
             if !believed(line) {
                 continue;
             }
-            let old = self.drive[k];
-            let new = match &error {
-                Some(error) => {
-                    let change = error[k] * self.inverse[k] * (self.config.learning * weight);
-                    // A step turns and stretches a line; none becomes more than `step` times what it was.
-                    let most = old.norm() * (step - 1.0);
-                    let norm = change.norm();
-                    old + if norm > most && norm > 0.0 {
-                        change * (most / norm)
+            corrected += 1;
+            let strength = self.config.learning / self.last.shares[k].max(LEAST_SHARE);
+            *change = match &answers {
+                None => as_drive[k] * strength,
+                Some(answers) => {
+                    let others = (1.0 - answers.meant_share(k)) * got.values[line];
+                    // What others put on a line no magnitude of its own takes away: its opposite does.
+                    if answers.meant_share(k) < UNDISTURBED
+                        && others > self.config.noise_ratio * noise_at(line)
+                    {
+                        answers.missing(k) * self.turned_back(k) * strength
                     } else {
-                        change
+                        let low = (place as usize).min(lines - 2);
+                        let part = place - low as f64;
+                        let missing = ratio(low) * (1.0 - part) + ratio(low + 1) * part;
+                        old * (missing.powf(0.5 * self.config.learning) - 1.0)
                     }
                 }
-                None => {
-                    let low = (place as usize).min(lines - 2);
-                    let part = place - low as f64;
-                    let factor = factors[low] * (1.0 - part) + factors[low + 1] * part;
-                    let most = if self.shares[k] < 0.99 {
-                        1.0
-                    } else {
-                        f64::INFINITY
-                    };
-                    old * (1.0 + weight * (factor.min(most) - 1.0))
-                }
             };
-            if old.norm() > 0.0 && new.norm() > 0.0 {
-                let change_db = 20.0 * (new.norm() / old.norm()).log10();
-                changed += weight * change_db * change_db;
-                weights += weight;
-            }
-            self.drive[k] = new;
         }
         Ok(Step {
-            corrected: weights / f64::max(all, f64::MIN_POSITIVE),
-            change_db: (changed / f64::max(weights, f64::MIN_POSITIVE)).sqrt(),
+            corrected: corrected as f64 / all.max(1) as f64,
+            change_db: self.change(&changes),
         })
+    }
+
+    /// Changes the drive, by no more than a step where a line is averaged with its neighbours; the rms of the change, dB.
+    fn change(&mut self, changes: &[Complex<f64>]) -> f64 {
+        let step = 10f64.powf(self.config.step_db / 20.0);
+        let smooth = self.smooth();
+        let rms_of = |lines: &[Complex<f64>]| -> Vec<f64> {
+            let mut power = crest::smoothed(lines.iter().map(Complex::norm_sqr), smooth);
+            power
+                .iter_mut()
+                .for_each(|power| *power = power.max(0.0).sqrt());
+            power
+        };
+        let (old, asked) = (rms_of(&self.drive), rms_of(changes));
+        let new: Vec<Complex<f64>> = self
+            .drive
+            .iter()
+            .zip(changes)
+            .zip(old.iter().zip(&asked))
+            .map(|((line, change), (old, asked))| {
+                line + change * ((step - 1.0) * old / asked.max(f64::MIN_POSITIVE)).min(1.0)
+            })
+            .collect();
+        let grown = rms_of(&new);
+        let (mut sum, mut count) = (0.0, 0usize);
+        for k in 0..self.drive.len() {
+            if changes[k].norm() <= 0.0 || old[k] <= 0.0 {
+                continue;
+            }
+            let ratio = (grown[k] / old[k]).max(f64::MIN_POSITIVE);
+            let within = ratio.clamp(1.0 / step, step);
+            self.drive[k] = new[k] * (within / ratio);
+            let change_db = 20.0 * within.log10();
+            sum += change_db * change_db;
+            count += 1;
+        }
+        (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// The drive whose answer, on a device that did as it was measured, would be the target: as far as the drive that was
+    /// last made to fit goes for it, with the phases that pressing its crests gave it.
+    fn meant(&self) -> Vec<Complex<f64>> {
+        let lines = self.first.iter().zip(&self.last.shares).enumerate();
+        lines
+            .map(|(k, (first, share))| first * *share * self.turned_back(k).conj())
+            .collect()
+    }
+
+    /// By what the last drive's line has to be turned to be where it was asked for.
+    fn turned_back(&self, line: usize) -> Complex<f64> {
+        let turn = self.drive[line] * self.last.lines[line].conj();
+        if turn.norm() > 0.0 {
+            turn / turn.norm()
+        } else {
+            Complex::from(1.0)
+        }
+    }
+
+    /// The target within the band, as far as the drive that was last made to fit goes for it.
+    fn aim(&mut self) -> Result<Series<O>, SeriesError> {
+        let padded = self.frame.padded(self.target.samples());
+        let mut lines = self.transform.forward(&padded);
+        for ((line, share), weight) in lines.iter_mut().zip(&self.last.shares).zip(&self.weights) {
+            *line *= *share * *weight;
+        }
+        let mut aim = self.transform.inverse(lines);
+        aim.truncate(self.frame.before + self.frame.target);
+        Series::new(aim.split_off(self.frame.before), self.frame.rate())
     }
 
     /// How spectra are estimated here: Hann segments of about 5 Hz.
     #[must_use]
     pub fn welch(&self) -> &WelchConfig {
         &self.welch
-    }
-
-    /// The band that is corrected.
-    #[must_use]
-    pub fn band(&self) -> Band {
-        self.render.inverse.band
     }
 }

@@ -5,24 +5,22 @@
 //! far it stays below what the device can do.
 
 mod error;
+mod frame;
 mod inverse;
 mod limits;
 
 pub use error::RenderError;
+pub(crate) use frame::Frame;
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
-pub use limits::{GainFit, Headroom, fitting, gains_for, headroom};
-
-use std::f64::consts::PI;
+pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 
 use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
-use crate::fourier;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
-use crate::resample::Resampler;
-use crate::series::{Series, mean, peak};
+use crate::series::{Series, peak};
 use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
 
 /// What to do with a drive that the device cannot play.
@@ -112,40 +110,13 @@ pub fn render<O: Quantity>(
     function: &TransferFunction<Drive, O>,
     config: &RenderConfig,
 ) -> Result<RenderedDrive, RenderError> {
-    let rate = target.rate();
-    let (before, after) = (
-        rate.samples_in(config.modelling_delay),
-        rate.samples_in(config.tail),
-    );
-    let mut padded = vec![0.0; fourier::fast_length(before + target.samples().len() + after)];
-    let texture = &mut padded[before..before + target.samples().len()];
-    // A mean (gravity, an offset of the amplifier) is no texture; faded, it would become a ramp that is one.
-    let mean = mean(target.samples());
-    for (place, sample) in texture.iter_mut().zip(target.samples()) {
-        *place = sample - mean;
-    }
-    if peak(texture) <= 0.0 {
-        return Err(RenderError::Silent);
-    }
-    fade_ends(texture, rate.samples_in(config.fade));
-    let band = config.inverse.band;
-    let passband =
-        Hertz((band.high().0 * (1.0 + config.inverse.edge_ratio)).min(0.995 * rate.nyquist().0));
-    let resampler = (rate != config.output_rate)
-        .then(|| Resampler::new(rate, config.output_rate, passband))
-        .transpose()?;
+    let (rate, band) = (target.rate(), config.inverse.band);
+    let frame = Frame::of(target, config)?;
+    let padded = frame.padded(&frame.faded(target)?);
     let mut plan = InversePlan::new(padded.len());
     let mut drive_of = |limiting: Option<&Limiting>| -> Result<Vec<f64>, RenderError> {
-        let mut drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
-        drive.truncate(before + target.samples().len() + after);
-        fade_ends(
-            &mut drive,
-            rate.samples_in(config.fade).min(before).min(after),
-        );
-        Ok(match &resampler {
-            Some(resampler) => resampler.process(&drive),
-            None => drive,
-        })
+        let drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
+        Ok(frame.played(drive))
     };
     let mut samples = drive_of(None)?;
     let mut limiting = None;
@@ -362,43 +333,36 @@ fn reached<I: Quantity, O: Quantity>(
     if lost == reached.len() {
         return Err(RenderError::NoResponse { band });
     }
-    let half = function.resolution_hz() / 2.0;
-    let bands = |wanted: bool| {
+    let [achievable, given_up] = runs(&reached, band, function.resolution_hz());
+    let share = lost as f64 / reached.len() as f64;
+    Ok((achievable, given_up, share))
+}
+
+/// The parts of `band` whose lines, `step_hz` apart, are true, and those whose are not.
+pub(crate) fn runs(lines: &[(f64, bool)], band: Band, step_hz: f64) -> [Vec<Band>; 2] {
+    let half = step_hz / 2.0;
+    [true, false].map(|wanted| {
+        let mut from = 0;
         let mut bands: Vec<Band> = Vec::new();
-        for run in reached
-            .chunk_by(|a, b| a.1 == b.1)
-            .filter(|run| run[0].1 == wanted)
-        {
+        for run in lines.chunk_by(|a, b| a.1 == b.1) {
+            let (first, last) = (from, from + run.len() - 1);
+            from += run.len();
+            if run[0].1 != wanted {
+                continue;
+            }
             // The outermost lines stand for the rest of the band up to its ends.
-            let (first, last) = (run[0].0, run[run.len() - 1].0);
-            let low = if first - reached[0].0 <= 0.0 {
+            let low = if first == 0 {
                 band.low().0
             } else {
-                first - half
+                lines[first].0 - half
             };
-            let high = if reached[reached.len() - 1].0 - last <= 0.0 {
+            let high = if last + 1 == lines.len() {
                 band.high().0
             } else {
-                last + half
+                lines[last].0 + half
             };
             bands.extend(Band::new(Hertz(low), Hertz(high)));
         }
         bands
-    };
-    Ok((
-        bands(true),
-        bands(false),
-        lost as f64 / reached.len() as f64,
-    ))
-}
-
-/// Raised-cosine fades over `fade` samples at both ends, in place.
-pub(crate) fn fade_ends(samples: &mut [f64], fade: usize) {
-    let n = samples.len();
-    let fade = fade.min(n / 2);
-    for i in 0..fade {
-        let gain = 0.5 - 0.5 * (PI * (i as f64 + 0.5) / fade as f64).cos();
-        samples[i] *= gain;
-        samples[n - 1 - i] *= gain;
-    }
+    })
 }

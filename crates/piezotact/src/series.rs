@@ -138,6 +138,18 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
         .sqrt()
 }
 
+/// The correlation of two signals of one length about zero, −1 to 1; 0 when either is silent.
+pub(crate) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        ab += a * b;
+        aa += a * a;
+        bb += b * b;
+    }
+    let both: f64 = aa * bb;
+    if both > 0.0 { ab / both.sqrt() } else { 0.0 }
+}
+
 /// The largest absolute value of `samples`, in their unit; 0 for none.
 ///
 /// Source: max|x|.

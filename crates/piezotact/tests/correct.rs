@@ -66,7 +66,9 @@ fn shaped(x: &[f64], by: &dyn Fn(f64) -> Complex<f64>) -> Vec<f64> {
     bins.iter().map(|b| b.re / n as f64).collect()
 }
 
-/// Resonances at 180 and 620 Hz, a notch of −35 dB at 420 Hz, a high-pass at 30 Hz, 0.6 ms of delay.
+/// Resonances at 180 and 620 Hz, a notch of −35 dB at 420 Hz, a high-pass at 30 Hz, 0.6 ms of delay. The description leaves
+/// open how wide they are, how loud the noise is and what the texture looks like; all that was fitted to the rows of the
+/// table that correct nothing (no compensation, plain division, two constant regularisations).
 fn plant(hz: f64) -> Complex<f64> {
     let s = Complex::new(0.0, TAU * hz);
     let second = |f: f64, zeta: f64| {
@@ -74,29 +76,29 @@ fn plant(hz: f64) -> Complex<f64> {
         Complex::from(w * w) / (s * s + s * (2.0 * zeta * w) + w * w)
     };
     let notch = {
-        let w = TAU * 420.0;
-        (s * s + s * (2.0 * 0.04 * 0.0178 * w) + w * w) / (s * s + s * (2.0 * 0.04 * w) + w * w)
+        let (w, zeta) = (TAU * 420.0, 0.069);
+        (s * s + s * (2.0 * zeta * 0.0178 * w) + w * w) / (s * s + s * (2.0 * zeta * w) + w * w)
     };
-    let high = s / (s + TAU * 30.0);
-    GAIN * (1.0 + second(180.0, 0.08) + second(620.0, 0.08))
+    let high = {
+        let w = TAU * 30.0;
+        s * s / (s * s + s * (2f64.sqrt() * w) + w * w)
+    };
+    0.36 * (0.3 + second(180.0, 0.02) + 1.2 * second(620.0, 0.02))
         * notch
         * high
         * Complex::from_polar(1.0, -TAU * hz * 0.6e-3)
 }
-
-/// So that plain division asks for 4.2 times full scale at the highest level, as the table says.
-const GAIN: f64 = 0.22;
 
 /// What the plant answers: clip, weak square and cube, the linear part, noise.
 fn answer(drive: &[f64], noise: &mut Noise) -> Vec<f64> {
     let bent: Vec<f64> = drive
         .iter()
         .map(|u| u.clamp(-1.0, 1.0))
-        .map(|u| u + 0.02 * u * u - 0.02 * u * u * u)
+        .map(|u| u + 0.085 * u * u - 0.15 * u * u * u)
         .collect();
     shaped(&bent, &plant)
         .iter()
-        .map(|y| y + 1e-3 * noise.next())
+        .map(|y| y + 3.7e-3 * noise.next())
         .collect()
 }
 
@@ -111,13 +113,13 @@ fn characterised(seed: u64) -> TransferFunction<Drive, Acceleration> {
             0.0
         })
     });
-    let scale = 0.8 / peak(&drive);
+    let scale = 0.5 / peak(&drive);
     let drive: Vec<f64> = drive.iter().map(|x| x * scale).collect();
     let response = answer(&drive, &mut noise);
     estimate(
         &Series::<Drive>::new(drive, rate()).unwrap(),
         &Series::<Acceleration>::new(response, rate()).unwrap(),
-        &WelchConfig::hann(2_048),
+        &WelchConfig::hann(1_024),
         Estimator::H1,
     )
     .unwrap()
@@ -128,7 +130,7 @@ fn texture(level: f64, seed: u64) -> Series<Acceleration> {
     let mut noise = Noise::new(1_000 + seed);
     let white: Vec<f64> = (0..50_000).map(|_| noise.next()).collect();
     let shape = |hz: f64| {
-        let (low, high) = ((hz / 45.0).powi(2), (hz / 220.0).powi(4));
+        let (low, high) = ((hz / 6.0).powi(2), (hz / 480.0).powi(4));
         Complex::from(if band().contains(hz) {
             (low / (1.0 + low) / (1.0 + high)).sqrt()
         } else {
@@ -140,22 +142,54 @@ fn texture(level: f64, seed: u64) -> Series<Acceleration> {
     Series::new(x.iter().map(|x| x * scale).collect(), rate()).unwrap()
 }
 
-/// The error of the PSD within the band, dB: rms and largest, on Hann segments of 1024.
-fn error(target: &[f64], measured: &[f64]) -> (f64, f64) {
-    let mut plan = WelchPlan::new(&WelchConfig::hann(1_024), rate()).unwrap();
-    let wanted = plan.estimate::<Acceleration>(&[target]).unwrap();
-    let got = plan.estimate::<Acceleration>(&[measured]).unwrap();
-    let errors: Vec<f64> = wanted
-        .frequencies_hz()
-        .iter()
-        .zip(wanted.values.iter().zip(&got.values))
-        .filter(|(hz, _)| band().contains(**hz))
-        .map(|(_, (t, m))| 10.0 * (m / t).log10())
-        .collect();
-    (
-        rms(&errors),
-        errors.iter().fold(0.0, |most: f64, e| most.max(e.abs())),
-    )
+/// How far a measurement is from its target.
+#[derive(Clone, Copy, Default)]
+struct Missed {
+    /// The error of the PSD within the band on Hann segments of 1024, dB: rms and largest.
+    rms_db: f64,
+    max_db: f64,
+    /// The power of the difference of the waveforms over that of the target, dB.
+    nmse_db: f64,
+}
+
+impl Missed {
+    fn of(target: &[f64], measured: &[f64]) -> Self {
+        let mut plan = WelchPlan::new(&WelchConfig::hann(1_024), rate()).unwrap();
+        let wanted = plan.estimate::<Acceleration>(&[target]).unwrap();
+        let got = plan.estimate::<Acceleration>(&[measured]).unwrap();
+        let errors: Vec<f64> = wanted
+            .frequencies_hz()
+            .iter()
+            .zip(wanted.values.iter().zip(&got.values))
+            .filter(|(hz, _)| band().contains(**hz))
+            .map(|(_, (t, m))| 10.0 * (m / t).log10())
+            .collect();
+        let difference: Vec<f64> = target.iter().zip(measured).map(|(t, m)| m - t).collect();
+        Self {
+            rms_db: rms(&errors),
+            max_db: errors.iter().fold(0.0, |most: f64, e| most.max(e.abs())),
+            nmse_db: 20.0 * (rms(&difference) / rms(target)).log10(),
+        }
+    }
+
+    fn mean(all: &[Self]) -> Self {
+        let of = |value: fn(&Self) -> f64| all.iter().map(value).sum::<f64>() / all.len() as f64;
+        Self {
+            rms_db: of(|m| m.rms_db),
+            max_db: of(|m| m.max_db),
+            nmse_db: of(|m| m.nmse_db),
+        }
+    }
+}
+
+impl std::fmt::Display for Missed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{:.2}/{:.1} dB, NMSE {:.1} dB",
+            self.rms_db, self.max_db, self.nmse_db
+        )
+    }
 }
 
 fn played(drive: &Series<Drive>, lead: usize, length: usize, noise: &mut Noise) -> Vec<f64> {
@@ -163,8 +197,25 @@ fn played(drive: &Series<Drive>, lead: usize, length: usize, noise: &mut Noise) 
     response[lead..lead + length].to_vec()
 }
 
-/// Ten steps of a loop: the best of what a second measurement of each drive says, dB rms and largest.
-fn looped(mode: Mode, level: f64, seed: u64) -> (f64, f64) {
+/// What the drive of plain division leaves, and how much of full scale it asks for.
+fn divided(level: f64, seed: u64) -> (Missed, f64) {
+    let (function, target) = (characterised(seed), texture(level, seed));
+    let mut config = RenderConfig::over(band(), rate());
+    config.inverse.inverse = Inverse::Plain;
+    config.clipping = piezotact::render::Clipping::Allow;
+    let rendered = render(&target, &function, &config).unwrap();
+    let measured = played(
+        &rendered.drive,
+        rate().samples_in(config.modelling_delay),
+        target.samples().len(),
+        &mut Noise::new(seed),
+    );
+    let missed = Missed::of(target.samples(), &measured);
+    (missed, rendered.headroom.peak)
+}
+
+/// Ten steps of a loop. The best drive by a second measurement of each, and what a third says of that one.
+fn looped(mode: Mode, level: f64, seed: u64) -> Missed {
     let function = characterised(seed);
     let target = texture(level, seed);
     let mut config = RenderConfig::over(band(), rate());
@@ -177,57 +228,53 @@ fn looped(mode: Mode, level: f64, seed: u64) -> (f64, f64) {
         .unwrap()
         .estimate::<Acceleration>(&[&silence])
         .unwrap();
-    let (lead, length) = (correction.lead(), target.samples().len());
-    let mut best = (f64::INFINITY, f64::INFINITY);
+    let lead = rate().samples_in(config.modelling_delay);
+    let length = target.samples().len();
+    let mut best: Option<(f64, Series<Drive>)> = None;
     for _ in 0..=10 {
         let drive = correction.drive().unwrap();
-        let measured = played(&drive, lead, length, &mut noise);
-        let again = played(&drive, lead, length, &mut noise);
-        let found = error(correction.target(), &again);
-        if found.0 < best.0 {
-            best = found;
+        assert!(peak(drive.samples()) <= 1.0);
+        let judged = played(&drive, lead, length, &mut noise);
+        let missed = Missed::of(correction.target().samples(), &judged);
+        let found = match mode {
+            Mode::Replicate => missed.nmse_db,
+            Mode::Texture => missed.rms_db,
+        };
+        if best.as_ref().is_none_or(|(least, _)| found < *least) {
+            best = Some((found, drive.clone()));
         }
-        correction.learn(&measured, &quiet.values).unwrap();
+        let response = answer(drive.samples(), &mut noise);
+        let response = Series::<Acceleration>::new(response, rate()).unwrap();
+        correction.learn(&response, &quiet).unwrap();
     }
-    best
+    let (_, drive) = best.unwrap();
+    let again = played(&drive, lead, length, &mut noise);
+    Missed::of(correction.target().samples(), &again)
 }
 
-/// The table's own figures, dB rms and largest: the best closed loop, at 0.25, 0.10 and 0.05.
-const TABLE: [(f64, f64, f64); 3] = [(0.25, 3.1, 17.7), (0.10, 1.4, 8.6), (0.05, 0.21, 1.3)];
+/// The table's own figures at 0.25, 0.10 and 0.05, dB rms and largest: plain division, and the best closed loop.
+const TABLE: [(f64, (f64, f64), (f64, f64)); 3] = [
+    (0.25, (5.6, 17.3), (3.1, 17.7)),
+    (0.10, (2.7, 7.9), (1.4, 8.6)),
+    (0.05, (1.0, 3.9), (0.21, 1.3)),
+];
 
-/// The plant is written from the table's description, which leaves widths and noise open: plain division does better on it
-/// than in the table (2.3 dB rms for 5.6 at the highest level), so it is the milder one.
 #[test]
 fn closed_loops_beat_the_table_on_its_own_plant() {
-    for (level, table_rms, table_max) in TABLE {
-        let (mut sums, mut plain) = ([(0.0, 0.0); 2], (0.0, 0.0, 0.0));
-        for seed in 1..=5 {
-            for (sum, mode) in sums.iter_mut().zip([Mode::Replicate, Mode::Texture]) {
-                let (rms_db, max_db) = looped(mode, level, seed);
-                sum.0 += rms_db / 5.0;
-                sum.1 += max_db / 5.0;
-            }
-            let (function, target) = (characterised(seed), texture(level, seed));
-            let mut config = RenderConfig::over(band(), rate());
-            config.inverse.inverse = Inverse::Plain;
-            config.clipping = piezotact::render::Clipping::Allow;
-            let rendered = render(&target, &function, &config).unwrap();
-            let lead = rate().samples_in(config.modelling_delay);
-            let measured = played(
-                &rendered.drive,
-                lead,
-                target.samples().len(),
-                &mut Noise::new(seed),
-            );
-            let (rms_db, max_db) = error(target.samples(), &measured);
-            plain.0 += rms_db / 5.0;
-            plain.1 += max_db / 5.0;
-            plain.2 += rendered.headroom.peak / 5.0;
-        }
+    for (level, table_plain, table) in TABLE {
+        let all = |of: &dyn Fn(u64) -> Missed| Missed::mean(&(1..=5).map(of).collect::<Vec<_>>());
+        let plain = all(&|seed| divided(level, seed).0);
+        let asked = divided(level, 1).1;
+        let replicate = all(&|seed| looped(Mode::Replicate, level, seed));
+        let texture = all(&|seed| looped(Mode::Texture, level, seed));
         println!(
-            "{level}: plain division {:.2}/{:.1} dB asks for {:.1} of full scale; replicate {:.2}/{:.1}; texture {:.2}/{:.1}; table {table_rms}/{table_max}",
-            plain.0, plain.1, plain.2, sums[0].0, sums[0].1, sums[1].0, sums[1].1
+            "{level}: plain division {plain}, asks for {asked:.1} of full scale; replicate {replicate}; texture {texture}; table: plain {}/{}, best {}/{}",
+            table_plain.0, table_plain.1, table.0, table.1
         );
-        assert!(sums[1].0 < table_rms && sums[1].1 < table_max, "{sums:?}");
+        // The plant is as hard as the table's: what corrects nothing does no better on it by more than a tenth.
+        assert!(plain.rms_db > 0.9 * table_plain.0 && plain.max_db > 0.9 * table_plain.1);
+        assert!(texture.rms_db < table.0 && texture.max_db < table.1);
+        // The other aim is the waveform.
+        assert!(replicate.nmse_db < plain.nmse_db - 3.0, "{replicate}");
     }
 }

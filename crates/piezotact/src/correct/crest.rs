@@ -2,62 +2,77 @@
 
 use num_complex::Complex;
 
+use super::Mode;
 use crate::fourier::RealTransform;
-use crate::series::{peak, rms};
+use crate::render::share_of_least_error;
+use crate::series::{correlation, peak, rms};
 
+/// Rounds of clipping with the magnitudes put back, for a texture.
+const TURNS: usize = 60;
 /// Rounds of clipping and filtering.
 const ROUNDS: usize = 24;
-/// What clipping and filtering may take from the level, dB.
-const LOST_DB: f64 = 0.3;
-/// Lines over which the cost of a line is averaged on either side.
-const SMOOTH: usize = 40;
+/// A line this much weaker than their mean keeps its phase.
+const WEAK: f64 = 0.1;
+/// How far a line may depart, dB, and what may be missing or added of it, dB re what it should be, when crests are pressed.
+const LEVEL_DB: f64 = 0.3;
+const ERROR_DB: f64 = -20.0;
 /// Halvings between too weak and too strong.
-const HALVINGS: usize = 18;
+const HALVINGS: usize = 12;
 
-/// A drive that fits, and the share that is left of every line, 0–1; 1 where nothing had to be taken.
-pub(super) struct Fitted {
-    pub(super) samples: Vec<f64>,
-    pub(super) shares: Vec<f64>,
+/// What drives are made to fit into.
+pub(super) struct Room {
+    /// No sample beyond this, full scale = 1.
+    pub(super) limit: f64,
+    /// Nothing is played after so many samples.
+    pub(super) length: usize,
+    /// Lines over which the cost of a line is averaged on either side.
+    pub(super) smooth: usize,
+    /// Whether phases are free.
+    pub(super) mode: Mode,
 }
 
-/// The drive with the lines `bins`, within ±`room`: its crests are pressed down as far as costs next to nothing of its
-/// level, and what still does not fit is turned down by 1/(1 + λ·cost), the cost being a line's own power.
-///
-/// Clipping and filtering: J. Armstrong (2002), Electronics Letters 38(5), repeated.
-pub(super) fn fitted(transform: &mut RealTransform, bins: &[Complex<f64>], room: f64) -> Fitted {
-    let samples = transform.inverse(bins.to_vec());
-    if peak(&samples) <= room {
+/// A drive that fits.
+pub(super) struct Fitted {
+    pub(super) samples: Vec<f64>,
+    /// What is left of every line, 0–1; 1 where nothing had to be taken.
+    pub(super) shares: Vec<f64>,
+    /// The correlation with what it would be, had its crests not been pressed down.
+    pub(super) likeness: f64,
+}
+
+/// The drive with the lines `bins`, within `room`: its crests are pressed down as far as costs next to nothing, and what
+/// still does not fit is turned down where it costs most, the cost being a line's own power.
+pub(super) fn fitted(transform: &mut RealTransform, bins: &[Complex<f64>], room: &Room) -> Fitted {
+    if let Some(Pressed { samples, likeness }) = pressed(transform, bins, room) {
         return Fitted {
             samples,
             shares: vec![1.0; bins.len()],
+            likeness,
         };
     }
-    if let Some(samples) = pressed(transform, bins, samples, room) {
-        return Fitted {
-            samples,
-            shares: vec![1.0; bins.len()],
-        };
-    }
-    let cost = costs(bins);
-    let (mut weak, mut strong) = (-4.0f64, 6.0f64);
+    let cost = costs(bins, room.smooth);
+    let (mut weak, mut strong) = (-4.0f64, 8.0f64);
     let mut best = None;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (weak + strong);
         let strength = 10f64.powf(middle);
         let shares: Vec<f64> = cost
             .iter()
-            .map(|cost| 1.0 / (1.0 + strength * cost))
+            .map(|cost| share_of_least_error(strength * cost))
             .collect();
         let turned: Vec<Complex<f64>> = bins
             .iter()
             .zip(&shares)
             .map(|(bin, share)| bin * *share)
             .collect();
-        let samples = transform.inverse(turned.clone());
-        match pressed(transform, &turned, samples, room) {
-            Some(samples) => {
+        match pressed(transform, &turned, room) {
+            Some(Pressed { samples, likeness }) => {
                 strong = middle;
-                best = Some(Fitted { samples, shares });
+                best = Some(Fitted {
+                    samples,
+                    shares,
+                    likeness,
+                });
             }
             None => weak = middle,
         }
@@ -65,54 +80,128 @@ pub(super) fn fitted(transform: &mut RealTransform, bins: &[Complex<f64>], room:
     best.unwrap_or_else(|| {
         // Nothing in the range fits: everything is turned down alike.
         let samples = transform.inverse(bins.to_vec());
-        let share = room / peak(&samples);
+        let share = room.limit / peak(&samples);
         Fitted {
             samples: samples.iter().map(|x| x * share).collect(),
             shares: vec![share; bins.len()],
+            likeness: 1.0,
         }
     })
 }
 
-/// `samples` with their crests pressed down to `room`; `None` when that costs more of their level than it may.
-fn pressed(
+/// A drive within its room, with nothing turned down.
+pub(super) struct Pressed {
+    pub(super) samples: Vec<f64>,
+    pub(super) likeness: f64,
+}
+
+/// The drive with the lines `bins`, its crests pressed down into `room`; `None` when that changes a line by more than it may.
+///
+/// For a texture every line gets its magnitude back after clipping, and keeps the phase that clipping gave it: E. Van der
+/// Ouderaa, J. Schoukens and J. Renneboog (1988), IEEE Trans. Instrum. Meas. 37(1). Otherwise, and for the rest, what
+/// clipping adds outside of the driven lines is taken away: J. Armstrong (2002), Electronics Letters 38(5), repeated.
+pub(super) fn pressed(
     transform: &mut RealTransform,
     bins: &[Complex<f64>],
-    mut samples: Vec<f64>,
-    room: f64,
-) -> Option<Vec<f64>> {
-    let level = rms(&samples);
-    for _ in 0..ROUNDS {
-        if peak(&samples) <= room {
-            break;
+    room: &Room,
+) -> Option<Pressed> {
+    let mut samples = transform.inverse(bins.to_vec());
+    if peak(&samples) <= room.limit {
+        return Some(Pressed {
+            samples,
+            likeness: 1.0,
+        });
+    }
+    // A drive nearly as loud as its limit is a square wave, which few lines make.
+    if rms(&samples) > 0.9 * room.limit {
+        return None;
+    }
+    let asked = samples.clone();
+    let turns = match room.mode {
+        Mode::Texture => TURNS,
+        Mode::Replicate => 0,
+    };
+    let clip = 0.97 * room.limit;
+    let asked_power = smoothed(bins.iter().map(Complex::norm_sqr), room.smooth);
+    let driven = asked_power.iter().filter(|power| **power > 0.0).count();
+    let weak = WEAK * asked_power.iter().sum::<f64>() / driven.max(1) as f64;
+    for round in 0..turns + ROUNDS {
+        for sample in &mut samples[..room.length] {
+            *sample = sample.clamp(-clip, clip);
         }
-        for sample in &mut samples {
-            *sample = sample.clamp(-0.97 * room, 0.97 * room);
-        }
-        // What clipping adds outside of the lines that are driven is taken away again.
+        samples[room.length..].fill(0.0);
         let mut lines = transform.forward(&samples);
-        for (line, bin) in lines.iter_mut().zip(bins) {
-            if bin.norm_sqr() <= 0.0 {
-                *line = Complex::default();
+        for ((line, bin), power) in lines.iter_mut().zip(bins).zip(&asked_power) {
+            let (is, was) = (line.norm_sqr(), bin.norm_sqr());
+            if *power <= weak {
+                // Next to nothing of a crest, and all of what is heard where the device answers loudest.
+                *line = *bin;
+            } else if round < turns && is > 0.0 {
+                *line *= (was / is).sqrt();
             }
         }
         samples = transform.inverse(lines);
+        if peak(&samples) <= room.limit {
+            break;
+        }
     }
-    let lost_db = 20.0 * (level / rms(&samples).max(f64::MIN_POSITIVE)).log10();
-    (peak(&samples) <= room && lost_db <= LOST_DB).then_some(samples)
+    if peak(&samples) > room.limit || !kept(transform, &samples, bins, room) {
+        return None;
+    }
+    let likeness = correlation(&samples, &asked);
+    Some(Pressed { samples, likeness })
 }
 
-/// The power of every line, averaged over its neighbours, re the median of the driven ones.
-fn costs(bins: &[Complex<f64>]) -> Vec<f64> {
-    let mut sums = vec![0.0; bins.len() + 1];
-    for (k, bin) in bins.iter().enumerate() {
-        sums[k + 1] = sums[k] + bin.norm_sqr();
+/// Whether `samples` still have the lines that were asked for, averaged over the neighbours of each.
+fn kept(
+    transform: &mut RealTransform,
+    samples: &[f64],
+    bins: &[Complex<f64>],
+    room: &Room,
+) -> bool {
+    let lines = transform.forward(samples);
+    let asked = smoothed(bins.iter().map(Complex::norm_sqr), room.smooth);
+    let least = 1e-12 * asked.iter().copied().fold(0.0, f64::max);
+    match room.mode {
+        Mode::Texture => {
+            let level = 10f64.powf(LEVEL_DB / 10.0);
+            let is = smoothed(lines.iter().map(Complex::norm_sqr), room.smooth);
+            let mut both = is.iter().zip(&asked);
+            both.all(|(is, asked)| *asked <= least || (1.0 / level..=level).contains(&(is / asked)))
+        }
+        Mode::Replicate => {
+            let most = 10f64.powf(ERROR_DB / 10.0);
+            let missed = lines
+                .iter()
+                .zip(bins)
+                .map(|(is, bin)| (is - bin).norm_sqr());
+            let missed = smoothed(missed, room.smooth);
+            let mut both = missed.iter().zip(&asked);
+            both.all(|(missed, asked)| *asked <= least || *missed <= most * asked)
+        }
     }
-    let mut cost: Vec<f64> = (0..bins.len())
+}
+
+/// `power` averaged over `smooth` neighbours on either side.
+pub(super) fn smoothed(power: impl Iterator<Item = f64>, smooth: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    sums.extend(power.map(|power| {
+        sum += power;
+        sum
+    }));
+    let lines = sums.len() - 1;
+    (0..lines)
         .map(|k| {
-            let (from, to) = (k.saturating_sub(SMOOTH), (k + SMOOTH + 1).min(bins.len()));
+            let (from, to) = (k.saturating_sub(smooth), (k + smooth + 1).min(lines));
             (sums[to] - sums[from]) / (to - from) as f64
         })
-        .collect();
+        .collect()
+}
+
+/// The power of every line, averaged over `smooth` neighbours on either side, re the median of the driven ones.
+fn costs(bins: &[Complex<f64>], smooth: usize) -> Vec<f64> {
+    let mut cost = smoothed(bins.iter().map(Complex::norm_sqr), smooth);
     let mut driven: Vec<f64> = cost.iter().copied().filter(|c| *c > 0.0).collect();
     driven.sort_by(f64::total_cmp);
     let median = driven.get(driven.len() / 2).copied().unwrap_or(1.0);

@@ -8,7 +8,7 @@ use super::{Join, ManipulateError, Manipulated, Operation, about_mean, manipulat
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{Decibels, Quantity, Seconds};
-use crate::series::Series;
+use crate::series::{Series, correlation};
 use crate::spectrum::{Symmetry, Window};
 
 /// How a texture is joined with itself.
@@ -207,17 +207,6 @@ fn shows(seam: &Seam) -> f64 {
 fn around(samples: &[f64], seam: &[f64], period: usize, frame: usize) -> Vec<f64> {
     let after = seam.len()..(seam.len() + frame).min(period);
     [&samples[period - frame..period], seam, &samples[after]].concat()
-}
-
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
-    for (a, b) in a.iter().zip(b) {
-        ab += a * b;
-        aa += a * a;
-        bb += b * b;
-    }
-    let both: f64 = aa * bb;
-    if both > 0.0 { ab / both.sqrt() } else { 0.0 }
 }
 
 /// `from` fading into `to`, with the power that both have.

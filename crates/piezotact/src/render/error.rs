@@ -40,6 +40,11 @@ pub enum RenderError {
         "cannot render: expected a texture, found silence (every sample is the same); check the channel"
     )]
     Silent,
+    /// A waveform is wanted of an inverse that has none.
+    #[error(
+        "cannot replicate a waveform with the minimum phase, which reproduces spectra alone; take the linear phase, or correct the texture"
+    )]
+    Phase,
     /// The band falls between two lines.
     #[error(
         "cannot render over {band}: it holds no line of the transfer function, which has one every {resolution_hz:.2} Hz; take a wider band"

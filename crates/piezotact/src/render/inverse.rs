@@ -3,7 +3,7 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::RenderError;
+use super::{RenderError, share_of_least_error};
 use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::spectrum::{WelchConfig, WelchPlan};
@@ -179,12 +179,12 @@ impl Limiting {
 
     /// The share of the target that is left at a frequency, 0–1.
     ///
-    /// Formula: 1/(1 + λ·D): where (1 − c)² + λ·D·c² is least, an error of a line against the drive it costs.
+    /// Formula: [`share_of_least_error`] of λ·D: the least rms error in dB for the drive that is saved.
     #[must_use]
     pub fn share_at(&self, frequency_hz: f64) -> f64 {
         let line = ((frequency_hz / self.resolution_hz).round().max(0.0) as usize)
             .min(self.cost.len() - 1);
-        1.0 / (1.0 + self.strength * self.cost[line])
+        share_of_least_error(self.strength * self.cost[line])
     }
 }
 

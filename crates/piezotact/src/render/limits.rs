@@ -112,3 +112,28 @@ pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
         })
         .collect()
 }
+
+/// The share of a line that is left, 0–1, when lines are turned down so that the rms of what is taken from them in dB is the
+/// least for the drive's power that is saved: of a line whose power costs `cost_ratio` times the price of a decibel.
+///
+/// Formula: minimising Σ x² + 2λ·Σ c·exp(−x), x the logarithm of the power taken from a line that costs c, gives
+/// x·exp(x) = λ·c, so x = W(λ·c) with Lambert's W, and the share is exp(−x/2). `cost_ratio` is λ·c.
+///
+/// Source: R. M. Corless, G. H. Gonnet, D. E. G. Hare, D. J. Jeffrey and D. E. Knuth (1996), On the Lambert W function,
+/// Advances in Computational Mathematics 5, for W.
+#[must_use]
+pub fn share_of_least_error(cost_ratio: f64) -> f64 {
+    if cost_ratio <= 0.0 || cost_ratio.is_nan() {
+        return 1.0;
+    }
+    // Newton's method from above, where x·exp(x) is convex.
+    let mut x = cost_ratio.min(1e100).ln_1p();
+    for _ in 0..64 {
+        let step = (x - cost_ratio.min(1e100) * (-x).exp()) / (1.0 + x);
+        x -= step;
+        if step.abs() <= 1e-13 * x.max(1e-300) {
+            break;
+        }
+    }
+    (-0.5 * x).exp()
+}

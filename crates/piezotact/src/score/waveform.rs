@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Band};
 use crate::series::{Series, rms};
-use crate::verify::{VerifyError, align};
+use crate::verify::{VerifyError, align, nmse_db};
 
 /// How alike two waveforms are, limited to a band and aligned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,6 @@ pub(super) fn waveform(
     let norm = wanted.len() as f64 * rms(wanted) * rms(got);
     let correlation = if norm > 0.0 { product / norm } else { 0.0 };
     let error: Vec<f64> = wanted.iter().zip(got).map(|(r, t)| t - r).collect();
-    let share = rms(&error) / rms(wanted).max(f64::MIN_POSITIVE);
     let mut doubts = Vec::new();
     if correlation < -FOLLOWS {
         doubts.push(Doubt::Inverted { correlation });
@@ -96,8 +95,7 @@ pub(super) fn waveform(
     Ok(Compared {
         waveform: Waveform {
             correlation,
-            // What is equal to the last bit is as good as numbers are.
-            nmse_db: 20.0 * share.max(1e-16).log10(),
+            nmse_db: nmse_db(rms(&error), rms(wanted)),
             delay_s: aligned.delay.0,
             compared_s,
         },

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Decibels, Hertz, Quantity};
-use crate::series::{Series, rms};
+use crate::series::{Series, SeriesError, rms};
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
 
 /// How a measurement is compared with its target.
@@ -112,6 +112,9 @@ pub struct Verification {
     pub level_error_db: f64,
     /// Pearson's correlation of the band-limited waveforms after aligning the delay.
     pub waveform_correlation: f64,
+    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence.
+    #[serde(default)]
+    pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.
     pub delay_s: f64,
     /// The share of samples at a limit, of the sensor or of the device, 0–1.
@@ -197,7 +200,9 @@ impl Verification {
         }
     }
 
-    fn judged_error_db(&self) -> f64 {
+    /// The rms error that is judged, dB: over the achievable part where one was declared.
+    #[must_use]
+    pub fn judged_error_db(&self) -> f64 {
         self.error_db_rms_achievable.unwrap_or(self.error_db_rms)
     }
 }
@@ -210,6 +215,14 @@ fn ratio_db(measured: f64, target: f64) -> f64 {
     }
 }
 
+/// The power of a difference over that of what it should have been, dB. What is equal to the last bit is as good as numbers
+/// are.
+pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
+    20.0 * (difference_rms / target_rms.max(f64::MIN_POSITIVE))
+        .max(1e-16)
+        .log10()
+}
+
 /// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
 const NO_POWER_DB: f64 = -50.0;
 
@@ -219,7 +232,7 @@ const NO_POWER_DB: f64 = -50.0;
 /// taken away; then the PSDs are compared line by line and the waveforms correlated.
 ///
 /// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
-/// correlation = Σtm/√(Σt²·Σm²).
+/// correlation = Σtm/√(Σt²·Σm²); NMSE = 10·log10(Σ(m − t)²/Σt²).
 ///
 /// Source: thesis section 4.2 for the comparison of spectra; generalised cross-correlation after Knapp and
 /// Carter (1976) for the delay.
@@ -261,6 +274,9 @@ pub fn verify<Q: Quantity>(
     let level_error_db = Decibels::from_amplitude_ratio(level_measured / level_target).0;
     let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
     let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
+
+    let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
+    let waveform_nmse_db = nmse_db(rms(&missed), level_target);
 
     let mut plan = WelchPlan::new(&config.welch, rate)?;
     // Of the band-limited signals: what lies outside was not rendered and must not leak in.
@@ -346,6 +362,7 @@ pub fn verify<Q: Quantity>(
         error_db_rms_achievable,
         level_error_db,
         waveform_correlation,
+        waveform_nmse_db,
         delay_s: aligned.delay.0,
         clipped_fraction: measured.clipping.fraction,
         level_db: config.level.0,
@@ -479,6 +496,9 @@ pub enum VerifyError {
     /// The spectra cannot be estimated.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
+    /// What is to be compared is no signal.
+    #[error(transparent)]
+    Signal(#[from] SeriesError),
 }
 
 #[cfg(test)]

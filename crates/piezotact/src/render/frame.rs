@@ -1,0 +1,107 @@
+//! The time around a texture: silence before and after, fades, and the way to the output's rate.
+
+use std::f64::consts::PI;
+
+use super::{RenderConfig, RenderError};
+use crate::fourier::fast_length;
+use crate::quantity::{Hertz, Quantity, SampleRate};
+use crate::resample::Resampler;
+use crate::series::{Series, mean, peak};
+
+/// A target with the silence around it that its inverse needs, and the way of what comes of it to the output.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    rate: SampleRate,
+    /// Samples of silence before the target.
+    pub(crate) before: usize,
+    /// Samples of the target.
+    pub(crate) target: usize,
+    after: usize,
+    fade: usize,
+    resampler: Option<Resampler>,
+}
+
+impl Frame {
+    /// The time around `target`.
+    ///
+    /// # Errors
+    /// [`RenderError::Rate`] when what is in the band cannot be brought to the output rate.
+    pub(crate) fn of<O: Quantity>(
+        target: &Series<O>,
+        config: &RenderConfig,
+    ) -> Result<Self, RenderError> {
+        let rate = target.rate();
+        let highest = config.inverse.band.high().0 * (1.0 + config.inverse.edge_ratio);
+        let passband = Hertz(highest.min(0.995 * rate.nyquist().0));
+        Ok(Self {
+            rate,
+            before: rate.samples_in(config.modelling_delay),
+            target: target.samples().len(),
+            after: rate.samples_in(config.tail),
+            fade: rate.samples_in(config.fade),
+            resampler: (rate != config.output_rate)
+                .then(|| Resampler::new(rate, config.output_rate, passband))
+                .transpose()?,
+        })
+    }
+
+    /// Samples from the first of the silence to the last.
+    pub(crate) fn length(&self) -> usize {
+        self.before + self.target + self.after
+    }
+
+    /// Samples of the transform: no fewer than [`Self::length`].
+    pub(crate) fn transformed(&self) -> usize {
+        fast_length(self.length())
+    }
+
+    /// The target about its mean, with faded ends.
+    ///
+    /// A mean (gravity, an offset of the amplifier) is no texture; faded, it would become a ramp that is one.
+    ///
+    /// # Errors
+    /// [`RenderError::Silent`] when nothing is left.
+    pub(crate) fn faded<O: Quantity>(&self, target: &Series<O>) -> Result<Vec<f64>, RenderError> {
+        let mean = mean(target.samples());
+        let mut samples: Vec<f64> = target.samples().iter().map(|x| x - mean).collect();
+        if peak(&samples) <= 0.0 {
+            return Err(RenderError::Silent);
+        }
+        fade_ends(&mut samples, self.fade);
+        Ok(samples)
+    }
+
+    /// `texture` with the silence around it, as long as the transform.
+    pub(crate) fn padded(&self, texture: &[f64]) -> Vec<f64> {
+        let mut padded = vec![0.0; self.transformed()];
+        padded[self.before..self.before + self.target].copy_from_slice(texture);
+        padded
+    }
+
+    /// What is played of `samples`, which are as long as the transform: its ends faded within the silence, at the output's
+    /// rate.
+    pub(crate) fn played(&self, mut samples: Vec<f64>) -> Vec<f64> {
+        samples.truncate(self.length());
+        fade_ends(&mut samples, self.fade.min(self.before).min(self.after));
+        match &self.resampler {
+            Some(resampler) => resampler.process(&samples),
+            None => samples,
+        }
+    }
+
+    /// The rate of the target.
+    pub(crate) fn rate(&self) -> SampleRate {
+        self.rate
+    }
+}
+
+/// Raised-cosine fades over `fade` samples at both ends, in place.
+fn fade_ends(samples: &mut [f64], fade: usize) {
+    let n = samples.len();
+    let fade = fade.min(n / 2);
+    for i in 0..fade {
+        let gain = 0.5 - 0.5 * (PI * (i as f64 + 0.5) / fade as f64).cos();
+        samples[i] *= gain;
+        samples[n - 1 - i] *= gain;
+    }
+}
