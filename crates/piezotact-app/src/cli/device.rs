@@ -22,7 +22,7 @@ pub(crate) struct Finger {
 
 #[derive(Debug, Args)]
 pub(crate) struct Characterise {
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=M_S2,seed=N, which plays through the
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE.
     #[arg(long)]
     pub(crate) bench: BenchSpec,
@@ -228,7 +228,7 @@ pub(crate) struct Render {
     /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
-    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=M_S2,seed=N, which plays through the
+    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE.
     #[arg(long, requires = "mode")]
     pub(crate) bench: Option<BenchSpec>,
@@ -249,7 +249,7 @@ pub(crate) struct Render {
 pub(crate) struct Play {
     /// The drive (WAV) that `render` wrote.
     pub(crate) drive: PathBuf,
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=M_S2,seed=N, which plays through the
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE.
     #[arg(long)]
     pub(crate) bench: BenchSpec,

@@ -189,9 +189,11 @@ impl MeasuredBench {
             ),
             ("angle", "°", angle_deg.map(|a| a.0), Some(run.angle.0)),
         ];
+        let same =
+            |measured: f64, asked: f64| (asked - measured).abs() <= SAME_SHARE * measured.abs();
         for (what, unit, measured, asked) in pairs {
             if let (Some(measured), Some(asked)) = (measured, asked)
-                && !((asked - measured).abs() <= SAME_SHARE * measured.abs())
+                && !same(measured, asked)
             {
                 return Err(BenchError::Impossible {
                     expected: format!(
