@@ -73,7 +73,7 @@ pub(crate) enum Command {
     Render(Render),
     /// Plays a drive on a bench and records what the finger does.
     #[command(
-        after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet"
+        after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet\n  piezotact play drive.wav --bench measured:hand.json,seed=7 --record rehearsed.parquet"
     )]
     Play(Play),
     /// Says how close a measurement came to its target.

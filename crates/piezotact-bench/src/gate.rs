@@ -95,6 +95,17 @@ impl fmt::Display for Breach {
 
 impl std::error::Error for Breach {}
 
+/// The places in a chunk of the channels that a gate judges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GateRoles {
+    /// The drive.
+    pub drive: usize,
+    /// The acceleration.
+    pub acceleration: usize,
+    /// The normal force; without one, coherence alone is judged.
+    pub force: Option<usize>,
+}
+
 /// Watches the chunks of one run.
 #[derive(Debug)]
 pub struct Gate {
@@ -102,8 +113,7 @@ pub struct Gate {
     target: Option<Newtons>,
     rate: SampleRate,
     plan: CrossPlan,
-    /// Which channels are the drive, the acceleration and the force.
-    roles: [usize; 3],
+    roles: GateRoles,
     window: [Vec<f64>; 3],
     /// Samples before the window.
     before: usize,
@@ -114,7 +124,7 @@ pub struct Gate {
 
 impl Gate {
     /// A gate for a run of `run` samples at `rate` at a load of `target`, whose coherence is estimated with segments of
-    /// `segment` samples; `roles` are the places of drive, acceleration and force in a chunk.
+    /// `segment` samples.
     ///
     /// # Errors
     /// [`BenchError::Impossible`] when a window does not hold five segments.
@@ -122,7 +132,7 @@ impl Gate {
         config: &GateConfig,
         target: Option<Newtons>,
         rate: SampleRate,
-        roles: [usize; 3],
+        roles: GateRoles,
         run: usize,
         segment: usize,
     ) -> Result<Self, BenchError> {
@@ -157,8 +167,15 @@ impl Gate {
     /// # Errors
     /// The [`Breach`], once there is one.
     pub fn admit(&mut self, chunk: &Chunk) -> Result<(), Breach> {
-        for (window, role) in self.window.iter_mut().zip(self.roles) {
-            window.extend(chunk.channels.get(role).into_iter().flatten());
+        let GateRoles {
+            drive,
+            acceleration,
+            force,
+        } = self.roles;
+        let channels = [Some(drive), Some(acceleration), force];
+        for (window, place) in self.window.iter_mut().zip(channels) {
+            let channel = place.and_then(|place| chunk.channels.get(place));
+            window.extend(channel.into_iter().flatten());
         }
         let length = self.rate.samples_in(self.config.window);
         while self.window[0].len() >= length {
@@ -188,7 +205,7 @@ impl Gate {
         let parts: [Vec<f64>; 3] = self
             .window
             .each_mut()
-            .map(|channel| channel.drain(..length).collect());
+            .map(|channel| channel.drain(..length.min(channel.len())).collect());
         let [drive, acceleration, force] = parts;
         let window_s = [self.before, self.before + length].map(|at| at as f64 / self.rate.hz());
         self.before += length;
@@ -198,6 +215,7 @@ impl Gate {
         let share = self.config.force_share;
         let mean_n = mean(&force);
         if let Some(Newtons(target_n)) = self.target
+            && self.roles.force.is_some()
             && (mean_n / target_n - 1.0).abs() > share
         {
             self.breach = Some(Breach::Force {
@@ -232,6 +250,11 @@ mod tests {
     use super::*;
 
     const RATE_HZ: f64 = 1_000.0;
+    const ROLES: GateRoles = GateRoles {
+        drive: 0,
+        acceleration: 1,
+        force: Some(2),
+    };
 
     /// Chunks of a second: drive, acceleration and force, the last two as `answer` and `force_n` make them of the drive and
     /// of the second.
@@ -247,7 +270,7 @@ mod tests {
             &GateConfig::usual(),
             target,
             rate,
-            [0, 1, 2],
+            ROLES,
             seconds * 1_000,
             128,
         )
@@ -324,9 +347,38 @@ mod tests {
         );
     }
 
+    /// Without a force, coherence is judged all the same, and no load is missed that nobody measured.
+    #[test]
+    fn without_a_force_the_finger_is_judged_by_coherence() {
+        let roles = GateRoles {
+            force: None,
+            ..ROLES
+        };
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let mut random = crate::random::Random::stream(1, 1, "gate");
+        let mut judged = |answers: f64| {
+            let usual = GateConfig::usual();
+            let target = Some(Newtons(0.2));
+            let mut gate = Gate::new(&usual, target, rate, roles, 20_000, 128).unwrap();
+            for _ in 0..20 {
+                let drive: Vec<f64> = (0..1_000).map(|_| random.normal()).collect();
+                let noisy = |x: &f64| answers * x + 0.01 * random.normal();
+                let acceleration = drive.iter().map(noisy).collect();
+                let channels = vec![drive, acceleration];
+                if gate.admit(&Chunk { channels }).is_err() {
+                    break;
+                }
+            }
+            gate.finish();
+            gate.breach().cloned()
+        };
+        assert_eq!(judged(1.0), None);
+        assert!(matches!(judged(0.0), Some(Breach::Coherence { .. })));
+    }
+
     #[test]
     fn segments_longer_than_windows_are_refused() {
         let rate = SampleRate::new(RATE_HZ).unwrap();
-        assert!(Gate::new(&GateConfig::usual(), None, rate, [0, 1, 2], 1, 4_096).is_err());
+        assert!(Gate::new(&GateConfig::usual(), None, rate, ROLES, 1, 4_096).is_err());
     }
 }

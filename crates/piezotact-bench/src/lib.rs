@@ -1,9 +1,10 @@
 //! Benches: devices that play a drive and acquire what comes of it, and the procedures that run on any of
-//! them. The digital [`twin`] is one implementation of the two traits, hardware another; no procedure knows
-//! which one it runs on.
+//! them. The digital [`twin`] is one implementation of the two traits, hardware another, and a device and finger whose
+//! transfer function was [`measured`] a third; no procedure knows which one it runs on.
 
 mod excitation;
 mod gate;
+pub mod measured;
 pub mod procedure;
 mod random;
 pub mod replay;
@@ -12,9 +13,9 @@ mod traits;
 pub mod twin;
 
 pub use excitation::{Excitation, ExcitationConfig, excitation};
-pub use gate::{Breach, Gate, GateConfig};
+pub use gate::{Breach, Gate, GateConfig, GateRoles};
 pub use random::drawn_phases;
-pub use spec::BenchSpec;
+pub use spec::{BenchSpec, MeasuredSpec};
 pub use traits::{
     Acquire, AcquireDescription, Bench, BenchError, Chunk, Lying, Play, PlayDescription,
     PlayReport, RunPlan, SensorCalibration,

@@ -1,9 +1,14 @@
-//! How a bench is named on the command line: `twin`, `twin:participant=3,seed=7,gain=B3`.
+//! How a bench is named on the command line: `twin`, `twin:participant=3,seed=7,gain=B3`, `measured:hand.json`,
+//! `measured:hand.json,noise=0.003,seed=7`.
 
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use piezotact::device::AmplifierGain;
+use piezotact::quantity::{Acceleration, Drive};
+use piezotact::transfer::TransferFunction;
 
+use crate::measured::{MeasuredBench, SensorNoise};
 use crate::traits::{Bench, BenchError};
 use crate::twin::{Participant, TwinBench, TwinParameters};
 
@@ -19,12 +24,32 @@ pub enum BenchSpec {
         /// The gain that is set on the amplifier.
         gain: AmplifierGain,
     },
+    /// A transfer function that was measured before, and is played through.
+    Measured(MeasuredSpec),
 }
 
+/// A measured transfer function by its file, with the settings of the bench made from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredSpec {
+    /// The file.
+    pub file: PathBuf,
+    /// The noise that is added.
+    pub noise: SensorNoise,
+}
+
+/// What `measured` must look like on the command line.
+const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N, the settings after the whole name of the file";
+
 impl BenchSpec {
-    /// Opens the bench; a twin has the numbers `parameters`.
-    #[must_use]
-    pub fn open(&self, parameters: &TwinParameters) -> Bench {
+    /// Opens the bench; a twin has the numbers `parameters`, and `read` reads the transfer function of a measured one.
+    ///
+    /// # Errors
+    /// Those of `read` and of [`MeasuredBench::new`].
+    pub fn open<E: From<BenchError>>(
+        &self,
+        parameters: &TwinParameters,
+        read: impl FnOnce(&Path) -> Result<TransferFunction<Drive, Acceleration>, E>,
+    ) -> Result<Bench, E> {
         match self {
             Self::Twin {
                 participant,
@@ -32,22 +57,41 @@ impl BenchSpec {
                 gain,
             } => {
                 let participant = Participant::of(*participant, *seed, parameters);
-                TwinBench::new(parameters, participant, *gain).into_bench()
+                Ok(TwinBench::new(parameters, participant, *gain).into_bench())
+            }
+            Self::Measured(MeasuredSpec { file, noise }) => {
+                let called = file.file_name().unwrap_or(file.as_os_str());
+                let bench = MeasuredBench::new(read(file)?, &called.to_string_lossy(), *noise)?;
+                Ok(bench.into_bench())
             }
         }
     }
-}
 
-impl BenchSpec {
-    /// The same bench with somebody else at it.
+    /// The file that is read when it is opened, where there is one.
     #[must_use]
-    pub fn with_participant(self, number: u64) -> Self {
+    pub fn file(&self) -> Option<&Path> {
         match self {
-            Self::Twin { seed, gain, .. } => Self::Twin {
+            Self::Twin { .. } => None,
+            Self::Measured(measured) => Some(&measured.file),
+        }
+    }
+
+    /// The same bench with somebody else at it.
+    ///
+    /// # Errors
+    /// [`BenchError::Impossible`] where one finger was measured, and nobody else can sit down.
+    pub fn with_participant(self, number: u64) -> Result<Self, BenchError> {
+        match self {
+            Self::Twin { seed, gain, .. } => Ok(Self::Twin {
                 participant: number,
                 seed,
                 gain,
-            },
+            }),
+            Self::Measured(MeasuredSpec { file, .. }) => Err(BenchError::Impossible {
+                expected: "a bench at which people can take turns".into(),
+                found: format!("{}, which is one finger at one placement", file.display()),
+                todo: "file each measured transfer function with `piezotact panel add`, and rehearse on one at a time".into(),
+            }),
         }
     }
 
@@ -56,7 +100,23 @@ impl BenchSpec {
     pub fn apart_from_participant(&self) -> String {
         match self {
             Self::Twin { seed, gain, .. } => format!("twin:seed={seed},gain={gain}"),
+            Self::Measured(MeasuredSpec { file, noise }) => format!(
+                "measured:{},noise={},seed={}",
+                file.display(),
+                noise.rms_m_s2,
+                noise.seed
+            ),
         }
+    }
+}
+
+fn wrong(expected: &str, found: &str) -> BenchError {
+    BenchError::Impossible {
+        expected: expected.into(),
+        found: format!("`{found}`"),
+        todo:
+            "write for example --bench twin:participant=1,seed=7 or --bench measured:hand.json,seed=7"
+                .into(),
     }
 }
 
@@ -64,40 +124,92 @@ impl FromStr for BenchSpec {
     type Err = BenchError;
 
     fn from_str(text: &str) -> Result<Self, BenchError> {
-        let wrong = |expected: &str, found: &str| BenchError::Impossible {
-            expected: expected.into(),
-            found: format!("`{found}`"),
-            todo: "write for example --bench twin:participant=1,seed=7".into(),
-        };
         let (name, settings) = text.split_once(':').unwrap_or((text, ""));
-        if name != "twin" {
-            return Err(wrong("a bench that this program knows (twin)", name));
+        match name {
+            "twin" => twin(settings),
+            "measured" => measured(settings),
+            _ => Err(wrong(
+                "a bench that this program knows (twin, measured)",
+                name,
+            )),
         }
-        let (mut participant, mut seed, mut gain) = (1, 1, AmplifierGain::B3);
-        for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
-            let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
-            let number = || {
-                value
-                    .parse::<u64>()
-                    .map_err(|_not_a_number| wrong("a whole number from 0", setting))
-            };
-            match key {
-                "participant" => participant = number()?,
-                "seed" => seed = number()?,
-                "gain" => {
-                    gain = value
-                        .parse()
-                        .map_err(|_unknown| wrong("a gain B1, B2, B3 or B4", setting))?
-                }
-                _ => return Err(wrong("participant, seed or gain", setting)),
-            }
-        }
-        Ok(Self::Twin {
-            participant,
-            seed,
-            gain,
-        })
     }
+}
+
+fn twin(settings: &str) -> Result<BenchSpec, BenchError> {
+    let (mut participant, mut seed, mut gain) = (1, 1, AmplifierGain::B3);
+    for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
+        let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+        match key {
+            "participant" => participant = whole(setting, value)?,
+            "seed" => seed = whole(setting, value)?,
+            "gain" => {
+                gain = value
+                    .parse()
+                    .map_err(|_unknown| wrong("a gain B1, B2, B3 or B4", setting))?
+            }
+            _ => return Err(wrong("participant, seed or gain", setting)),
+        }
+    }
+    Ok(BenchSpec::Twin {
+        participant,
+        seed,
+        gain,
+    })
+}
+
+fn whole(setting: &str, value: &str) -> Result<u64, BenchError> {
+    value
+        .parse()
+        .map_err(|_not_a_number| wrong("a whole number from 0", setting))
+}
+
+/// A file and what comes after it. A file's name may hold colons, and commas too: a part behind a comma is a setting
+/// when it has an equals sign.
+fn measured(text: &str) -> Result<BenchSpec, BenchError> {
+    let (mut file, mut noise_m_s2, mut seed) = (text, None, None);
+    while let Some((before, setting)) = file.rsplit_once(',') {
+        let Some((key, value)) = setting.split_once('=') else {
+            break;
+        };
+        let known = match key {
+            "noise" => noise_m_s2.replace(level(setting, value)?).is_none(),
+            "seed" => seed.replace(whole(setting, value)?).is_none(),
+            _ => {
+                return Err(wrong(
+                    &format!(
+                        "{MEASURED_FORM} (a file with `,` and `=` in its name needs another name)"
+                    ),
+                    setting,
+                ));
+            }
+        };
+        if !known {
+            return Err(wrong("each setting once", text));
+        }
+        file = before;
+    }
+    if file.is_empty() {
+        return Err(wrong(MEASURED_FORM, &format!("measured:{text}")));
+    }
+    Ok(BenchSpec::Measured(MeasuredSpec {
+        file: file.into(),
+        noise: SensorNoise {
+            rms_m_s2: noise_m_s2.unwrap_or(SensorNoise::USUAL_RMS_M_S2),
+            seed: seed.unwrap_or(1),
+        },
+    }))
+}
+
+fn level(setting: &str, value: &str) -> Result<f64, BenchError> {
+    let largest = SensorNoise::LARGEST_RMS_M_S2;
+    let level = value.parse().ok();
+    level
+        .filter(|level| (0.0..=largest).contains(level))
+        .ok_or_else(|| {
+            let expected = format!("a noise from 0 to {largest} m/s² rms, such as noise=0.003");
+            wrong(&expected, setting)
+        })
 }
 
 #[cfg(test)]
@@ -124,6 +236,41 @@ mod tests {
             "twin:colour=red",
         ] {
             assert!(bad.parse::<BenchSpec>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_measured_bench_is_a_file_and_what_comes_after_it() {
+        let usual = SensorNoise::USUAL_RMS_M_S2;
+        for (text, file, rms_m_s2, seed) in [
+            ("hand.json", "hand.json", usual, 1),
+            ("hand.json,noise=0.003,seed=7", "hand.json", 0.003, 7),
+            ("hand.json,seed=7,noise=0", "hand.json", 0.0, 7),
+            ("a/P01, 0.2 N.json,seed=2", "a/P01, 0.2 N.json", usual, 2),
+            ("C:\\hands\\P01.json", "C:\\hands\\P01.json", usual, 1),
+            ("a=b.json", "a=b.json", usual, 1),
+        ] {
+            let spec: BenchSpec = format!("measured:{text}").parse().unwrap();
+            let noise = SensorNoise { rms_m_s2, seed };
+            let file = PathBuf::from(file);
+            assert_eq!(spec, BenchSpec::Measured(MeasuredSpec { file, noise }));
+            assert!(spec.with_participant(2).is_err());
+        }
+        for (bad, part) in [
+            ("measured", "measured:FILE"),
+            ("measured:", "measured:FILE"),
+            ("measured:,seed=7", "measured:FILE"),
+            ("measured:hand.json,noise=-0.1", "from 0 to 1000 m/s²"),
+            ("measured:hand.json,noise=NaN", "from 0 to 1000 m/s²"),
+            ("measured:hand.json,noise=inf", "from 0 to 1000 m/s²"),
+            ("measured:hand.json,noise=", "from 0 to 1000 m/s²"),
+            ("measured:hand.json,seed=1.5", "a whole number"),
+            ("measured:hand.json,seed=1,seed=2", "each setting once"),
+            ("measured:hand.json,gain=B3", "noise=M_S2"),
+            ("measured:a,b=c.json", "another name"),
+        ] {
+            let said = bad.parse::<BenchSpec>().unwrap_err().to_string();
+            assert!(said.contains(part), "{bad}: {said}");
         }
     }
 }

@@ -1,9 +1,9 @@
 //! What a bench can do, whoever built it.
 
-use piezotact::Series;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
+use piezotact::{Doubt, Series};
 
 /// What is asked of one run: who touches how, and what the run is for.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,12 +44,12 @@ impl RunPlan {
 pub struct PlayDescription {
     /// What it is, for people.
     pub name: String,
-    /// Twin or hardware.
+    /// Twin, hardware, or a measured transfer function.
     pub kind: BenchKind,
     /// The rate at which it takes the drive.
     pub rate: SampleRate,
-    /// The gain that is set on the amplifier.
-    pub gain: AmplifierGain,
+    /// The gain that is set on the amplifier; absent where nothing describes what stands behind the output.
+    pub gain: Option<AmplifierGain>,
 }
 
 /// The acquiring half of a bench, as it describes itself.
@@ -57,15 +57,15 @@ pub struct PlayDescription {
 pub struct AcquireDescription {
     /// What it is, for people.
     pub name: String,
-    /// Twin or hardware.
+    /// Twin, hardware, or a measured transfer function.
     pub kind: BenchKind,
     /// The rate of its channels.
     pub rate: SampleRate,
     /// The channels' names and SI units, in the order of [`Chunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// Who touches what and how; load and angle come with the run.
+    /// Who touches what and how; load and angle come with the run, except where the bench has them already.
     pub condition: Condition,
-    /// The seed, for a twin.
+    /// The seed, where something is drawn.
     pub seed: Option<u64>,
     /// What it will do and how it is set, for the provenance of what it records.
     pub steps: Vec<String>,
@@ -100,11 +100,12 @@ pub struct PlayReport {
 pub trait Play {
     /// What it is.
     fn describe(&self) -> PlayDescription;
-    /// Measures the way from the drive to the actuator: volts at full scale, with the gain that is set.
+    /// Measures the way from the drive to the actuator: volts at full scale, with the gain that is set. `None` where
+    /// nothing describes it, and the digital full scale is the only limit that is known.
     ///
     /// # Errors
     /// [`BenchError`] when it cannot be measured.
-    fn calibrate(&mut self) -> Result<DriveSetup, BenchError>;
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, BenchError>;
     /// Takes the drive (full scale = 1) and makes everything ready to start without delay.
     ///
     /// # Errors
@@ -128,6 +129,19 @@ pub trait Play {
 pub trait Acquire {
     /// What it is.
     fn describe(&self) -> AcquireDescription;
+    /// What goes on while `run` is recorded: what the bench says, at the load and angle of the run, unless they are not
+    /// the run's to choose.
+    fn condition(&self, run: &RunPlan) -> Condition {
+        Condition {
+            load_n: run.load,
+            angle_deg: Some(run.angle),
+            ..self.describe().condition
+        }
+    }
+    /// What a person should know of whatever is recorded in `run`, before it begins.
+    fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
+        Vec::new()
+    }
     /// Reads the sensors at rest.
     ///
     /// # Errors

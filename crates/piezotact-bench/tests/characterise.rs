@@ -224,11 +224,11 @@ fn measured(mishap: Mishap) -> (Result<Repeated, BenchError>, usize, Vec<String>
     let mut told = Vec::new();
     let done = repeated(
         &mut bench,
-        (&config, &setup),
+        (&config, setup.as_ref()),
         &repeats,
         &mut |bench, attempt, gate| -> Result<Recording, BenchError> {
             let gate = gate.unwrap();
-            play_and_record(bench, &drive, Some(&setup), &attempt.run, &mut |chunk| {
+            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |chunk| {
                 gate.admit(chunk).map_err(Into::into)
             })
         },
@@ -325,10 +325,10 @@ fn one_repeat_is_a_characterisation() {
     };
     let done: Result<Repeated, BenchError> = repeated(
         &mut bench,
-        (&config, &setup),
+        (&config, setup.as_ref()),
         &repeats,
         &mut |bench, attempt, _| {
-            play_and_record(bench, &drive, Some(&setup), &attempt.run, &mut |_| Ok(()))
+            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |_| Ok(()))
         },
         &mut |_| panic!("nothing is judged"),
     );

@@ -201,9 +201,13 @@ fn a_drive_for_another_gain_is_refused() {
         .player
         .calibrate()
         .unwrap();
-    let refused = play_and_record(&mut bench, &drive, Some(&setup), &run("play"), &mut |_| {
-        Ok(())
-    })
+    let refused = play_and_record(
+        &mut bench,
+        &drive,
+        setup.as_ref(),
+        &run("play"),
+        &mut |_| Ok(()),
+    )
     .unwrap_err()
     .to_string();
     assert!(

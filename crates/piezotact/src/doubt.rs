@@ -223,6 +223,20 @@ pub enum Doubt {
         /// The rms level in quantisation steps.
         rms_in_steps: f64,
     },
+    /// No channel says whether the load was held.
+    ForceNotMeasured {
+        /// The load that the condition says, N.
+        load_n: f64,
+    },
+    /// A drive was played through a transfer function that was measured before.
+    Rehearsed {
+        /// The transfer function and where it comes from.
+        through: String,
+        /// Where it answers.
+        answers_hz: Band,
+        /// How many doubts it carries of its own.
+        own_doubts: usize,
+    },
     /// The mean normal force was not what the condition says.
     LoadOffTarget {
         /// The mean force in N.

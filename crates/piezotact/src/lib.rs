@@ -7,11 +7,12 @@
 //! The modules stand in the order of the work:
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
 //! with [`correct`] for a loop that measures again, [`manipulate`] for textures made otherwise on purpose, [`score`] for whether a
-//! finger could tell, [`envelope`] for files that hold no waveform, [`resample`] between rates, [`device`] for what a drive passes
+//! finger could tell, [`envelope`] for files that hold no waveform, [`resample`] between rates, [`convolve`] for what comes of a drive through an impulse response, [`device`] for what a drive passes
 //! through, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
+pub mod convolve;
 pub mod correct;
 pub mod device;
 pub mod doubt;

@@ -111,7 +111,7 @@ impl Condition {
 pub struct Provenance {
     /// The bench or file it comes from, as a person would name it.
     pub source: String,
-    /// Whether the source is a digital twin or hardware; absent for a file that does not say.
+    /// Whether the source is a digital twin, hardware, or played through a measured transfer function; absent for a file that does not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bench: Option<BenchKind>,
     /// The seed of a twin or of a random drive.
@@ -141,6 +141,8 @@ pub enum BenchKind {
     Twin,
     /// Real devices.
     Hardware,
+    /// A transfer function that was measured before, through which a drive is played: no finger is touched.
+    Measured,
 }
 
 /// One channel of a recording, in SI.

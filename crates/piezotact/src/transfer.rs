@@ -362,6 +362,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         Seconds(late as f64 / (n as f64 * self.resolution_hz))
     }
 
+    /// The impulse response at twice the highest line, as many samples as twice the lines less one, in units of `O` per
+    /// `I`; the second half stands for negative times. What is known not to be driven is taken to answer nothing, and the
+    /// lines at 0 Hz and at the end keep their real parts alone.
+    #[must_use]
+    pub fn impulse_response(&self) -> Vec<f64> {
+        let driven = |line: usize| {
+            let frequency_hz = line as f64 * self.resolution_hz;
+            self.driven.is_none_or(|band| band.contains(frequency_hz))
+        };
+        let lines = self.response.iter().enumerate();
+        let bins = lines
+            .map(|(line, h)| if driven(line) { *h } else { Complex::default() })
+            .collect();
+        fourier::RealTransform::new(2 * (self.response.len() - 1)).inverse(bins)
+    }
+
     /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.
     #[must_use]
     pub fn coherence_in(&self, band: Band) -> Option<CoherenceSummary> {

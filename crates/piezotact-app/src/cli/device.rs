@@ -12,17 +12,18 @@ use super::Reading;
 /// How the finger is asked to lie.
 #[derive(Debug, Args)]
 pub(crate) struct Finger {
-    /// The normal force that the participant holds, in N.
-    #[arg(long, default_value_t = 0.2, allow_negative_numbers = true)]
-    pub(crate) load: f64,
-    /// The angle between finger and surface, in degrees.
-    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
-    pub(crate) angle: f64,
+    /// The normal force that the participant holds, in N; on a measured bench its own, else 0.2 unless stated.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) load: Option<f64>,
+    /// The angle between finger and surface, in degrees; on a measured bench its own, else 20 unless stated.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) angle: Option<f64>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Characterise {
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// transfer function in FILE.
     #[arg(long)]
     pub(crate) bench: BenchSpec,
     /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which tells
@@ -227,7 +228,8 @@ pub(crate) struct Render {
     /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
-    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3.
+    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// transfer function in FILE.
     #[arg(long, requires = "mode")]
     pub(crate) bench: Option<BenchSpec>,
     /// How often the loop corrects at most; every drive is played twice.
@@ -247,7 +249,8 @@ pub(crate) struct Render {
 pub(crate) struct Play {
     /// The drive (WAV) that `render` wrote.
     pub(crate) drive: PathBuf,
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3.
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// transfer function in FILE.
     #[arg(long)]
     pub(crate) bench: BenchSpec,
     /// The recording to write (Parquet).

@@ -9,19 +9,19 @@ use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::procedure::{
     self, Attempt, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
 };
-use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, BenchError, ExcitationConfig, Gate, GateConfig};
 use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
 use serde_json::{Value, json};
 
 use super::play::{Keeping, play};
-use super::{bench_failure, outputs, recording_files, run_plan};
+use super::{bench_failure, open_bench, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report::transfer;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
+    let mut bench = open_bench(&args.bench)?;
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
             kind: args.excitation,
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         },
         welch: WelchConfig::hann(args.segment),
         estimator: Estimator::H1,
-        run: run_plan("characterise", &args.finger),
+        run: run_plan("characterise", &args.finger, bench.acquirer.as_ref()),
     };
     let repeats = RepeatConfig {
         repeats: usize::from(args.repeats),
@@ -57,8 +57,8 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         .chain(recordings.flatten())
         .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
-    outputs(&[], &written)?;
-    let mut bench = args.bench.open(&TwinParameters::built_in());
+    let read: Vec<&Path> = args.bench.file().into_iter().collect();
+    outputs(&read, &written)?;
     let mut done = repeated(&mut bench, &config, &repeats, &record)?;
     let each: Vec<Distortion> = done
         .each
@@ -211,7 +211,7 @@ pub(crate) fn repeated(
     };
     let done = procedure::repeated(
         bench,
-        (config, &setup),
+        (config, setup.as_ref()),
         repeats,
         &mut |bench: &mut Bench, attempt: &Attempt, gate: Option<&mut Gate>| {
             let what = format!(
@@ -227,7 +227,7 @@ pub(crate) fn repeated(
                 what: &what,
                 gate,
             };
-            play(bench, &drive, Some(&setup), &attempt.run, keeping).map_err(Ended::Failure)
+            play(bench, &drive, setup.as_ref(), &attempt.run, keeping).map_err(Ended::Failure)
         },
         &mut |refused| {
             say(&refused.to_string());

@@ -23,16 +23,16 @@ use serde_json::json;
 use super::characterise::characterise;
 use super::play::{Keeping, play};
 use super::render::write_drive;
-use super::run_plan;
 use super::verify::{verdict, verification_json};
+use super::{open_bench, run_plan};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, say_doubts, write_text};
 use crate::report::{self, Page, Straight};
 
 const FINGER: Finger = Finger {
-    load: 0.2,
-    angle: 20.0,
+    load: Some(0.2),
+    angle: Some(20.0),
 };
 const PARTICIPANT: u64 = 1;
 const TEXTURE_RATE_HZ: u32 = 5_000;
@@ -47,12 +47,11 @@ pub(crate) fn run(args: &Demo) -> Outcome {
             out.display()
         )
     })?;
-    let mut bench = BenchSpec::Twin {
+    let mut bench = open_bench(&BenchSpec::Twin {
         participant: PARTICIPANT,
         seed: args.seed,
         gain: AmplifierGain::B3,
-    }
-    .open(&TwinParameters::built_in());
+    })?;
     say(&format!(
         "The whole loop on the {}, seed {}.",
         bench.player.describe().name,
@@ -186,7 +185,7 @@ fn transfer_function(
         },
         welch: WelchConfig::hann(2048),
         estimator: Estimator::H1,
-        run: run_plan("characterise", &FINGER),
+        run: run_plan("characterise", &FINGER, bench.acquirer.as_ref()),
     };
     let function = characterise(bench, &config, None)?.function;
     write_transfer(
@@ -234,11 +233,12 @@ fn played(
 ) -> Outcome<Recording> {
     let setup = bench.player.calibrate()?;
     let what = format!("playing {:.1} of drive", drive.duration());
+    let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
     play(
         bench,
         drive,
-        Some(&setup),
-        &run_plan(label, &FINGER),
+        setup.as_ref(),
+        &run,
         Keeping {
             record: Some(path),
             rendering,
@@ -257,7 +257,7 @@ fn sent_straight(
 ) -> Outcome<Straight<Recording>> {
     let setup = bench.player.calibrate()?;
     let drive = piezotact::render::straight(target, bench.player.describe().rate)?;
-    let fitting = piezotact::render::fitting(&drive, &setup);
+    let fitting = piezotact::render::fitting(&drive, setup.as_ref());
     Ok(Straight {
         as_it_stands: played(
             bench,

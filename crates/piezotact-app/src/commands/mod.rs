@@ -20,12 +20,13 @@ mod verify;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
-use piezotact_bench::{BenchError, Lying, RunPlan};
+use piezotact_bench::twin::TwinParameters;
+use piezotact_bench::{Acquire, Bench, BenchError, BenchSpec, Lying, RunPlan};
 use piezotact_dataset::sidecar::sidecar_path;
-use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
+use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording, read_transfer};
 
 use crate::cli::{Cli, Command, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
@@ -166,11 +167,26 @@ fn bench_failure(error: BenchError) -> Failure {
     }
 }
 
-fn run_plan(label: &str, finger: &Finger) -> RunPlan {
+/// The load of a run that states none, N.
+const USUAL_LOAD_N: f64 = 0.2;
+/// The angle of a run that states none, degrees.
+const USUAL_ANGLE_DEG: f64 = 20.0;
+
+/// A run of what the options ask for; what they leave open is as the bench has it, or as is usual.
+fn run_plan(label: &str, finger: &Finger, acquirer: &dyn Acquire) -> RunPlan {
+    let here = acquirer.describe().condition;
+    let (load, angle) = (finger.load.map(Newtons), finger.angle.map(Degrees));
     RunPlan {
         label: label.into(),
-        load: Some(Newtons(finger.load)),
-        angle: Degrees(finger.angle),
+        load: Some(load.or(here.load_n).unwrap_or(Newtons(USUAL_LOAD_N))),
+        angle: angle.or(here.angle_deg).unwrap_or(Degrees(USUAL_ANGLE_DEG)),
         lying: Lying::Anew,
     }
+}
+
+/// The bench that is named on the command line, with the file read that it needs.
+fn open_bench(spec: &BenchSpec) -> Outcome<Bench> {
+    spec.open(&TwinParameters::built_in(), |path| {
+        Ok(read_transfer(path)?.function::<Drive, Acceleration>(path)?)
+    })
 }

@@ -10,20 +10,22 @@ use piezotact::recording::Recording;
 use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
-use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, Chunk, Gate, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
 
-use super::{bench_failure, outputs, recording_files, run_plan};
+use super::{bench_failure, open_bench, outputs, recording_files, run_plan};
 use crate::cli::Play;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
     let [record, journal] = recording_files(&args.record);
-    outputs(&[&args.drive], &[&record, &journal])?;
+    let read: Vec<&Path> = std::iter::once(args.drive.as_path())
+        .chain(args.bench.file())
+        .collect();
+    outputs(&read, &[&record, &journal])?;
     let contents = read_recording(&args.drive, &ReadOptions::default())?;
     let named =
         |error: anyhow::Error| Failure::Data(error.context(args.drive.display().to_string()));
@@ -31,7 +33,8 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .recording
         .series::<Drive>(None)
         .map_err(|error| named(error.into()))?;
-    let mut bench = args.bench.open(&TwinParameters::built_in());
+    let mut bench = open_bench(&args.bench)?;
+    let here = bench.player.calibrate()?;
     let setup = match (&contents.setup, args.gain) {
         (Some(made_for), Some(gain)) if made_for.gain != gain => {
             return Err(named(anyhow!(
@@ -39,26 +42,33 @@ pub(crate) fn run(args: &Play) -> Outcome {
                 made_for.gain
             )));
         }
-        (Some(made_for), _) => made_for.clone(),
-        (None, Some(gain)) => DriveSetup {
-            gain,
-            ..bench.player.calibrate()?
+        (Some(made_for), _) => Some(made_for.clone()),
+        (None, Some(gain)) => match here {
+            Some(here) => Some(DriveSetup { gain, ..here }),
+            None => {
+                return Err(usage(anyhow!(
+                    "expected no --gain on the {}, of whose device nothing is known, found {gain}; leave it out",
+                    bench.player.describe().name
+                )));
+            }
         },
+        // Nothing is known of either: only the digital full scale counts.
+        (None, None) if here.is_none() => None,
         (None, None) => {
             return Err(named(anyhow!(
                 "expected to know which gain the drive is for, found nothing that says it; state it with --gain, or render with a transfer function that says it"
             )));
         }
     };
-    let run = run_plan("play", &args.finger);
+    let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
     let keeping = Keeping {
         record: Some(&args.record),
         rendering: contents.rendering.clone(),
         what: &format!("playing {:.1} of drive", drive.duration()),
         gate: None,
     };
-    let mut recording = play(&mut bench, &drive, Some(&setup), &run, keeping)?;
-    let clipped = headroom(drive.samples(), drive.rate(), Some(&setup)).clipped_fraction;
+    let mut recording = play(&mut bench, &drive, setup.as_ref(), &run, keeping)?;
+    let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
     if clipped > 0.0 {
         recording.doubts.push(Doubt::Clipped {
             what: "the drive that was played".into(),

@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use piezotact::correct::{CorrectConfig, Mode};
 use piezotact::manipulate::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
-use piezotact::recording::{Condition, Recording};
+use piezotact::recording::Recording;
 use piezotact::render::{
     self, Clipping, Headroom, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive,
     gains_for, headroom, require_gain,
@@ -14,24 +14,24 @@ use piezotact::render::{
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
-use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{BenchError, BenchSpec, GateConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::{Value, json};
 
-use super::{bench_failure, outputs, rate_option, run_plan, texture};
+use super::{bench_failure, open_bench, outputs, rate_option, run_plan, texture};
 use crate::cli::{InverseName, ModeName, PhaseName, Render};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts};
 use crate::report::name;
 
 pub(crate) fn run(args: &Render) -> Outcome {
-    outputs(
-        &[&args.target, &args.transfer],
-        &[&args.out, &sidecar_path(&args.out)],
-    )?;
+    let read: Vec<&Path> = [args.target.as_path(), &args.transfer]
+        .into_iter()
+        .chain(args.bench.as_ref().and_then(BenchSpec::file))
+        .collect();
+    outputs(&read, &[&args.out, &sidecar_path(&args.out)])?;
     if !(-120.0..=120.0).contains(&args.level) {
         return Err(usage(anyhow!(
             "expected a level from -120 to 120 dB, found {}; 0 is the texture's own",
@@ -159,14 +159,9 @@ fn in_a_loop(
     config: &RenderConfig,
     (mode, bench): (ModeName, &BenchSpec),
 ) -> Outcome<Looped> {
-    let mut bench = bench.open(&TwinParameters::built_in());
-    let run = run_plan("render", &args.finger);
-    let here = bench.acquirer.describe().condition;
-    let asked = Condition {
-        load_n: run.load,
-        angle_deg: Some(run.angle),
-        ..here
-    };
+    let mut bench = open_bench(bench)?;
+    let run = run_plan("render", &args.finger, bench.acquirer.as_ref());
+    let asked = bench.acquirer.condition(&run);
     for doubt in function.condition.doubts_when_measured(&asked) {
         say(&format!("doubt: {doubt}"));
     }

@@ -59,11 +59,8 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
 }
 
 fn bench_line(page: &Page<'_>) -> String {
-    let kind = match page.bench {
-        Some(BenchKind::Twin) => "Digital twin: no hardware and no person took part.",
-        Some(BenchKind::Hardware) => "Measured on hardware.",
-        None => "The recording does not say which bench it comes from.",
-    };
+    let kind = super::bench_told(page.bench)
+        .unwrap_or("The recording does not say which bench it comes from.");
     format!("{kind} What is shown as after was made from it: no finger felt it on a surface.")
 }
 

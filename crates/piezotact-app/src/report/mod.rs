@@ -103,12 +103,22 @@ fn page_of(title: &str, class: Option<&str>, body: &Markup) -> String {
     markup.into_string()
 }
 
+/// What stands in a report of something that does not say which bench it comes from.
+const UNKNOWN_BENCH: &str = "The measurement does not say which bench it comes from.";
+
+/// What a report says of the bench that a measurement comes from.
+fn bench_told(bench: Option<BenchKind>) -> Option<&'static str> {
+    bench.map(|kind| match kind {
+        BenchKind::Twin => "Digital twin: no hardware and no person took part.",
+        BenchKind::Hardware => "Measured on hardware.",
+        BenchKind::Measured => {
+            "Played through a measured transfer function: no finger was touched."
+        }
+    })
+}
+
 fn bench_line(page: &Page<'_>) -> String {
-    let kind = match page.provenance.bench {
-        Some(BenchKind::Twin) => "Digital twin: no hardware and no person took part.",
-        Some(BenchKind::Hardware) => "Measured on hardware.",
-        None => "The measurement does not say which bench it comes from.",
-    };
+    let kind = bench_told(page.provenance.bench).unwrap_or(UNKNOWN_BENCH);
     let seed = page
         .provenance
         .seed

@@ -3,7 +3,6 @@
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::quantity::{Band, Hertz, Quantity};
-use piezotact::recording::BenchKind;
 use piezotact::transfer::{Distortion, TransferFunction};
 
 use super::{document, figure, figures};
@@ -66,11 +65,8 @@ pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome
 }
 
 fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
-    let kind = match function.provenance.bench {
-        Some(BenchKind::Twin) => "Digital twin: no hardware and no person took part.",
-        Some(BenchKind::Hardware) => "Measured on hardware.",
-        None => "The recording does not say which bench it comes from.",
-    };
+    let kind = super::bench_told(function.provenance.bench)
+        .unwrap_or("The recording does not say which bench it comes from.");
     match function.condition.to_string() {
         nothing if nothing.is_empty() => kind.into(),
         known => format!("{kind} Measured with {known}."),

@@ -44,7 +44,7 @@ pub struct Characterisation {
     pub distortion: Option<Distortion>,
 }
 
-/// The drive that characterises the device on `bench`, and the set-up it goes through.
+/// The drive that characterises the device on `bench`, and the set-up it goes through, where one is described.
 ///
 /// # Errors
 /// Those of [`excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
@@ -52,7 +52,7 @@ pub struct Characterisation {
 pub fn excite(
     bench: &mut Bench,
     config: &CharacteriseConfig,
-) -> Result<(Series<Drive>, DriveSetup), BenchError> {
+) -> Result<(Series<Drive>, Option<DriveSetup>), BenchError> {
     let setup = bench.player.calibrate()?;
     let acquisition = bench.acquirer.describe().rate;
     let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
@@ -84,9 +84,11 @@ pub fn excite(
     }
 
     // No steeper than the amplifier follows into the actuator: beyond, it bends what it plays.
-    let slope = headroom(drive.samples(), drive.rate(), Some(&setup)).slope_v_per_s;
-    let followed = slope.map_or(1.0, |slope| setup.slew_limit_v_per_s() / slope);
-    let playable = setup.drive_limit().min(followed);
+    let playable = setup.as_ref().map_or(1.0, |setup| {
+        let slope = headroom(drive.samples(), drive.rate(), Some(setup)).slope_v_per_s;
+        let followed = slope.map_or(1.0, |slope| setup.slew_limit_v_per_s() / slope);
+        setup.drive_limit().min(followed)
+    });
     Ok((
         drive.amplified(Decibels::from_amplitude_ratio(playable)),
         setup,
@@ -106,8 +108,8 @@ pub fn characterise(
     keep: Keep<'_>,
 ) -> Result<Characterisation, BenchError> {
     let (drive, setup) = excite(bench, config)?;
-    let recording = play_and_record(bench, &drive, Some(&setup), &config.run, keep)?;
-    transfer_of(recording, &setup, config)
+    let recording = play_and_record(bench, &drive, setup.as_ref(), &config.run, keep)?;
+    transfer_of(recording, setup.as_ref(), config)
 }
 
 /// The transfer function that a recording of the drive gives, with all that it holds for.
@@ -116,7 +118,7 @@ pub fn characterise(
 /// [`BenchError::Recording`] when it lacks a channel, [`BenchError::Transfer`] when nothing comes through.
 pub fn transfer_of(
     recording: Recording,
-    setup: &DriveSetup,
+    setup: Option<&DriveSetup>,
     config: &CharacteriseConfig,
 ) -> Result<Characterisation, BenchError> {
     let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL))?;
@@ -150,7 +152,7 @@ pub fn transfer_of(
         .then(excitation.told(drive.peak()));
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
-    function.drive = Some(setup.clone());
+    function.drive = setup.cloned();
     function.doubts.extend(recording.doubts.clone());
     let judged = judged_band(config);
     function

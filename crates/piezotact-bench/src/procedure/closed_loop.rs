@@ -188,13 +188,19 @@ pub fn closed_loop(
     let Some(best) = best else {
         return Err(BenchError::Broken("no drive could be judged".into()));
     };
-    let rendered = finished(
+    let step = format!("corrected on the {}", bench.player.describe().name);
+    let first = RenderedDrive {
+        provenance: first.provenance.clone().then(step),
+        ..first
+    };
+    let mut rendered = finished(
         first,
         best.drive,
         config,
         (&iterations[best.number], &end),
         best.reached,
     );
+    rendered.doubts.extend(bench.acquirer.doubts(&config.run));
     Ok(Looped {
         iterations,
         best: best.number,

@@ -19,11 +19,11 @@ use crate::traits::{
     Acquire, Bench, BenchError, Chunk, PlayDescription, PlayReport, RunPlan, SensorCalibration,
 };
 
-/// The channels that every bench of this kind has.
+/// The drive as it was sent, looped back.
 pub const DRIVE_CHANNEL: &str = "drive";
 /// The acceleration of the fingernail.
 pub const ACCELERATION_CHANNEL: &str = "acceleration";
-/// The normal force of the finger.
+/// The normal force of the finger, where it is measured.
 pub const FORCE_CHANNEL: &str = "normal_force";
 /// The potential at full scale may depart by this share from what a drive was made for: 0.4 dB.
 const OUTPUT_TOLERANCE: f64 = 0.05;
@@ -52,11 +52,7 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
     RunStart {
         rate: description.rate,
         channels: description.channels,
-        condition: Condition {
-            load_n: run.load,
-            angle_deg: Some(run.angle),
-            ..description.condition
-        },
+        condition: acquirer.condition(run),
         provenance: Provenance {
             source: description.name,
             bench: Some(description.kind),
@@ -72,7 +68,7 @@ pub type Keep<'a> =
     &'a mut dyn FnMut(&Chunk) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// Refuses a drive that was made for another device than the bench is now: another gain, another potential
-/// at full scale, another rate, or samples beyond full scale.
+/// at full scale, another rate, a described device where the bench's is not, or samples beyond full scale.
 ///
 /// # Errors
 /// [`BenchError::Gain`], [`BenchError::OutputLevel`], [`BenchError::Rate`], [`BenchError::Impossible`].
@@ -101,6 +97,15 @@ pub fn require_device(
     let Some(setup) = rendered_for else {
         return Ok(());
     };
+    let (Some(gain), Some(found)) = (gain, bench.player.calibrate()?) else {
+        return Err(BenchError::Impossible {
+            expected: format!(
+                "a drive for a device that nothing describes, as that of the {name} is"
+            ),
+            found: format!("one for gain {}", setup.gain),
+            todo: "render it with the transfer function that stands behind this bench, and leave --gain out".into(),
+        });
+    };
     if setup.gain != gain {
         return Err(BenchError::Gain {
             drive: setup.gain,
@@ -108,7 +113,7 @@ pub fn require_device(
             name,
         });
     }
-    let found = bench.player.calibrate()?.volts_per_full_scale;
+    let found = found.volts_per_full_scale;
     if (found / setup.volts_per_full_scale - 1.0).abs() > OUTPUT_TOLERANCE {
         return Err(BenchError::OutputLevel {
             drive: setup.volts_per_full_scale,
@@ -139,6 +144,7 @@ pub fn play_and_record(
     let start = announce(bench.acquirer.as_ref(), run);
     let (samples, report) = outcome?;
     let mut recording = recording_of(with_rest(start, &at_rest), samples)?;
+    recording.doubts.extend(bench.acquirer.doubts(run));
     recording.doubts.extend(force_doubt(&recording, run));
     let expected = drive.samples().len();
     if report.played < expected || report.underruns > 0 {
@@ -210,10 +216,10 @@ fn with_rest(mut start: RunStart, at_rest: &SensorCalibration) -> RunStart {
         .filter(|(_, (_, noise))| **noise > 0.0)
         .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
         .collect();
-    start
-        .provenance
-        .steps
-        .push(format!("sensors at rest: {}", at_rest.join(", ")));
+    if !at_rest.is_empty() {
+        let step = format!("sensors at rest: {}", at_rest.join(", "));
+        start.provenance.steps.push(step);
+    }
     start
 }
 
@@ -255,8 +261,11 @@ fn acquire_while_playing(
 }
 
 fn force_doubt(recording: &Recording, run: &RunPlan) -> Option<Doubt> {
+    let Ok(force) = recording.series::<Force>(Some(FORCE_CHANNEL)) else {
+        let load_n = recording.condition.load_n?.0;
+        return Some(Doubt::ForceNotMeasured { load_n });
+    };
     let target_n = run.load?.0;
-    let force = recording.series::<Force>(Some(FORCE_CHANNEL)).ok()?;
     let mean_n = piezotact::series::mean(force.samples());
     ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
         .then_some(Doubt::LoadOffTarget { mean_n, target_n })

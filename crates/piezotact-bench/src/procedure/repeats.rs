@@ -13,7 +13,7 @@ use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
     transfer_of,
 };
-use crate::gate::{Breach, Gate, GateConfig};
+use crate::gate::{Breach, Gate, GateConfig, GateRoles};
 use crate::traits::{Bench, BenchError, Lying, RunPlan};
 
 /// How often a device is characterised, and what every repeat must keep to.
@@ -98,7 +98,7 @@ pub type Measure<'a, E> =
 /// `measure`.
 pub fn repeated<E: From<BenchError>>(
     bench: &mut Bench,
-    (config, setup): (&CharacteriseConfig, &DriveSetup),
+    (config, setup): (&CharacteriseConfig, Option<&DriveSetup>),
     repeats: &RepeatConfig,
     measure: Measure<'_, E>,
     told: &mut dyn FnMut(&Refused),
@@ -224,11 +224,12 @@ fn gate_of(
             todo: "turn the gate off".into(),
         })
     };
-    let roles = [
-        place(DRIVE_CHANNEL)?,
-        place(ACCELERATION_CHANNEL)?,
-        place(FORCE_CHANNEL)?,
-    ];
+    let roles = GateRoles {
+        drive: place(DRIVE_CHANNEL)?,
+        acceleration: place(ACCELERATION_CHANNEL)?,
+        // A bench without one says so in what it records.
+        force: place(FORCE_CHANNEL).ok(),
+    };
     let run = description.rate.samples_in(config.excitation.duration);
     Gate::new(
         gate,

@@ -119,7 +119,7 @@ pub(super) fn sent_straight(
 ) -> Result<[Series<Drive>; 2], ReplayError> {
     let setup = bench.player.calibrate()?;
     let drive = straight(target, bench.player.describe().rate)?;
-    let softer = fitting(&drive, &setup);
+    let softer = fitting(&drive, setup.as_ref());
     Ok([drive, softer])
 }
 

@@ -221,12 +221,12 @@ impl Play for Player {
             name: world.bench.name(),
             kind: BenchKind::Twin,
             rate: rate(OUTPUT_RATE_HZ),
-            gain: world.bench.output.setup().gain,
+            gain: Some(world.bench.output.setup().gain),
         }
     }
 
-    fn calibrate(&mut self) -> Result<DriveSetup, BenchError> {
-        Ok(self.0.borrow().bench.output.setup().clone())
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, BenchError> {
+        Ok(Some(self.0.borrow().bench.output.setup().clone()))
     }
 
     fn ready(&mut self, drive: &Series<Drive>, _run: &RunPlan) -> Result<(), BenchError> {

@@ -186,6 +186,22 @@ impl fmt::Display for Doubt {
                 "{channel} is only {rms_in_steps:.1} converter steps rms, quantisation noise lies {:.0} dB below it: record with more gain",
                 20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
             ),
+            Self::ForceNotMeasured { load_n } => write!(
+                f,
+                "no force was measured: nobody can tell whether {load_n} N was held; take it on trust, or measure the force beside the acceleration"
+            ),
+            Self::Rehearsed { through, answers_hz, own_doubts } => {
+                write!(
+                    f,
+                    "no finger was touched: this was played through {through}, which answers over {answers_hz} alone, at one placement and without distortion"
+                )?;
+                match own_doubts {
+                    0 => {}
+                    1 => f.write_str(", and carries a doubt of its own that `piezotact info` shows")?,
+                    many => write!(f, ", and carries {many} doubts of its own that `piezotact info` shows")?,
+                }
+                f.write_str(": play it on the device before relying on it")
+            }
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,
                 "the mean normal force was {mean_n:.3} N, the condition says {target_n} N: repeat with the force held"

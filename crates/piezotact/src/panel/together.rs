@@ -131,6 +131,7 @@ fn kind(bench: BenchKind) -> String {
     match bench {
         BenchKind::Twin => "the digital twin".into(),
         BenchKind::Hardware => "real devices".into(),
+        BenchKind::Measured => "a measured transfer function, with no finger".into(),
     }
 }
 

@@ -26,13 +26,14 @@ pub struct Headroom {
     pub slope_v_per_s: Option<f64>,
 }
 
-/// A drive turned down until it stays 1 dB below the first limit of the device; unchanged when it does already.
+/// A drive turned down until it stays 1 dB below the first limit of the device, or below the digital full scale where
+/// nothing describes it; unchanged when it does already.
 ///
 /// Source: [`DriveSetup::drive_limit`].
 #[must_use]
-pub fn fitting(drive: &Series<Drive>, setup: &DriveSetup) -> Series<Drive> {
-    let room =
-        Decibels::from_amplitude_ratio(setup.drive_limit() / drive.peak().max(f64::MIN_POSITIVE));
+pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Drive> {
+    let limit = setup.map_or(1.0, DriveSetup::drive_limit);
+    let room = Decibels::from_amplitude_ratio(limit / drive.peak().max(f64::MIN_POSITIVE));
     drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
 }
 

@@ -8,7 +8,6 @@ use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::procedure::{
     CharacteriseConfig, Gating, RepeatConfig, excite, play_and_record, repeated,
 };
-use piezotact_bench::twin::TwinParameters;
 use piezotact_bench::{Bench, BenchError, ExcitationConfig, Lying, RunPlan};
 use piezotact_dataset::{Adopted, PanelFolder, TransferDocument};
 use serde_json::json;
@@ -16,8 +15,8 @@ use serde_json::json;
 use super::open_or_begin;
 use crate::cli::OnOff;
 use crate::cli::panel::Run;
-use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
+use crate::commands::{bench_failure, open_bench};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_json, progress, say};
 
@@ -62,7 +61,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         };
         let what = format!("{} ({measured} of {left} measured)", first.participant);
         let bar = progress(&what, Seconds(args.seconds * open.len() as f64));
-        let mut bench = bench_of(args, person.number);
+        let mut bench = bench_of(args, person.number)?;
         let mut done = || -> Outcome {
             for filing in &open {
                 measure(
@@ -108,7 +107,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
 fn planned(args: &Run) -> Outcome<Vec<Person>> {
     let mut people: Vec<Person> = Vec::new();
     for &number in &args.participants.0 {
-        let mut bench = bench_of(args, number);
+        let mut bench = bench_of(args, number)?;
         let description = bench.acquirer.describe();
         let participant = description.condition.participant.ok_or_else(|| {
             anyhow!(
@@ -172,9 +171,9 @@ fn campaign(args: &Run) -> String {
     )
 }
 
-fn bench_of(args: &Run, participant: u64) -> Bench {
+fn bench_of(args: &Run, participant: u64) -> Outcome<Bench> {
     let spec = args.bench.clone().with_participant(participant);
-    spec.open(&TwinParameters::built_in())
+    open_bench(&spec.map_err(bench_failure)?)
 }
 
 /// How one measurement is made: the finger is put down for the first repeat of a placement and left there.
@@ -226,10 +225,10 @@ fn measure(
     };
     let done = repeated(
         bench,
-        (&config, &setup),
+        (&config, setup.as_ref()),
         &once,
         &mut |bench, attempt, mut gate| {
-            play_and_record(bench, &drive, Some(&setup), &attempt.run, &mut |chunk| {
+            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |chunk| {
                 let frames = chunk.channels.first().map_or(0, Vec::len);
                 went_on(frames as f64 / rate.hz());
                 match gate.as_deref_mut() {

@@ -71,13 +71,10 @@ fn bench_line(page: &Page<'_>) -> String {
         .iter()
         .map(|entry| entry.function.provenance.bench)
         .collect();
-    let bench = if kinds.iter().all(|kind| *kind == Some(BenchKind::Twin)) {
-        "Digital twin: no hardware and no person took part."
-    } else if kinds.iter().all(|kind| *kind == Some(BenchKind::Hardware)) {
-        "Measured on hardware."
-    } else {
-        "Not every measurement says whether it comes from a twin or from hardware."
-    };
+    let first = kinds.first().copied().flatten();
+    let bench = super::bench_told(first)
+        .filter(|_| kinds.iter().all(|kind| *kind == first))
+        .unwrap_or("Not every measurement says whether it comes from a twin, from hardware or through a measured transfer function.");
     let loads: Vec<String> = page.panel.loads_n().iter().map(f64::to_string).collect();
     let angles: Vec<String> = page
         .panel

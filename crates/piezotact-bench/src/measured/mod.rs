@@ -1,0 +1,216 @@
+//! A bench made from a transfer function that was measured before: a drive is played through the device and the finger as
+//! they were that day, and noise is added. It is for rehearsing a rendering on people who have been measured, or on
+//! responses that others published, before anybody sits down. No finger is touched, and whatever is recorded says so.
+
+mod world;
+
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Newtons, QuantityError, SampleRate};
+use piezotact::recording::{BenchKind, Condition};
+use piezotact::resample::Resampler;
+use piezotact::series::rms;
+use piezotact::transfer::TransferFunction;
+
+use crate::random::Random;
+use crate::traits::{Bench, BenchError, RunPlan};
+
+/// The rate of the output, Hz: that of a sound card, as the twin's.
+const OUTPUT_RATE_HZ: f64 = 48_000.0;
+/// The rates at which a response can be played through, Hz: none of touch needs another.
+const RATES_HZ: [f64; 2] = [200.0, 192_000.0];
+/// What of the narrower band comes through the change of rate unchanged.
+const PASSBAND_SHARE: f64 = 0.9;
+/// A load or an angle that differs by less than this share is the same, read back from a file.
+const SAME_SHARE: f64 = 1e-6;
+
+/// How the sensor behind a measured transfer function is imitated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorNoise {
+    /// White Gaussian noise on the acceleration over all of the acquisition's band, rms, m/s².
+    pub rms_m_s2: f64,
+    /// Draws it, with the label of each run.
+    pub seed: u64,
+}
+
+impl SensorNoise {
+    /// What a small piezoelectric accelerometer adds between 0 and 2.5 kHz, m/s² rms: the twin's 2 mm/s² of white and
+    /// 1 mm/s² of slow noise together.
+    pub const USUAL_RMS_M_S2: f64 = 0.0022;
+    /// The most that can be asked for, m/s² rms: more than any finger does.
+    pub const LARGEST_RMS_M_S2: f64 = 1_000.0;
+}
+
+/// A device with a finger on it as a transfer function has it.
+#[derive(Clone, Debug)]
+pub struct MeasuredBench {
+    called: String,
+    function: TransferFunction<Drive, Acceleration>,
+    noise: SensorNoise,
+    rate: SampleRate,
+    answers: Band,
+    to_acquisition: Resampler,
+    /// From the earliest time to the latest.
+    impulse: Vec<f64>,
+}
+
+impl MeasuredBench {
+    /// The bench that answers as `function` does, which is called `called` where people read it.
+    ///
+    /// # Errors
+    /// [`BenchError::Impossible`] when its lines end where no acquisition of touch has its half rate, or at a frequency
+    /// that has no simple ratio to 48 kHz, when it answers nothing where it was driven, or when the noise is not from 0 to
+    /// [`SensorNoise::LARGEST_RMS_M_S2`].
+    pub fn new(
+        function: TransferFunction<Drive, Acceleration>,
+        called: &str,
+        noise: SensorNoise,
+    ) -> Result<Self, BenchError> {
+        let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
+            expected,
+            found,
+            todo: todo.into(),
+        };
+        if !(0.0..=SensorNoise::LARGEST_RMS_M_S2).contains(&noise.rms_m_s2) {
+            return Err(wrong(
+                format!(
+                    "a noise from 0 to {} m/s² rms",
+                    SensorNoise::LARGEST_RMS_M_S2
+                ),
+                noise.rms_m_s2.to_string(),
+                "leave it out for the usual",
+            ));
+        }
+        let rate_hz = 2.0 * function.highest_hz();
+        let [lowest, highest] = RATES_HZ.map(|hz| hz / 2.0);
+        if !(RATES_HZ[0]..=RATES_HZ[1]).contains(&rate_hz) {
+            return Err(wrong(
+                format!("a transfer function whose lines end from {lowest} to {highest} Hz"),
+                format!("{} Hz in {called}", function.highest_hz()),
+                "export it to half the rate of the recording that it comes from",
+            ));
+        }
+        let rates = |error: &dyn std::fmt::Display| {
+            wrong(
+                format!(
+                    "lines of {called} that end at a frequency of which 48 kHz is a simple multiple"
+                ),
+                error.to_string(),
+                "export it on lines that end at a round frequency, such as 2500 Hz",
+            )
+        };
+        let rate = SampleRate::new(rate_hz).map_err(|error| rates(&error))?;
+        let output = output_rate().map_err(|error| rates(&error))?;
+        let narrower = rate.nyquist().0.min(output.nyquist().0);
+        let to_acquisition = Resampler::new(output, rate, Hertz(PASSBAND_SHARE * narrower))
+            .map_err(|error| rates(&error))?;
+        let mut impulse = function.impulse_response();
+        if rms(&impulse) == 0.0 {
+            return Err(wrong(
+                "a transfer function that answers where it was driven".into(),
+                format!("zeros in {called}"),
+                "measure it again",
+            ));
+        }
+        // The second half stands for negative times: it comes first.
+        let middle = impulse.len() / 2;
+        impulse.rotate_left(middle);
+        let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()));
+        let answers = whole.map_err(|error| rates(&error))?;
+        let answers = function
+            .driven
+            .and_then(|driven| driven.common(answers))
+            .unwrap_or(answers);
+        Ok(Self {
+            called: called.into(),
+            function,
+            noise,
+            rate,
+            answers,
+            to_acquisition,
+            impulse,
+        })
+    }
+
+    /// Its two halves.
+    #[must_use]
+    pub fn into_bench(self) -> Bench {
+        world::halves(self)
+    }
+
+    fn name(&self) -> String {
+        format!(
+            "measured transfer function {} (no finger was touched)",
+            self.called
+        )
+    }
+
+    /// The transfer function with where it comes from.
+    fn through(&self) -> String {
+        let provenance = &self.function.provenance;
+        let on = match provenance.bench {
+            Some(BenchKind::Twin) => "measured on a digital twin",
+            Some(BenchKind::Hardware) => "measured on hardware",
+            Some(BenchKind::Measured) => "itself a rehearsal and no measurement of a finger",
+            None => "of which the file does not say whether a finger was measured",
+        };
+        match provenance.source.as_str() {
+            "" => format!("the transfer function {}, {on}", self.called),
+            source => format!(
+                "the transfer function {} (from {source}), {on}",
+                self.called
+            ),
+        }
+    }
+
+    /// The drive (full scale = 1) at which the first limit that is known is reached: that of the converter, or of the
+    /// amplifier behind it.
+    fn limit(&self) -> f64 {
+        let setup = self.function.drive.as_ref();
+        setup.map_or(1.0, DriveSetup::drive_limit)
+    }
+
+    fn noise(&self, what: &str) -> impl FnMut() -> f64 + 'static {
+        let SensorNoise { rms_m_s2, seed } = self.noise;
+        let mut random = Random::stream(seed, 0, &format!("measured {what}"));
+        move || rms_m_s2 * random.normal()
+    }
+
+    /// Refuses another load or angle than the transfer function was measured at.
+    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+        let Condition {
+            load_n, angle_deg, ..
+        } = self.function.condition;
+        let pairs = [
+            (
+                "load",
+                "N",
+                load_n.map(|n| n.0),
+                run.load.map(|Newtons(n)| n),
+            ),
+            ("angle", "°", angle_deg.map(|a| a.0), Some(run.angle.0)),
+        ];
+        let same =
+            |measured: f64, asked: f64| (asked - measured).abs() <= SAME_SHARE * measured.abs();
+        for (what, unit, measured, asked) in pairs {
+            if let (Some(measured), Some(asked)) = (measured, asked)
+                && !same(measured, asked)
+            {
+                return Err(BenchError::Impossible {
+                    expected: format!(
+                        "the {what} of {measured} {unit} at which {} was measured",
+                        self.called
+                    ),
+                    found: format!("{asked} {unit}"),
+                    todo: format!(
+                        "leave --{what} out, or take a transfer function measured at {asked} {unit}"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn output_rate() -> Result<SampleRate, QuantityError> {
+    SampleRate::new(OUTPUT_RATE_HZ)
+}
