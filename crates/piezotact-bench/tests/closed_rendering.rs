@@ -15,7 +15,8 @@ use piezotact::device::AmplifierGain;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::render::{Inverse, RenderConfig, RenderError};
+use piezotact::render::{Inverse, PhaseForm, RenderConfig, RenderError};
+use piezotact::resample::resample;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -90,11 +91,24 @@ fn config(mode: Mode) -> LoopConfig {
 }
 
 fn error_of(looped: &Looped, iteration: usize) -> f64 {
-    let v = &looped.iterations[iteration].verification;
-    v.error_db_rms_achievable.unwrap_or(v.error_db_rms)
+    looped.iterations[iteration].verification.judged_error_db()
 }
 
-/// Both aims: never worse than the open loop, and within 1 dB rms and 3 dB of the target at a level that fits.
+fn told(looped: &Looped) -> String {
+    let (open, best) = (&looped.iterations[0], &looped.confirmed);
+    format!(
+        "{:.2} → {:.2} dB rms, {:.1} dB at most, NMSE {:.1} → {:.1} dB; {}",
+        open.verification.judged_error_db(),
+        best.judged_error_db(),
+        best.error_db_max,
+        open.verification.waveform_nmse_db,
+        best.waveform_nmse_db,
+        looped.end
+    )
+}
+
+/// Both aims: as good as the open loop where that is as good as can be, and within 1 dB rms and 3 dB of the target at a
+/// level that fits, by a measurement that chose nothing.
 #[test]
 fn closed_loops_are_no_worse_than_open_ones() {
     let target = texture().amplified(Decibels(-6.0));
@@ -104,29 +118,114 @@ fn closed_loops_are_no_worse_than_open_ones() {
             let mut bench = bench(participant);
             let looped =
                 closed_loop(&mut bench, &target, &function, &config(mode), &mut |_| {}).unwrap();
-            let (open, best) = (error_of(&looped, 0), error_of(&looped, looped.best));
-            let v = &looped.iterations[looped.best].verification;
-            println!(
-                "P{participant} {mode:?}: {open:.2} → {best:.2} dB rms, {:.1} dB at most, r {:.3}",
-                v.error_db_max, v.waveform_correlation
-            );
-            assert!(
-                best <= open && best <= 1.0 && v.error_db_max <= 3.0,
-                "{open} {best} {}",
-                v.error_db_max
-            );
+            println!("P{participant} {mode:?}: {}", told(&looped));
+            let confirmed = &looped.confirmed;
+            // A finger that lies still does not answer the same twice: 0.1 dB.
+            assert!(confirmed.judged_error_db() <= error_of(&looped, 0) + 0.15);
+            assert!(confirmed.judged_error_db() <= 0.5 && confirmed.error_db_max <= 3.0);
             assert!(looped.rendered.headroom.peak <= looped.rendered.headroom.limit + 1e-9);
+            let steps = looped.rendered.provenance.steps.join("; ");
             assert!(
-                looped
-                    .rendered
-                    .provenance
-                    .steps
-                    .last()
-                    .unwrap()
-                    .contains("closed loop")
+                steps.contains("closed loop") && steps.contains("once more"),
+                "{steps}"
             );
         }
     }
+}
+
+/// A transfer function that is wrong by a tilt of 12 dB is put right by measuring.
+#[test]
+fn what_is_wrong_with_a_transfer_function_is_corrected() {
+    let target = texture().amplified(Decibels(-12.0));
+    let wrong = {
+        let right = function(1);
+        let lines = right.frequencies_hz();
+        let response = right.response().iter().zip(&lines);
+        let tilted = response.map(|(h, hz)| h * 10f64.powf(0.3 * (hz / 500.0 - 1.0).min(1.0)));
+        let mut wrong = TransferFunction::from_lines(
+            tilted.collect(),
+            right.coherence().to_vec(),
+            right.resolution_hz(),
+            right.rate,
+            right.estimator,
+            right.averages,
+        )
+        .unwrap();
+        wrong.drive.clone_from(&right.drive);
+        wrong
+    };
+    for mode in [Mode::Replicate, Mode::Texture] {
+        let looped =
+            closed_loop(&mut bench(1), &target, &wrong, &config(mode), &mut |_| {}).unwrap();
+        println!("{mode:?} from a wrong function: {}", told(&looped));
+        let (open, best) = (&looped.iterations[0].verification, &looped.confirmed);
+        assert!(open.judged_error_db() > 2.0, "it was not wrong");
+        match mode {
+            Mode::Texture => assert!(best.judged_error_db() < 0.25 * open.judged_error_db()),
+            Mode::Replicate => assert!(
+                best.waveform_nmse_db < open.waveform_nmse_db - 12.0
+                    && best.judged_error_db() < 0.25 * open.judged_error_db()
+            ),
+        }
+    }
+}
+
+/// A target of any rate is corrected: above the bench's rate too.
+#[test]
+fn the_rate_of_the_target_does_not_matter() {
+    let (function, target) = (function(2), texture().amplified(Decibels(-6.0)));
+    let rate = |hz: f64| SampleRate::new(hz).unwrap();
+    for hz in [4_000.0, 5_000.0, 10_000.0, 48_000.0] {
+        let target = resample(&target, rate(hz)).unwrap();
+        for mode in [Mode::Replicate, Mode::Texture] {
+            let looped = closed_loop(
+                &mut bench(2),
+                &target,
+                &function,
+                &config(mode),
+                &mut |_| {},
+            )
+            .unwrap();
+            println!("{hz} Hz, {mode:?}: {}", told(&looped));
+            assert!(
+                looped.confirmed.judged_error_db() < 0.4,
+                "{}",
+                told(&looped)
+            );
+            assert!(error_of(&looped, looped.iterations.len() - 1) < 0.6);
+            let said = |doubt: &Doubt| matches!(doubt, Doubt::RateConverted { .. });
+            assert_eq!(looped.rendered.doubts.iter().any(said), hz > 5_000.0);
+        }
+    }
+}
+
+/// A waveform cannot be had of the minimum phase, and a device that the transfer function does not describe is not played
+/// beyond what the bench can.
+#[test]
+fn a_loop_knows_its_device_and_its_phase() {
+    let (mut function, target) = (function(1), texture().amplified(Decibels(-6.0)));
+    let mut minimum = config(Mode::Replicate);
+    minimum.render.inverse.phase = PhaseForm::Minimum;
+    let refused = closed_loop(&mut bench(1), &target, &function, &minimum, &mut |_| {
+        panic!("it played")
+    });
+    assert!(matches!(
+        refused,
+        Err(BenchError::Render(RenderError::Phase))
+    ));
+    let limit = function.drive.take().unwrap().drive_limit();
+    let mut loud = config(Mode::Texture);
+    loud.render.inverse.inverse = Inverse::DriveLimited;
+    let target = target.amplified(Decibels(16.0));
+    let looped = closed_loop(&mut bench(1), &target, &function, &loud, &mut |_| {}).unwrap();
+    let (peak, setup) = (
+        looped.rendered.drive.peak(),
+        looped.rendered.setup.as_ref().unwrap(),
+    );
+    assert!(
+        peak <= limit + 1e-9 && (setup.drive_limit() - limit).abs() < 0.01,
+        "{peak} {limit}"
+    );
 }
 
 /// What does not fit is said before anything plays, with the level that does; asked to fit, it fits.
@@ -145,11 +244,24 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     let looped = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {}).unwrap();
     let headroom = &looped.rendered.headroom;
     println!(
-        "turned down: {:.2} dB rms over what is left, given up {:?}",
-        error_of(&looped, looped.best),
+        "turned down: {}; given up {:?}",
+        told(&looped),
         looped.rendered.given_up
     );
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
+    let turned_down = looped.rendered.doubts.iter().find_map(|doubt| match doubt {
+        Doubt::TurnedDown { fits_at_db, .. } => Some(*fits_at_db),
+        _ => None,
+    });
+    // It fits at that level, crests pressed, and not much above.
+    let fits_at = turned_down.unwrap();
+    loop_config.render.inverse.inverse = Inverse::Constant;
+    let target = target.amplified(Decibels(fits_at));
+    let looped = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {}).unwrap();
+    println!("at {fits_at} dB: {}", told(&looped));
+    assert!(looped.confirmed.judged_error_db() <= 1.0);
+    let louder = target.amplified(Decibels(1.0));
+    assert!(closed_loop(&mut bench(1), &louder, &function, &loop_config, &mut |_| {}).is_err());
 }
 
 #[derive(Clone, Copy)]
@@ -157,6 +269,12 @@ enum Mishap {
     Lifts,
     Clips,
     Presses,
+    /// The sensor is plugged in the other way round.
+    Turns,
+    /// The finger lifts, and the sensor has an offset.
+    LiftsAtAnOffset,
+    /// The converter stops answering.
+    Fails,
 }
 
 /// A bench on which something happens from the run of a number on.
@@ -193,6 +311,19 @@ impl Acquire for Disturbed {
                 Mishap::Clips => chunk.channels[1]
                     .iter_mut()
                     .for_each(|v| *v = v.clamp(-0.2, 0.2)),
+                Mishap::Turns => chunk.channels[1].iter_mut().for_each(|v| *v = -*v),
+                Mishap::LiftsAtAnOffset => {
+                    chunk.channels[1].iter_mut().enumerate().for_each(|(i, v)| {
+                        *v = 0.3 + 1e-3 * ((i * i * 7919 % 1000) as f64 / 500.0 - 1.0);
+                    });
+                }
+                Mishap::Fails => {
+                    return Err(BenchError::Impossible {
+                        expected: "samples".into(),
+                        found: "none for a second".into(),
+                        todo: "check the cable".into(),
+                    });
+                }
                 Mishap::Presses => chunk.channels[2].iter_mut().for_each(|v| *v *= 2.0),
             }
         }
@@ -232,6 +363,9 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
         (Mishap::Lifts, "finger lifted"),
         (Mishap::Clips, "sensor clips"),
         (Mishap::Presses, "the force averaged"),
+        (Mishap::Turns, "sign reversed"),
+        (Mishap::LiftsAtAnOffset, "finger lifted"),
+        (Mishap::Fails, "check the cable"),
     ] {
         let looped = disturbed(mishap, 4).unwrap();
         assert!(
@@ -254,6 +388,8 @@ fn what_happens_at_once_is_an_error() {
     for (mishap, why) in [
         (Mishap::Lifts, "finger lifted"),
         (Mishap::Presses, "the force averaged"),
+        (Mishap::LiftsAtAnOffset, "finger lifted"),
+        (Mishap::Turns, "sign reversed"),
     ] {
         let error = disturbed(mishap, 2).unwrap_err().to_string();
         assert!(

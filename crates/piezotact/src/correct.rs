@@ -6,6 +6,7 @@
 
 mod answer;
 mod crest;
+mod heard;
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -14,12 +15,14 @@ use crate::device::DriveSetup;
 use crate::fourier::RealTransform;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
-    Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, achievable, runs,
+    Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, achievable, floored,
+    runs,
 };
 use crate::series::{Series, SeriesError, peak};
-use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
+use crate::spectrum::{Spectrum, WelchConfig};
 use crate::transfer::TransferFunction;
-use crate::verify::{VerifyConfig, VerifyError, align};
+use crate::verify::{VerifyConfig, VerifyError};
+use heard::Heard;
 
 /// What is to be met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -225,22 +228,33 @@ impl<O: Quantity> Correction<O> {
     }
 
     /// The parts of the band that the last drive reaches (the inverse does, and no more than half a decibel had to be taken
-    /// for the drive to fit), those that were given up, and the share of lines given up.
+    /// for the drive to fit), and those that were given up.
     #[must_use]
-    pub fn reached(&self) -> (Vec<Band>, Vec<Band>, f64) {
+    pub fn reached(&self) -> (Vec<Band>, Vec<Band>) {
+        let lines = self.lines(|k| self.achievable[k] && self.last.shares[k] >= KEPT);
+        let [reached, given_up] = self.runs(&lines);
+        (reached, given_up)
+    }
+
+    /// The parts of the band from which more than half a decibel had to be taken for the last drive to fit, and their share of
+    /// the lines; `None` where nothing had to be.
+    #[must_use]
+    pub fn turned_down(&self) -> Option<(Vec<Band>, f64)> {
+        let lines = self.lines(|k| self.last.shares[k] < KEPT);
+        let lost = lines.iter().filter(|(_, lost)| *lost).count();
+        let share = lost as f64 / lines.len().max(1) as f64;
+        let [bands, _] = self.runs(&lines);
+        (!bands.is_empty()).then_some((bands, share))
+    }
+
+    /// Lines of the band as far apart as shares are smooth, in Hz, and what is true of each.
+    fn lines(&self, of: impl Fn(usize) -> bool) -> Vec<(f64, bool)> {
         let step_hz = self.step_hz();
-        let band = self.render.inverse.band;
-        let lines: Vec<(f64, bool)> = self
-            .achievable
-            .iter()
-            .zip(&self.last.shares)
-            .enumerate()
-            .map(|(k, (achievable, share))| (k as f64 * step_hz, *achievable && *share >= KEPT))
-            .filter(|(hz, _)| band.contains(*hz))
-            .collect();
-        let lost = lines.iter().filter(|(_, reached)| !reached).count();
-        let [reached, given_up] = runs(&lines, band, step_hz);
-        (reached, given_up, lost as f64 / lines.len().max(1) as f64)
+        (0..self.last.shares.len())
+            .step_by(self.cell())
+            .map(|k| (k as f64 * step_hz, of(k)))
+            .filter(|(hz, _)| self.render.inverse.band.contains(*hz))
+            .collect()
     }
 
     /// Whether the last drive fits with nothing turned down by more than half a decibel.
@@ -256,8 +270,8 @@ impl<O: Quantity> Correction<O> {
         peak(&self.transform.inverse(self.drive.clone()))
     }
 
-    /// The level, re the target, up to which the drive fits with its crests pressed down and nothing turned down; no more
-    /// than 0 dB.
+    /// The level, re the target, up to which the drive fits with its crests pressed down and nothing turned down, to the tenth
+    /// of a decibel; no more than 0 dB.
     #[must_use]
     pub fn fits_at(&mut self) -> Decibels {
         if self.fits_at_gain(1.0) {
@@ -273,7 +287,19 @@ impl<O: Quantity> Correction<O> {
                 high = middle;
             }
         }
-        Decibels(low)
+        floored(Decibels(low))
+    }
+
+    /// Lines over which shares are smooth, fewer in a narrow band.
+    fn cell(&self) -> usize {
+        let band = self.render.inverse.band;
+        let cell_hz = SMOOTH_HZ.min((band.high().0 - band.low().0) / 8.0);
+        ((cell_hz / self.step_hz()) as usize).max(1)
+    }
+
+    fn runs(&self, lines: &[(f64, bool)]) -> [Vec<Band>; 2] {
+        let step_hz = self.step_hz() * self.cell() as f64;
+        runs(lines, self.render.inverse.band, step_hz)
     }
 
     fn fits_at_gain(&mut self, gain_ratio: f64) -> bool {
@@ -323,77 +349,52 @@ impl<O: Quantity> Correction<O> {
         Ok(Series::new(samples, self.render.output_rate)?)
     }
 
-    /// Corrects the drive by `response`, what was measured of the last one at the target's rate, however late, given the
-    /// noise's PSD as [`Self::welch`] estimates it.
+    /// Corrects the drive by `responses`, what was measured of the last one, once or more, at the target's rate, however late,
+    /// given the noise's PSD as [`Self::welch`] estimates it.
     ///
-    /// Formula: replicate: U ← U + μ·C·(s·T − Y)/s, C the inverse; texture: |U| ← |U|·(s²·T²/Y²)^(μ/2) of the PSDs, and where
-    /// others distort a line, U ← U + μ·((1 − |b|)·b/|b|·M − (C·Y − b·M))/s, M the drive that was meant there and b what of it
-    /// came; s what was left of the line when the drive was made to fit (so what was taken is not asked for
-    /// louder and louder); on lines with Y above the noise, by no more than the step.
+    /// Formula: replicate: U ← U + μ·w·C·(s·T − Y)/s, C the inverse, Y the mean of the responses, w = 1 − V/|s·T − Y|² with V the
+    /// variance of that mean; texture: |U| ← |U|·(s²·T²/Y²)^(μ/2) of the PSDs, and where others distort a line,
+    /// U ← U + μ·w·((1 − |b|)·b/|b|·M − (C·Y − b·M))/s, M the drive that was meant there and b what of it came; s what was left of
+    /// the line when the drive was made to fit (so what was taken is not asked for louder and louder); on lines with Y above
+    /// the noise, by no more than the step.
     ///
     /// Source: S. Arimoto, S. Kawamura and F. Miyazaki (1984), J. Robotic Systems 1(2), for learning; the spectrum equalisation
-    /// of random-vibration control for textures.
+    /// of random-vibration control for textures; Wiener's filter for w.
     ///
     /// # Errors
-    /// [`VerifyError::Rate`] when the response has another rate than the target, [`VerifyError::Silent`] when it holds nothing,
-    /// [`VerifyError::TooShort`] when it shares less than a segment with it.
+    /// [`VerifyError::Rate`] when a response has another rate than the target, [`VerifyError::Silent`] when it holds nothing,
+    /// [`VerifyError::TooShort`] when they share less than a segment with it.
     pub fn learn(
         &mut self,
-        response: &Series<O>,
+        responses: &[&Series<O>],
         noise: &Spectrum<O>,
     ) -> Result<Step, VerifyError> {
-        let rate = self.frame.rate();
-        if response.rate() != rate {
-            return Err(VerifyError::Rate {
-                target_hz: rate.hz(),
-                measured_hz: response.rate().hz(),
-            });
-        }
         let aim = self.aim()?;
-        let aligned = align(&aim, response, self.render.inverse.band)?;
-        let shared = aligned.from..aligned.to;
-        if shared.len() < self.welch.segment {
-            return Err(VerifyError::TooShort {
-                expected: self.welch.segment,
-                found: shared.len(),
-            });
-        }
-        let measured = &aligned.measured[shared.clone()];
-        let aim = &aim.samples()[shared.clone()];
-        let mut plan = WelchPlan::new(&self.welch, rate)?;
-        let wanted = plan.estimate::<O>(&[aim])?;
-        let got = plan.estimate::<O>(&[measured])?;
-        let lines = got.values.len();
+        let heard = Heard::of(responses, &aim, &self.welch, self.render.inverse.band)?;
+        let (as_drive, spread) = self.as_drive(&heard, aim.samples());
+        let lines = heard.got.values.len();
         let noise_at = |line: usize| noise.values.get(line).copied().unwrap_or(0.0);
         let believed = |line: usize| {
-            got.values[line] > self.config.noise_ratio * noise_at(line) && wanted.values[line] > 0.0
+            heard.got.values[line] > self.config.noise_ratio * noise_at(line)
+                && heard.wanted.values[line] > 0.0
         };
         // What is missing of the power, as a factor.
         let ratio = |line: usize| {
             if believed(line) {
-                wanted.values[line] / got.values[line]
+                heard.wanted.values[line] / heard.got.values[line]
             } else {
                 1.0
             }
         };
-        let mut padded = vec![0.0; self.transform.length()];
-        let begins = self.frame.before + shared.start;
-        match self.config.mode {
-            Mode::Texture => padded[begins..begins + shared.len()].copy_from_slice(measured),
-            Mode::Replicate => {
-                for ((place, t), y) in padded[begins..].iter_mut().zip(aim).zip(measured) {
-                    *place = t - y;
-                }
-            }
-        }
-        // What was measured, or what is missing of it, as drive.
-        let mut as_drive = self.transform.forward(&padded);
-        for (line, inverse) in as_drive.iter_mut().zip(&self.inverse) {
-            *line *= *inverse;
-        }
-        let answers = (self.config.mode == Mode::Texture)
-            .then(|| answer::answers(&self.meant(), &as_drive, self.smooth()));
-        let spacing = self.step_hz() / got.resolution_hz;
+        let answers = answer::answers(&self.meant(), &as_drive, self.smooth());
+        let missing = match self.config.mode {
+            Mode::Replicate => as_drive,
+            Mode::Texture => (0..as_drive.len())
+                .map(|k| answers.missing(k) * self.turned_back(k))
+                .collect(),
+        };
+        let sure = answer::sure(&missing, &spread, self.smooth());
+        let spacing = self.step_hz() / heard.got.resolution_hz;
         let mut changes = vec![Complex::default(); self.drive.len()];
         let (mut corrected, mut all) = (0usize, 0usize);
         for (k, change) in changes.iter_mut().enumerate() {
@@ -408,29 +409,63 @@ impl<O: Quantity> Correction<O> {
                 continue;
             }
             corrected += 1;
-            let strength = self.config.learning / self.last.shares[k].max(LEAST_SHARE);
-            *change = match &answers {
-                None => as_drive[k] * strength,
-                Some(answers) => {
-                    let others = (1.0 - answers.meant_share(k)) * got.values[line];
-                    // What others put on a line no magnitude of its own takes away: its opposite does.
-                    if answers.meant_share(k) < UNDISTURBED
-                        && others > self.config.noise_ratio * noise_at(line)
-                    {
-                        answers.missing(k) * self.turned_back(k) * strength
-                    } else {
-                        let low = (place as usize).min(lines - 2);
-                        let part = place - low as f64;
-                        let missing = ratio(low) * (1.0 - part) + ratio(low + 1) * part;
-                        old * (missing.powf(0.5 * self.config.learning) - 1.0)
-                    }
-                }
+            let others = (1.0 - answers.meant_share(k)) * heard.got.values[line];
+            // What others put on a line no magnitude of its own takes away: its opposite does.
+            let disturbed = answers.meant_share(k) < UNDISTURBED
+                && others > self.config.noise_ratio * noise_at(line);
+            *change = if self.config.mode == Mode::Replicate || disturbed {
+                let share = self.last.shares[k].max(LEAST_SHARE);
+                missing[k] * (self.config.learning * sure[k] / share)
+            } else {
+                let low = (place as usize).min(lines - 2);
+                let part = place - low as f64;
+                let missing = ratio(low) * (1.0 - part) + ratio(low + 1) * part;
+                old * (missing.powf(0.5 * self.config.learning) - 1.0)
             };
         }
         Ok(Step {
             corrected: corrected as f64 / all.max(1) as f64,
             change_db: self.change(&changes),
         })
+    }
+
+    /// What was measured, or for a waveform what is missing of it, as drive: the mean of what was heard, and the variance of
+    /// that mean.
+    fn as_drive(&mut self, heard: &Heard<O>, aim: &[f64]) -> (Vec<Complex<f64>>, Vec<f64>) {
+        let count = heard.measured.len() as f64;
+        let begins = self.frame.before + heard.shared.start;
+        let all: Vec<Vec<Complex<f64>>> = heard
+            .measured
+            .iter()
+            .map(|measured| {
+                let mut padded = vec![0.0; self.transform.length()];
+                let places = padded[begins..].iter_mut();
+                for ((place, t), y) in places.zip(&aim[heard.shared.clone()]).zip(measured) {
+                    *place = match self.config.mode {
+                        Mode::Texture => *y,
+                        Mode::Replicate => t - y,
+                    };
+                }
+                let mut lines = self.transform.forward(&padded);
+                for (line, inverse) in lines.iter_mut().zip(&self.inverse) {
+                    *line *= *inverse;
+                }
+                lines
+            })
+            .collect();
+        let mean: Vec<Complex<f64>> = (0..self.drive.len())
+            .map(|k| all.iter().map(|lines| lines[k]).sum::<Complex<f64>>() / count)
+            .collect();
+        let pairs = (count * (count - 1.0)).max(1.0);
+        let spread = mean
+            .iter()
+            .enumerate()
+            .map(|(k, mean)| {
+                let off = all.iter().map(|lines| (lines[k] - mean).norm_sqr());
+                off.sum::<f64>() / pairs
+            })
+            .collect();
+        (mean, spread)
     }
 
     /// Changes the drive, by no more than a step where a line is averaged with its neighbours; the rms of the change, dB.

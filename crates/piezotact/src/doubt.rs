@@ -103,6 +103,20 @@ pub enum Doubt {
         /// Their share of the band's lines, 0–1.
         share: f64,
     },
+    /// Frequencies that were turned down on purpose, so that the drive fits.
+    TurnedDown {
+        /// The bands of which more than half a decibel was taken.
+        bands: Vec<Band>,
+        /// Their share of the band's lines, 0–1.
+        share: f64,
+        /// The level, re the one asked for, at which nothing has to be, dB.
+        fits_at_db: f64,
+    },
+    /// The crests of a drive were pressed down, and its waveform with them.
+    CrestsPressed {
+        /// The correlation with the drive as it was asked for.
+        correlation: f64,
+    },
     /// Samples at the limit.
     Clipped {
         /// What clips: a channel or the stage of the device.

@@ -119,12 +119,21 @@ pub fn render<O: Quantity>(
         Ok(frame.played(drive))
     };
     let mut samples = drive_of(None)?;
-    let mut limiting = None;
-    if config.inverse.inverse == Inverse::DriveLimited {
-        let limit = function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit);
-        if peak(&samples) > limit {
-            let costs = Limiting::of(target.samples(), rate, function, band)?;
-            (samples, limiting) = fitted(&costs, limit, &mut drive_of)?;
+    let (mut achieved, given_up, share) = achievable(function, config)?;
+    let (mut lost, mut turned_down) = (given_up.clone(), None);
+    let limit = function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit);
+    let asked = peak(&samples);
+    if config.inverse.inverse == Inverse::DriveLimited && asked > limit {
+        let costs = Limiting::of(target.samples(), rate, function, band)?;
+        if let Some((fitting, limiting)) = fitted(&costs, limit, &mut drive_of)? {
+            let kept = reached(function, config, Some(&limiting))?;
+            samples = fitting;
+            turned_down = Some(Doubt::TurnedDown {
+                share: kept.share - share,
+                bands: without(&kept.given_up, &given_up),
+                fits_at_db: floored(Decibels::from_amplitude_ratio(limit / asked)).0,
+            });
+            (achieved, lost) = (kept.achievable, kept.given_up);
         }
     }
 
@@ -150,13 +159,13 @@ pub fn render<O: Quantity>(
     if function.drive.is_none() {
         doubts.push(Doubt::DeviceNotDescribed);
     }
-    let (achievable, given_up, share) = reached(function, config, limiting.as_ref())?;
     if !given_up.is_empty() {
         doubts.push(Doubt::GivenUp {
-            bands: given_up.clone(),
+            bands: given_up,
             share,
         });
     }
+    doubts.extend(turned_down);
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.peak > headroom.limit {
         match config.clipping {
@@ -165,7 +174,7 @@ pub fn render<O: Quantity>(
                     peak: headroom.peak,
                     limit: headroom.limit,
                     limited_by: headroom.limited_by,
-                    fits_at: Decibels((headroom.headroom_db * 10.0).floor() / 10.0),
+                    fits_at: floored(Decibels(headroom.headroom_db)),
                 });
             }
             Clipping::Allow => {
@@ -179,23 +188,15 @@ pub fn render<O: Quantity>(
             }
         }
     }
-    if let (Some(setup), Some(asked)) = (&function.drive, headroom.slope_v_per_s) {
-        let limit = setup.slew_limit_v_per_s();
-        if asked > limit {
-            doubts.push(Doubt::SlewLimited {
-                asked_v_per_s: asked,
-                limit_v_per_s: limit,
-            });
-        }
-    }
+    doubts.extend(headroom.slew_doubt(function.drive.as_ref()));
     Ok(RenderedDrive {
         drive: Series::new(samples, config.output_rate)?,
         setup: function.drive.clone(),
         condition: function.condition.clone(),
         config: config.clone(),
         headroom,
-        achievable,
-        given_up,
+        achievable: achieved,
+        given_up: lost,
         provenance: function.provenance.clone().then(format!(
             "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
             config.inverse.inverse.name(),
@@ -213,12 +214,13 @@ const HALVINGS: usize = 20;
 /// The drive that comes of an inverse, turned down or not.
 type DriveOf<'a> = &'a mut dyn FnMut(Option<&Limiting>) -> Result<Vec<f64>, RenderError>;
 
-/// The drive that is turned down no more than it takes to stay within `limit`, and by what.
+/// The drive that is turned down no more than it takes to stay within `limit`, and by what; `None` when nothing in the range
+/// fits.
 fn fitted(
     costs: &Limiting,
     limit: f64,
     drive_of: DriveOf<'_>,
-) -> Result<(Vec<f64>, Option<Limiting>), RenderError> {
+) -> Result<Option<(Vec<f64>, Limiting)>, RenderError> {
     let (mut weak, mut strong) = (-6.0f64, 6.0f64);
     let mut best = None;
     for _ in 0..HALVINGS {
@@ -227,16 +229,12 @@ fn fitted(
         let drive = drive_of(Some(&limiting))?;
         if peak(&drive) <= limit {
             strong = middle;
-            best = Some((drive, Some(limiting)));
+            best = Some((drive, limiting));
         } else {
             weak = middle;
         }
     }
-    match best {
-        Some(fits) => Ok(fits),
-        // Nothing in the range fits: the strongest is tried, and refused by its peak.
-        None => Ok((drive_of(None)?, None)),
-    }
+    Ok(best)
 }
 
 /// The negative control: the target's samples sent as the drive as they stand, one unit of `O` as full scale,
@@ -294,7 +292,45 @@ pub fn achievable<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     config: &RenderConfig,
 ) -> Result<(Vec<Band>, Vec<Band>, f64), RenderError> {
-    reached(function, config, None)
+    let Reached {
+        achievable,
+        given_up,
+        share,
+    } = reached(function, config, None)?;
+    if achievable.is_empty() {
+        return Err(RenderError::NoResponse {
+            band: config.inverse.band,
+        });
+    }
+    Ok((achievable, given_up, share))
+}
+
+/// A level to the tenth of a decibel, no louder.
+#[must_use]
+pub(crate) fn floored(level: Decibels) -> Decibels {
+    Decibels((level.0 * 10.0).floor() / 10.0)
+}
+
+/// What of `bands` is not in `others`, of which each lies within one of them.
+pub(crate) fn without(bands: &[Band], others: &[Band]) -> Vec<Band> {
+    let mut left = Vec::new();
+    for band in bands {
+        let mut low = band.low();
+        for other in others.iter().filter(|other| other.common(*band).is_some()) {
+            left.extend(Band::new(low, other.low()));
+            low = other.high();
+        }
+        left.extend(Band::new(low, band.high()));
+    }
+    left
+}
+
+/// What an inverse reaches.
+struct Reached {
+    achievable: Vec<Band>,
+    given_up: Vec<Band>,
+    /// The share of lines given up, 0–1.
+    share: f64,
 }
 
 /// As [`achievable`], of an inverse that `limiting` turned down.
@@ -302,7 +338,7 @@ fn reached<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     config: &RenderConfig,
     limiting: Option<&Limiting>,
-) -> Result<(Vec<Band>, Vec<Band>, f64), RenderError> {
+) -> Result<Reached, RenderError> {
     let band = config.inverse.band;
     let largest = function.peak_magnitude(band).powi(2).max(f64::MIN_POSITIVE);
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
@@ -330,12 +366,12 @@ fn reached<I: Quantity, O: Quantity>(
         })
         .collect();
     let lost = reached.iter().filter(|(_, reached)| !reached).count();
-    if lost == reached.len() {
-        return Err(RenderError::NoResponse { band });
-    }
     let [achievable, given_up] = runs(&reached, band, function.resolution_hz());
-    let share = lost as f64 / reached.len() as f64;
-    Ok((achievable, given_up, share))
+    Ok(Reached {
+        achievable,
+        given_up,
+        share: lost as f64 / reached.len() as f64,
+    })
 }
 
 /// The parts of `band` whose lines, `step_hz` apart, are true, and those whose are not.

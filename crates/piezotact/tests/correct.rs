@@ -245,7 +245,7 @@ fn looped(mode: Mode, level: f64, seed: u64) -> Missed {
         }
         let response = answer(drive.samples(), &mut noise);
         let response = Series::<Acceleration>::new(response, rate()).unwrap();
-        correction.learn(&response, &quiet).unwrap();
+        correction.learn(&[&response], &quiet).unwrap();
     }
     let (_, drive) = best.unwrap();
     let again = played(&drive, lead, length, &mut noise);

@@ -52,3 +52,13 @@ impl Answers {
         self.missing[line]
     }
 }
+
+/// How far each of the lines `missing` is to be believed, 0–1, when they scatter with the variance `spread`: what is left of
+/// their power without it, averaged over `smooth` neighbours on either side.
+pub(super) fn sure(missing: &[Complex<f64>], spread: &[f64], smooth: usize) -> Vec<f64> {
+    let power = smoothed(missing.iter().map(Complex::norm_sqr), smooth);
+    let spread = smoothed(spread.iter().copied(), smooth);
+    let each = power.iter().zip(&spread);
+    each.map(|(power, spread)| (1.0 - spread / power.max(f64::MIN_POSITIVE)).max(0.0))
+        .collect()
+}

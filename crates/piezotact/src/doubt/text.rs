@@ -104,6 +104,23 @@ impl fmt::Display for Doubt {
                     "): the device hardly answers there or was not measured well; what is felt there may be missing or wrong",
                 )
             }
+            Self::TurnedDown {
+                bands,
+                share,
+                fits_at_db,
+            } => {
+                write!(f, "so that the drive fits, {} of the band (", percent(*share))?;
+                list(f, bands)?;
+                write!(
+                    f,
+                    ") were turned down by more than 0.5 dB: what is felt there is weaker than it should be; {:.1} dB softer, nothing has to be",
+                    -fits_at_db
+                )
+            }
+            Self::CrestsPressed { correlation } => write!(
+                f,
+                "so that the drive fits, its crests were pressed down (correlation {correlation:.2} with what was asked for): the spectrum is kept, sudden bursts are softer; lower the level where they matter"
+            ),
             Self::Inverted { correlation } => write!(
                 f,
                 "the measurement follows its target with the sign reversed (correlation {correlation:.3}): check the polarity of sensor and actuator"

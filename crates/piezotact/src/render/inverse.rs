@@ -289,7 +289,9 @@ impl InversePlan {
                 frequency_hz,
             })
         }));
-        let in_band = self.lines.iter().filter(|line| line.weight > 0.5);
+        // The edges outside the band must not decide what is strong in it.
+        let inside = |line: &&Line| config.band.contains(line.frequency_hz);
+        let in_band = self.lines.iter().filter(inside);
         let largest = in_band.map(|line| line.h.norm_sqr()).fold(0.0, f64::max);
         if largest <= 0.0 {
             return Err(RenderError::NoResponse { band: config.band });

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
+use crate::doubt::Doubt;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::{Series, peak, rms};
 
@@ -24,6 +25,18 @@ pub struct Headroom {
     /// The steepest slope at the actuator, V/s; absent when the device is not described.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope_v_per_s: Option<f64>,
+}
+
+impl Headroom {
+    /// Whether the amplifier of `setup` cannot follow the steepest slope.
+    #[must_use]
+    pub fn slew_doubt(&self, setup: Option<&DriveSetup>) -> Option<Doubt> {
+        let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
+        (asked > limit).then_some(Doubt::SlewLimited {
+            asked_v_per_s: asked,
+            limit_v_per_s: limit,
+        })
+    }
 }
 
 /// A drive turned down until it stays 1 dB below the first limit of the device, or below the digital full scale where

@@ -1,0 +1,190 @@
+//! What a closed loop measures, and whether it can be believed.
+
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::quantity::{Acceleration, Drive, Force, SampleRate, Seconds};
+use piezotact::recording::Recording;
+use piezotact::resample::resample;
+use piezotact::series::{Series, mean, standard_deviation};
+use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
+use piezotact::verify::{Clipping, clipping};
+
+use super::{LoopConfig, impossible};
+use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, Keep, play_and_record};
+use crate::traits::{Bench, BenchError, Lying, RunPlan};
+
+/// How long the noise is listened to before anything is played, s.
+const SILENCE_S: f64 = 4.0;
+/// The time over which the mean force keeps to its share, s.
+const WINDOW_S: f64 = 10.0;
+/// Over less time a hand wanders more, with the root of the time, but no more than this much more.
+const MOST_WIDER: f64 = 3.0;
+/// A response that is no more than this times its noise is none.
+const SILENT_RATIO: f64 = 2.0;
+/// How often a measurement that cannot be believed is made.
+const ATTEMPTS: usize = 2;
+
+/// One drive as it was felt.
+pub(super) struct Felt {
+    pub(super) recording: Recording,
+    /// The response at the rate of the loop.
+    pub(super) response: Series<Acceleration>,
+    /// What clipped, at the rate it was acquired with.
+    pub(super) clipping: Clipping,
+}
+
+/// Why a measurement does not count.
+pub(super) enum Broken {
+    Bench(BenchError),
+    Unbelievable(String),
+}
+
+impl From<BenchError> for Broken {
+    fn from(error: BenchError) -> Self {
+        Self::Bench(error)
+    }
+}
+
+impl std::fmt::Display for Broken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bench(error) => error.fmt(f),
+            Self::Unbelievable(why) => f.write_str(why),
+        }
+    }
+}
+
+/// What measures: a bench with a finger on it, and what is known of both.
+pub(super) struct Listener<'a> {
+    pub(super) bench: &'a mut Bench,
+    pub(super) config: &'a LoopConfig,
+    /// The device that drives are made for.
+    pub(super) setup: Option<DriveSetup>,
+    /// The rate of the loop.
+    pub(super) rate: SampleRate,
+    /// The PSD of the response to silence; none before it was listened to.
+    pub(super) noise: Option<Spectrum<Acceleration>>,
+}
+
+impl Listener<'_> {
+    fn run(&self, label: &str) -> RunPlan {
+        let run = &self.config.run;
+        RunPlan {
+            label: format!("{}, {label}", run.label),
+            lying: Lying::AsIn(run.put_down_for().into()),
+            ..run.clone()
+        }
+    }
+
+    fn play(
+        &mut self,
+        drive: &Series<Drive>,
+        label: &str,
+    ) -> Result<(Recording, Series<Acceleration>), BenchError> {
+        let run = self.run(label);
+        let keep: Keep<'_> = &mut |_| Ok(());
+        let recording = play_and_record(self.bench, drive, self.setup.as_ref(), &run, keep)?;
+        let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
+        Ok((recording, response))
+    }
+
+    fn at_rate(&self, response: &Series<Acceleration>) -> Result<Series<Acceleration>, BenchError> {
+        resample(response, self.rate).map_err(|error| impossible("rates that go together", &error))
+    }
+
+    /// Listens to the response to silence, as `welch` estimates its PSD.
+    pub(super) fn listen(
+        &mut self,
+        welch: &WelchConfig,
+    ) -> Result<&Spectrum<Acceleration>, BenchError> {
+        let rate = self.bench.player.describe().rate;
+        let silence = Series::<Drive>::new(vec![0.0; rate.samples_in(Seconds(SILENCE_S))], rate)?;
+        let (_, response) = self.play(&silence, "silence")?;
+        let response = self.at_rate(&response)?;
+        let noise = WelchPlan::new(welch, self.rate)
+            .and_then(|mut plan| plan.estimate::<Acceleration>(&[response.samples()]))
+            .map_err(|error| impossible("a spectrum of the noise", &error))?;
+        Ok(self.noise.insert(noise))
+    }
+
+    /// Plays `drive`, and again where what came of it cannot be believed.
+    pub(super) fn feel(&mut self, drive: &Series<Drive>, label: &str) -> Result<Felt, Broken> {
+        let mut why = String::new();
+        for attempt in 1..=ATTEMPTS {
+            let (recording, response) = self.play(drive, &format!("{label}, attempt {attempt}"))?;
+            let felt = Felt {
+                clipping: clipping(&response, None, None),
+                response: self.at_rate(&response)?,
+                recording,
+            };
+            match self.believable(&felt) {
+                Ok(()) => return Ok(felt),
+                Err(reason) => why = reason,
+            }
+        }
+        Err(Broken::Unbelievable(why))
+    }
+
+    fn believable(&self, felt: &Felt) -> Result<(), String> {
+        let incomplete = |doubt: &&Doubt| {
+            matches!(
+                doubt,
+                Doubt::PlaybackIncomplete { .. } | Doubt::Interrupted { .. }
+            )
+        };
+        if let Some(doubt) = felt.recording.doubts.iter().find(incomplete) {
+            return Err(doubt.to_string());
+        }
+        self.held(&felt.recording)?;
+        if felt.clipping.fraction > 0.0 {
+            return Err(format!(
+                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
+                felt.clipping.fraction * 100.0
+            ));
+        }
+        let noise = self.noise.as_ref().map_or(0.0, |noise| {
+            (noise.values.iter().sum::<f64>() * noise.resolution_hz).sqrt()
+        });
+        let level = standard_deviation(felt.response.samples());
+        if level < SILENT_RATIO * noise {
+            return Err(format!(
+                "the response ({level:.4} m/s² rms) is no louder than its noise ({noise:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether the load was held, in every ten seconds.
+    fn held(&self, recording: &Recording) -> Result<(), String> {
+        let Some(load) = self.config.run.load else {
+            return Ok(());
+        };
+        let Ok(force) = recording.series::<Force>(Some(FORCE_CHANNEL)) else {
+            return Ok(());
+        };
+        let window = force.rate().samples_in(Seconds(WINDOW_S));
+        let whole = force.samples().len() / window.max(1);
+        let windows = whole.max(1);
+        for i in 0..windows {
+            // What is left over belongs to the last.
+            let to = if i + 1 == windows {
+                force.samples().len()
+            } else {
+                (i + 1) * window
+            };
+            let part = &force.samples()[i * window..to];
+            let mean_n = mean(part);
+            let wider = (window as f64 / part.len().max(1) as f64).sqrt();
+            let share = self.config.force_share * wider.clamp(1.0, MOST_WIDER);
+            if (mean_n / load.0 - 1.0).abs() > share {
+                let from_s = force.rate().duration_of(i * window).0;
+                return Err(format!(
+                    "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {} N ± {:.0} %: hold the finger so that the display shows it",
+                    load.0,
+                    share * 100.0
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,66 @@
+//! Responses brought onto the time of what was meant.
+
+use std::ops::Range;
+
+use crate::quantity::{Band, Quantity};
+use crate::series::Series;
+use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
+use crate::verify::{VerifyError, align};
+
+/// The responses to one drive, on the time of its aim.
+pub(super) struct Heard<O: Quantity> {
+    /// The samples of the aim that all of them cover.
+    pub(super) shared: Range<usize>,
+    /// Each of them there.
+    pub(super) measured: Vec<Vec<f64>>,
+    /// The PSD of the aim there.
+    pub(super) wanted: Spectrum<O>,
+    /// Their mean PSD.
+    pub(super) got: Spectrum<O>,
+}
+
+impl<O: Quantity> Heard<O> {
+    /// `responses` on the time of `aim`.
+    ///
+    /// # Errors
+    /// [`VerifyError::Rate`] when one has another rate, [`VerifyError::Silent`] when one holds nothing in `band`,
+    /// [`VerifyError::TooShort`] when they share less than a segment.
+    pub(super) fn of(
+        responses: &[&Series<O>],
+        aim: &Series<O>,
+        welch: &WelchConfig,
+        band: Band,
+    ) -> Result<Self, VerifyError> {
+        let mut shared = 0..aim.samples().len();
+        let mut measured = Vec::with_capacity(responses.len());
+        for response in responses {
+            if response.rate() != aim.rate() {
+                return Err(VerifyError::Rate {
+                    target_hz: aim.rate().hz(),
+                    measured_hz: response.rate().hz(),
+                });
+            }
+            let aligned = align(aim, response, band)?;
+            shared = shared.start.max(aligned.from)..shared.end.min(aligned.to);
+            measured.push(aligned.measured);
+        }
+        if measured.is_empty() || shared.len() < welch.segment {
+            return Err(VerifyError::TooShort {
+                expected: welch.segment,
+                found: if measured.is_empty() { 0 } else { shared.len() },
+            });
+        }
+        for measured in &mut measured {
+            measured.truncate(shared.end);
+            measured.drain(..shared.start);
+        }
+        let mut plan = WelchPlan::new(welch, aim.rate())?;
+        let all: Vec<&[f64]> = measured.iter().map(Vec::as_slice).collect();
+        Ok(Self {
+            wanted: plan.estimate::<O>(&[&aim.samples()[shared.clone()]])?,
+            got: plan.estimate::<O>(&all)?,
+            shared,
+            measured,
+        })
+    }
+}
