@@ -28,7 +28,8 @@ use super::verify::{verdict, verification_json};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, say_doubts, write_text};
-use crate::report::{self, Page, Straight};
+use crate::report;
+use crate::report::verify::{Page, Straight};
 
 const FINGER: Finger = Finger {
     load: 0.2,
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         condition: &measured.condition,
         straight: Some(&straight),
     };
-    write_text(&path, &report::render(&page)?)?;
+    write_text(&path, &report::verify::render(&page)?)?;
     let result = json!({
         "report": report::name(&path),
         "verification": verification_json(&verification)?,

@@ -16,7 +16,8 @@ use super::{outputs, rate_option, read, texture};
 use crate::cli::Verify;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
-use crate::report::{self, Page};
+use crate::report;
+use crate::report::verify::Page;
 
 pub(crate) fn run(args: &Verify) -> Outcome {
     let inputs = [
@@ -145,7 +146,7 @@ pub(crate) fn run(args: &Verify) -> Outcome {
             condition: &measured.recording.condition,
             straight: None,
         };
-        write_text(path, &report::render(&page)?)?;
+        write_text(path, &report::verify::render(&page)?)?;
     }
     if args.json {
         print_json(&verification_json(&verification)?)?;

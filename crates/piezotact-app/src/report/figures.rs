@@ -9,7 +9,7 @@ use plotters::style::RGBColor;
 use super::axis::Axis;
 use super::chart::{Chart, Corner, HEIGHT, Line, Mark, WIDTH, range};
 use crate::failure::Outcome;
-use crate::report::Straight;
+use crate::report::verify::Straight;
 
 const TARGET: RGBColor = RGBColor(30, 30, 30);
 /// The target where the measurement lies over it.
