@@ -3,7 +3,7 @@
 use num_complex::Complex;
 use serde::Serialize;
 
-use super::{Measured, VerifyConfig, VerifyError, rms_of, verify};
+use super::{Measured, Verification, VerifyConfig, VerifyError, rms_of, verify};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity};
 use crate::series::{Series, mean};
@@ -32,6 +32,18 @@ pub struct PredictedStraight {
     /// The PSD of the answer, matched in level to the texture, unit²/Hz.
     #[serde(skip)]
     pub answer_psd: Vec<f64>,
+}
+
+impl PredictedStraight {
+    /// The band that is judged, as text: as much of that of `verification` as the transfer function knows.
+    #[must_use]
+    pub fn judged_band(&self, verification: &Verification) -> String {
+        if self.band_hz == verification.band_hz {
+            verification.judged_band()
+        } else {
+            format!("{} within {}", verification.judged_band(), self.band_hz)
+        }
+    }
 }
 
 /// What the finger would feel if `target` itself were the drive, compared with `target` as [`verify`] compares and matched in

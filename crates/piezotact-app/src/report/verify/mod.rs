@@ -1,17 +1,25 @@
 //! The report of a verification: how close a measurement came to its target, and why.
 
+mod also;
+mod before;
+mod drive;
+mod straight;
+
 use maud::{Markup, html};
 use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{BenchKind, Condition, Provenance, Recording};
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::Verification;
+use piezotact::verify::{PredictedStraight, Tones, Verification, VerifyError, tones};
 use piezotact_dataset::sidecar::Rendering;
 
 use super::{document, figure, figures, transfer};
 use crate::failure::Outcome;
-use crate::output::headroom_text;
+
+pub(crate) use also::{Also, Told};
+pub(crate) use before::Before;
+pub(crate) use drive::{Found, ShownDrive};
 
 /// What a verification report shows.
 pub(crate) struct Page<'a> {
@@ -20,11 +28,20 @@ pub(crate) struct Page<'a> {
     /// The texture as it was recorded.
     pub(crate) target: &'a Recording,
     pub(crate) function: Option<&'a TransferFunction<Drive, Acceleration>>,
-    /// The drive, and the level at which the device clips.
-    pub(crate) drive: Option<(&'a Series<Drive>, f64)>,
+    /// The texture as it is compared, at its own level.
+    pub(crate) texture: &'a Series<Acceleration>,
+    /// What the measurement is called.
+    pub(crate) measured: &'a str,
+    pub(crate) drive: Option<ShownDrive<'a>>,
     pub(crate) rendering: Option<&'a Rendering>,
     pub(crate) provenance: &'a Provenance,
     pub(crate) condition: &'a Condition,
+    /// What the transfer function says that would come of sending the texture straight to the device.
+    pub(crate) predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
+    /// Further measurements of the same target.
+    pub(crate) also: &'a [Also<'a>],
+    /// The textures before the target was made of them.
+    pub(crate) before: &'a [Before<'a>],
     /// The negative control: the texture sent straight to the device.
     pub(crate) straight: Option<&'a Straight<Verification>>,
 }
@@ -46,9 +63,13 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (doubts(page))
         (spectra(page)?)
         (waveform(page)?)
-        @if let Some(straight) = page.straight { (negative_control(page.verification, straight)?) }
+        (also::section(page)?)
+        (before::section(page)?)
+        (drive::beside_texture(page)?)
         (transfer_function(page)?)
-        (drive(page)?)
+        (drive::headroom(page)?)
+        @if let Some(straight) = page.straight { (straight::measured(page.verification, straight)?) }
+        @if let Some(predicted) = page.predicted { (straight::predicted(page.verification, predicted)?) }
         (origin(page))
     };
     Ok(document(&page.title, &body))
@@ -132,14 +153,30 @@ fn doubts(page: &Page<'_>) -> Markup {
 
 fn spectra(page: &Page<'_>) -> Outcome<Markup> {
     let v = page.verification;
+    let tones = tones(v)?;
     Ok(html! {
         section {
             h2 { "Spectrum: what was meant and what was felt" }
             (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: what is judged."))
             (figure(&figures::error(v)?, "Error of every line of the band. Red: the limit that its rms is judged by; single lines may cross it."))
             p.soft { (estimator_line(v)) }
+            (figure(&figures::amplitudes(v, &tones)?, &amplitudes_line(v, &tones)))
         }
     })
+}
+
+/// How the amplitude spectra were computed.
+fn amplitudes_line(v: &Verification, tones: &Tones) -> String {
+    format!(
+        "Amplitude spectra (FFT) of the two within {}: a tone, as of a periodic texture, stands at its peak amplitude. {} window, segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the window's sum, which makes the amplitude of a tone right within 0.1 %. Of noise the height depends on the width of the lines: read it in the PSD.",
+        v.band_hz,
+        tones.welch.window.name(),
+        tones.welch.segment,
+        tones.welch.segment as f64 / v.rate_hz,
+        v.rate_hz / tones.welch.segment as f64,
+        tones.welch.overlap * 100.0,
+        tones.averages,
+    )
 }
 
 fn waveform(page: &Page<'_>) -> Outcome<Markup> {
@@ -148,33 +185,6 @@ fn waveform(page: &Page<'_>) -> Outcome<Markup> {
             h2 { "Waveform" }
             p { "Spectra overlap even when every phase is wrong; waveforms do not." }
             (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, both limited to the band that is compared, the measurement moved back by its delay."))
-        }
-    })
-}
-
-fn negative_control(rendered: &Verification, straight: &Straight<Verification>) -> Outcome<Markup> {
-    let row = |what: &str, v: &Verification, error_db: f64| {
-        html! {
-            tr {
-                td { (what) }
-                td.n { (format!("{error_db:.2} dB")) }
-                td.n { (format!("{:.3}", v.waveform_correlation)) }
-                td.n { (format!("{:.1} %", v.clipped_fraction * 100.0)) }
-            }
-        }
-    };
-    let (loud, fitting) = (&straight.as_it_stands, &straight.turned_down);
-    Ok(html! {
-        section {
-            h2 { "Negative control: the texture sent straight to the device" }
-            p { "Without its transfer function the device answers with something else. The texture was sent as it stands, 1 m/s² as a drive of 1, which the device clips; and turned down until nothing clips, compared after the mean error is taken away." }
-            table {
-                tr { th { "strategy" } th.n { (format!("spectrum error, rms over {}", rendered.band_hz)) } th.n { "waveform correlation" } th.n { "clipped" } }
-                (row("rendered through the transfer function", rendered, rendered.error_db_rms))
-                (row("sent straight, at the device's own scale", loud, loud.error_db_rms))
-                (row("sent straight without clipping, level-matched", fitting, fitting.error_db_rms_level_matched))
-            }
-            (figure(&figures::straight(straight)?, "What the finger feels when the texture is sent straight: at the device's own scale, and turned down."))
         }
     })
 }
@@ -202,34 +212,6 @@ fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
             @for (svg, caption) in figures.iter().zip(transfer::CAPTIONS) {
                 (figure(svg, caption))
             }
-        }
-    })
-}
-
-fn drive(page: &Page<'_>) -> Outcome<Markup> {
-    let Some((drive, limit)) = page.drive else {
-        return Ok(html! {});
-    };
-    Ok(html! {
-        section {
-            h2 { "Drive and its headroom" }
-            @if let Some(rendering) = page.rendering {
-                @let headroom = &rendering.headroom;
-                p { (format!(
-                    "The drive as computed: {}.", headroom_text(headroom)
-                )) }
-                p {
-                    "Achievable: "
-                    @for (i, band) in rendering.achievable_band_hz.iter().enumerate() { @if i > 0 { ", " } (band) }
-                    "."
-                    @if !rendering.given_up_band_hz.is_empty() {
-                        " Given up: "
-                        @for (i, band) in rendering.given_up_band_hz.iter().enumerate() { @if i > 0 { ", " } (band) }
-                        "."
-                    }
-                }
-            }
-            (figure(&figures::drive(drive, limit)?, "The drive as it was played. Red: where the device clips."))
         }
     })
 }
