@@ -303,6 +303,9 @@ pub(crate) struct Verify {
     /// The channel of the textures before; not needed when there is one, or one of acceleration.
     #[arg(long)]
     pub(crate) before_channel: Option<String>,
+    /// Takes one stroke of the textures before, from 1, as `manipulate --stroke` does.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) before_stroke: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: Reading,
     /// Writes a report.

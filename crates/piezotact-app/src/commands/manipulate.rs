@@ -35,8 +35,8 @@ const TILT_HELD_BELOW: Hertz = Hertz(10.0);
 const MANIPULATED: &str = " (manipulated)";
 
 /// A texture with what its file says of it.
-struct Opened {
-    texture: Texture<Acceleration>,
+pub(super) struct Opened {
+    pub(super) texture: Texture<Acceleration>,
     condition: Condition,
     provenance: Provenance,
 }
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
 }
 
 /// The texture in a file, or one stroke of it, with the lineage that it has so far and without its mean.
-fn open(
+pub(super) fn open(
     path: &Path,
     stroke: Option<u32>,
     channel: Option<&str>,
@@ -196,7 +196,7 @@ fn one_stroke(
     let strokes = segmentation.strokes.len();
     let Some(stroke) = segmentation.strokes.get(number - 1) else {
         return Err(at(anyhow!(
-            "expected a stroke from 1 to {strokes}, found --stroke {number}; `piezotact segment` lists them"
+            "expected a stroke from 1 to {strokes}, found {number}; `piezotact segment` lists them"
         )));
     };
     let gesture = HighPass::gesture();

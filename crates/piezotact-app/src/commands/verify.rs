@@ -16,7 +16,7 @@ use piezotact_dataset::sidecar::{Rendering, read_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::{Value, json};
 
-use super::{outputs, rate_option, read, texture};
+use super::{manipulate, outputs, rate_option, read, texture};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
@@ -347,10 +347,13 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         scale: args.reading.scale.clone().filter(|_| !says_its_own),
         rate: args.reading.rate,
     };
-    let recording = read(path, &reading)?.recording;
-    let series = texture(path, &recording, args.before_channel.as_deref())?;
+    let channel = args.before_channel.as_deref();
+    let opened = manipulate::open(path, args.before_stroke, channel, &reading)?.texture;
     let called = format!("{}, the texture before,", report::name(path));
-    let common = to_common_rate((&called, series), ("the target", asked.wanted.clone()));
+    let common = to_common_rate(
+        (&called, opened.series),
+        ("the target", asked.wanted.clone()),
+    );
     let common = common.map_err(|error| of_file(path, error))?;
     let config = VerifyConfig::over(args.band, common.first.rate().hz());
     let changed = verify::changed(&common.first, &common.second, &config);
@@ -360,7 +363,7 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         }
         _ => refused(path, error),
     })?;
-    let mut doubts = recording.doubts;
+    let mut doubts = opened.doubts;
     doubts.extend(common.doubt);
     Ok(Earlier {
         series: common.first,

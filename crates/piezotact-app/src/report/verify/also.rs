@@ -63,12 +63,12 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
             h2 { "Further measurements of the same target" }
             p { (format!("Each is verified in the same way over {}, at the level that it says it was rendered with. The verdict above is that of {}.", v.band_hz, page.measured)) }
             div.wide {
-                table.tight {
+                table.tight.matrix {
                     tr {
                         th { "measurement" }
                         th.n { "rendered at" }
                         th.n { "error, dB rms" }
-                        th.n { "of the achievable part, dB rms" }
+                        th.n { "achievable part, dB rms" }
                         th.n { "largest error, dB" }
                         th.n { "level error, dB" }
                         th.n { "waveform correlation" }

@@ -18,6 +18,17 @@ pub(crate) struct Before<'a> {
     pub(crate) changed: &'a Changed,
 }
 
+/// What was done to the texture before it was rendered: the target says it, or else the drive that was rendered from it.
+fn made_from<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
+    let own = page.target.provenance.lineage.as_ref();
+    own.or_else(|| {
+        let rendering = page.rendering?;
+        let known = rendering.provenance.lineage.as_ref();
+        // A texture that was only rendered was made from nothing else.
+        known.filter(|lineage| lineage.source != rendering.target)
+    })
+}
+
 /// What the lineage of the target says of a texture called `label`.
 fn place_in(lineage: Option<&Lineage>, label: &str) -> &'static str {
     match lineage {
@@ -32,7 +43,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
     if page.before.is_empty() {
         return Ok(html! {});
     }
-    let lineage = super::lineage(page);
+    let lineage = made_from(page);
     let level = |x: f64| format!("{} m/s²", digits(x));
     let waves = figures::before_waveforms(page)?;
     let band = page.verification.band_hz;
@@ -44,7 +55,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
                 ol { @for step in &lineage.steps { li { (step) } } }
             }
             div.wide {
-                table.tight {
+                table.tight.matrix {
                     tr {
                         th { "before" }
                         th { "in what was done" }

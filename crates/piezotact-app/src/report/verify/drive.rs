@@ -37,7 +37,7 @@ fn lead(page: &Page<'_>, found: Found) -> (Seconds, &'static str) {
         ),
         _ => (
             Seconds(page.verification.delay_s),
-            "the delay of the measurement that it was recorded beside, most of it modelling delay",
+            "the delay of the measurement that it was recorded beside, which is the modelling delay and the start of the devices",
         ),
     }
 }

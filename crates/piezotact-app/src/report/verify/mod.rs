@@ -168,7 +168,7 @@ fn spectra(page: &Page<'_>) -> Outcome<Markup> {
 /// How the amplitude spectra were computed.
 fn amplitudes_line(v: &Verification, tones: &Tones) -> String {
     format!(
-        "Amplitude spectra (FFT) of the two within {}: a tone, as of a periodic texture, stands at its peak amplitude. {} window, segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the window's sum, which makes the amplitude of a tone right within 0.1 %. Of noise the height depends on the width of the lines: read it in the PSD.",
+        "Amplitude spectra (FFT) of the two within {}: a tone, as of a periodic texture, stands at its peak amplitude. Computed with a {} window over segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the window's sum, which makes the amplitude of a tone right within 0.1 %. Of noise the height depends on the width of the lines: read it in the PSD.",
         v.band_hz,
         tones.welch.window.name(),
         tones.welch.segment,

@@ -71,7 +71,7 @@ pub(super) fn predicted(
             p { "What the finger would feel if the texture itself were the drive: the texture filtered by the transfer function, which knows of no noise, no distortion and no clipping. Texture and drive have no common scale, so the level is matched: the mean error over the judged lines is taken away." }
             table {
                 tr { th { "strategy" } th { "judged over" } th.n { "spectrum error, rms" } th.n { "waveform correlation" } }
-                (row("rendered through the transfer function, measured", &rendered.judged_band(), measured_db, rendered.waveform_correlation))
+                (row("measured, as it was rendered", &rendered.judged_band(), measured_db, rendered.waveform_correlation))
                 (row("sent straight, computed, level-matched", &band, predicted.error_db_rms_level_matched, predicted.waveform_correlation))
             }
             (figure(
