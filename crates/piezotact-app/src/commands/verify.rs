@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use super::{manipulate, outputs, rate_option, read, texture};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
+use crate::output::{difference_db, doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report;
 use crate::report::verify::{Also, Before, Found, Page, ShownDrive, Told};
 
@@ -169,8 +169,8 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         }
         for (earlier, name) in before.iter().zip(&names_before) {
             print(&format!(
-                "from {name} to the target: level {:+.2} dB, shape {:.2} dB rms apart over {}",
-                earlier.changed.level_db,
+                "from {name} to the target: level {} dB, shape {:.2} dB rms apart over {}",
+                difference_db(earlier.changed.level_db),
                 earlier.changed.shape_error_db_rms,
                 earlier.changed.band_hz
             ))?;

@@ -110,6 +110,12 @@ pub(crate) fn all_spectra(page: &Page<'_>) -> Outcome<String> {
 fn others(count: usize) -> Vec<RGBColor> {
     match count {
         0..=2 => vec![OTHER, TARGET],
+        // The third of them is as green as the measurement.
+        3..=6 => {
+            let mut colours = palette(7);
+            colours.remove(2);
+            colours
+        }
         more => palette(more),
     }
 }
@@ -219,7 +225,8 @@ pub(crate) fn before_waveforms(page: &Page<'_>) -> Outcome<(String, String)> {
     let after = vec![Line::new(label, MEASURED, points(page.texture)).thin()];
     let all = before.iter().chain(&after).flat_map(|line| &line.points);
     // Room for the legend above the lines.
-    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * 1.6;
+    let room = 1.5 + 0.25 * before.len() as f64;
+    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * room;
     let drawn = |lines| {
         Chart::new(
             Axis::new("time, s", 0.0, BEFORE_DRAWN_S),

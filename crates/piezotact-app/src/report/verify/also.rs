@@ -6,6 +6,7 @@ use piezotact::verify::Verification;
 
 use super::Page;
 use crate::failure::Outcome;
+use crate::output::difference_db;
 use crate::report::{figure, figures};
 
 /// A measurement with the name that it has in the report.
@@ -37,7 +38,7 @@ fn row(label: &str, v: &Verification, told: Told) -> Markup {
             td.n { (format!("{:.2}", v.error_db_rms)) }
             td.n { (v.error_db_rms_achievable.map_or("–".into(), |db| format!("{db:.2}"))) }
             td.n { (format!("{:.2} at {:.0} Hz", v.error_db_max, v.error_max_at_hz)) }
-            td.n { (format!("{:+.2}", v.level_error_db).replace('-', "−")) }
+            td.n { (difference_db(v.level_error_db)) }
             td.n { (format!("{:.3}", v.waveform_correlation).replace('-', "−")) }
             td.n { (format!("{:.2} %", v.clipped_fraction * 100.0)) }
             td { @if v.passed { "passed" } @else { "not passed" } }

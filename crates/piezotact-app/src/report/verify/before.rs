@@ -8,7 +8,7 @@ use piezotact::verify::Changed;
 
 use super::Page;
 use crate::failure::Outcome;
-use crate::output::digits;
+use crate::output::{difference_db, digits};
 use crate::report::{figure, figures};
 
 /// A texture that the target was made from, or that it took something of.
@@ -70,7 +70,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
                             td { (place_in(lineage, before.label)) }
                             td.n { (level(before.changed.rms_before)) }
                             td.n { (level(before.changed.rms_after)) }
-                            td.n { (format!("{:+.2} dB", before.changed.level_db).replace('-', "−")) }
+                            td.n { (difference_db(before.changed.level_db)) " dB"  }
                             td.n { (format!("{:.2}", before.changed.shape_error_db_rms)) }
                         }
                     }
