@@ -280,6 +280,36 @@ fn a_swap_of_level_shows_as_the_same_shape_at_another_height() {
     assert!(report.contains("not named in what was done"));
 }
 
+/// A target that was made from one stroke of a recording is compared with that stroke.
+#[test]
+fn a_texture_before_may_be_one_stroke() {
+    let folder = Folder::new();
+    let record = "twin record --bench acttouch --sample S8 --participant 3 --speed 30mm/s --strokes 3 --out S8.parquet";
+    folder.run(&split(record)).expect_success();
+    let make = "manipulate S8.parquet --stroke 2 --gain -6dB --out made.wav";
+    folder.run(&split(make)).expect_success();
+    let base = "--target made.wav --measured made.wav --band 30..500 --before S8.parquet";
+    let said = verify(&folder, &format!("{base} --before-stroke 2 --json")).json();
+    let before = &said["before"][0];
+    assert!(
+        (before["level_db"].as_f64().unwrap() + 6.0).abs() < 1e-3,
+        "{before}"
+    );
+    assert!(
+        before["shape_error_db_rms"].as_f64().unwrap() < 1e-3,
+        "{before}"
+    );
+    // Without it all of the recording is taken, and that is said.
+    let whole = verify(&folder, &format!("{base} --json")).json();
+    assert!(
+        whole["doubts"]
+            .to_string()
+            .contains("with gesture and pauses")
+    );
+    verify(&folder, &format!("{base} --before-stroke 9"))
+        .expect_failure(1, &["S8.parquet", "from 1 to 3", "--before-stroke 9"]);
+}
+
 #[test]
 fn what_cannot_be_shown_beside_it_is_refused() {
     let folder = prepared();

@@ -16,6 +16,7 @@ use piezotact_dataset::sidecar::{Rendering, read_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::{Value, json};
 
+use super::manipulate::Chosen;
 use super::{manipulate, outputs, rate_option, read, texture};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
@@ -348,7 +349,11 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         rate: args.reading.rate,
     };
     let channel = args.before_channel.as_deref();
-    let opened = manipulate::open(path, args.before_stroke, channel, &reading)?.texture;
+    let stroke = args.before_stroke.map(|number| Chosen {
+        number,
+        option: "--before-stroke",
+    });
+    let opened = manipulate::open(path, stroke, channel, &reading)?.texture;
     let called = format!("{}, the texture before,", report::name(path));
     let common = to_common_rate(
         (&called, opened.series),
