@@ -78,7 +78,7 @@ pub(crate) enum Command {
     Play(Play),
     /// Says how close a measurement came to its target.
     #[command(
-        after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html"
+        after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html\n  piezotact verify --target S7.wav --measured own.parquet --also averaged.parquet --transfer tf.json --report report.html\n  piezotact verify --target S2inv.wav --measured measured.parquet --before S2.wav --before S13.wav --report report.html"
     )]
     Verify(Verify),
     /// Says whether a finger could tell two vibrations apart, in just-noticeable differences.

@@ -72,6 +72,15 @@ pub(crate) fn digits_that_count(value: f64, count: u32) -> String {
     }
 }
 
+/// A difference in dB with its sign; what rounds to nothing has none.
+pub(crate) fn difference_db(value_db: f64) -> String {
+    let rounded_db = (value_db * 100.0).round() / 100.0 + 0.0;
+    match rounded_db {
+        0.0 => "0.00".into(),
+        other => format!("{other:+.2}").replace('-', "−"),
+    }
+}
+
 /// How far a drive stays below what limits it, as a person says it.
 pub(crate) fn headroom_text(headroom: &Headroom) -> String {
     let side = if headroom.headroom_db >= 0.0 {

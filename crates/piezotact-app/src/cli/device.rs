@@ -290,9 +290,25 @@ pub(crate) struct Verify {
     /// The band over which they are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// The transfer function, for its figure in the report.
+    /// The transfer function: its figures are in the report, and what would come of sending the texture to the device
+    /// straight is computed with it.
     #[arg(long)]
     pub(crate) transfer: Option<PathBuf>,
+    /// A further measurement of the same target, such as one rendered with an averaged transfer function; may be
+    /// repeated. Each is verified in the same way, at the level that it says it was rendered with (--drive counts for
+    /// --measured alone); the verdict and the exit code stay those of --measured.
+    #[arg(long, value_name = "MEASURED")]
+    pub(crate) also: Vec<PathBuf>,
+    /// A texture that the target was made from on purpose (`manipulate`), or that it took something of; may be repeated.
+    /// Levels, waveforms and spectra before and after are compared.
+    #[arg(long, value_name = "SOURCE")]
+    pub(crate) before: Vec<PathBuf>,
+    /// The channel of the textures before; not needed when there is one, or one of acceleration.
+    #[arg(long)]
+    pub(crate) before_channel: Option<String>,
+    /// Takes one stroke of the textures before, from 1, as `manipulate --stroke` does.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) before_stroke: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: Reading,
     /// Writes a report.

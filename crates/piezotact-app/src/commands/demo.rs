@@ -28,7 +28,8 @@ use super::{open_bench, run_plan};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, say_doubts, write_text};
-use crate::report::{self, Page, Straight};
+use crate::report;
+use crate::report::verify::{Found, Page, ShownDrive, Straight};
 
 const FINGER: Finger = Finger {
     load: Some(0.2),
@@ -94,13 +95,22 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         verification: &verification,
         target: &recorded,
         function: Some(&function),
-        drive: Some((&drive.drive, limit)),
+        texture: &target,
+        measured: "measured.parquet",
+        drive: Some(ShownDrive {
+            series: &drive.drive,
+            limit,
+            found: Found::Rendered,
+        }),
         rendering: Some(&rendering),
         provenance: &measured.provenance,
         condition: &measured.condition,
+        predicted: None,
+        also: &[],
+        before: &[],
         straight: Some(&straight),
     };
-    write_text(&path, &report::render(&page)?)?;
+    write_text(&path, &report::verify::render(&page)?)?;
     let result = json!({
         "report": report::name(&path),
         "verification": verification_json(&verification)?,

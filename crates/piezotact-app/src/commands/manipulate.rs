@@ -35,10 +35,21 @@ const TILT_HELD_BELOW: Hertz = Hertz(10.0);
 const MANIPULATED: &str = " (manipulated)";
 
 /// A texture with what its file says of it.
-struct Opened {
-    texture: Texture<Acceleration>,
+pub(super) struct Opened {
+    pub(super) texture: Texture<Acceleration>,
     condition: Condition,
     provenance: Provenance,
+}
+
+/// A stroke by its number from 1, and the option that asked for it.
+#[derive(Clone, Copy)]
+pub(super) struct Chosen {
+    pub(super) number: u32,
+    pub(super) option: &'static str,
+}
+
+fn chosen(number: Option<u32>, option: &'static str) -> Option<Chosen> {
+    number.map(|number| Chosen { number, option })
 }
 
 pub(crate) fn run(args: &Manipulate) -> Outcome {
@@ -60,7 +71,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
 
     let opened = open(
         &args.input,
-        args.stroke,
+        chosen(args.stroke, "--stroke"),
         args.channel.as_deref(),
         &args.reading,
     )?;
@@ -107,9 +118,9 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
 }
 
 /// The texture in a file, or one stroke of it, with the lineage that it has so far and without its mean.
-fn open(
+pub(super) fn open(
     path: &Path,
-    stroke: Option<u32>,
+    stroke: Option<Chosen>,
     channel: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Opened> {
@@ -120,7 +131,7 @@ fn open(
             let doubts = taken_whole(path, &recording).into_iter().collect();
             (series, recording, None, doubts)
         }
-        Some(number) => one_stroke(path, number as usize, channel, reading)?,
+        Some(stroke) => one_stroke(path, stroke, channel, reading)?,
     };
     doubts.splice(0..0, recording.doubts.iter().cloned());
     let so_far = recording.provenance.lineage.clone();
@@ -158,10 +169,11 @@ type Stroke = (Series<Acceleration>, Recording, Option<Step>, Vec<Doubt>);
 /// One stroke of a recording, as `analyse` sees it: cut by the rule or by a person, freed of the gesture.
 fn one_stroke(
     path: &Path,
-    number: usize,
+    asked: Chosen,
     channel: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Stroke> {
+    let number = asked.number as usize;
     let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
     let takes = take_all(&Takes {
         recordings: vec![path.to_owned()],
@@ -196,7 +208,8 @@ fn one_stroke(
     let strokes = segmentation.strokes.len();
     let Some(stroke) = segmentation.strokes.get(number - 1) else {
         return Err(at(anyhow!(
-            "expected a stroke from 1 to {strokes}, found --stroke {number}; `piezotact segment` lists them"
+            "expected a stroke from 1 to {strokes}, found {} {number}; `piezotact segment` lists them",
+            asked.option
         )));
     };
     let gesture = HighPass::gesture();
@@ -267,7 +280,7 @@ fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> 
         scale: args.reading.scale.clone().filter(|_| !says_its_own),
         rate: args.reading.rate,
     };
-    let stroke = args.of_stroke.or(args.stroke);
+    let stroke = chosen(args.of_stroke, "--of-stroke").or(chosen(args.stroke, "--stroke"));
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
 }
 

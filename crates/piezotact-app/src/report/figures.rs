@@ -1,21 +1,27 @@
 //! The figures of a verification report, one function for each.
 
-use piezotact::quantity::{Band, Decibels, Drive, Quantity};
-use piezotact::series::Series;
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
+use piezotact::series::{Series, mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
-use piezotact::verify::Verification;
+use piezotact::verify::{Beside, PredictedStraight, Tones, Verification};
 use plotters::style::RGBColor;
 
 use super::axis::Axis;
-use super::chart::{Chart, Corner, HEIGHT, Line, Mark, WIDTH, range};
+use super::chart::{Chart, Corner, HEIGHT, Line, Mark, WIDTH, palette, range};
 use crate::failure::Outcome;
-use crate::report::Straight;
+use crate::output::digits;
+use crate::report::verify::{Page, Straight};
 
 const TARGET: RGBColor = RGBColor(30, 30, 30);
 /// The target where the measurement lies over it.
 const UNDER: RGBColor = RGBColor(172, 180, 188);
 const MEASURED: RGBColor = RGBColor(0, 121, 107);
 const OTHER: RGBColor = RGBColor(198, 83, 26);
+
+/// Above this the textures of the thesis hold next to nothing, Hz.
+const TEXTURES_END_HZ: f64 = 500.0;
+/// How much of a waveform is drawn, s.
+const STRETCH_S: f64 = 0.15;
 
 fn decibels(frequencies_hz: &[f64], powers: &[f64]) -> Vec<(f64, f64)> {
     frequencies_hz
@@ -79,6 +85,206 @@ pub(crate) fn spectra(verification: &Verification) -> Outcome<String> {
         Line::new("measured on the finger", MEASURED, measured),
     ];
     spectra_chart(verification, lines)
+}
+
+/// The target's PSD, that of the measurement, and those of further measurements.
+pub(crate) fn all_spectra(page: &Page<'_>) -> Outcome<String> {
+    let v = page.verification;
+    let mut lines = vec![
+        Line::new("target", UNDER, decibels(&v.frequency_hz, &v.target_psd)).thick(),
+        Line::new(
+            page.measured,
+            MEASURED,
+            decibels(&v.frequency_hz, &v.measured_psd),
+        ),
+    ];
+    for (also, colour) in page.also.iter().zip(others(page.also.len())) {
+        let v = also.verification;
+        let points = decibels(&v.frequency_hz, &v.measured_psd);
+        lines.push(Line::new(also.label, colour, points).thin());
+    }
+    spectra_chart(v, lines)
+}
+
+/// Colours of `count` lines beside the one of the measurement.
+fn others(count: usize) -> Vec<RGBColor> {
+    match count {
+        0..=2 => vec![OTHER, TARGET],
+        // The third of them is as green as the measurement.
+        3..=6 => {
+            let mut colours = palette(7);
+            colours.remove(2);
+            colours
+        }
+        more => palette(more),
+    }
+}
+
+/// The target's PSD, and what the transfer function makes of it.
+pub(crate) fn predicted(
+    verification: &Verification,
+    predicted: &PredictedStraight,
+) -> Outcome<String> {
+    let f = &predicted.frequency_hz;
+    let lines = vec![
+        Line::new("target", UNDER, decibels(f, &predicted.target_psd)).thick(),
+        Line::new(
+            "sent straight, computed, level-matched",
+            OTHER,
+            decibels(f, &predicted.answer_psd),
+        ),
+    ];
+    spectra_chart(verification, lines)
+}
+
+/// Amplitude spectra up to where textures hold most of their power, or to the end of the band.
+pub(crate) fn amplitudes(verification: &Verification, tones: &Tones) -> Outcome<String> {
+    let band = verification.band_hz;
+    let to = match band.high().0 {
+        high if high > TEXTURES_END_HZ && band.low().0 < TEXTURES_END_HZ => TEXTURES_END_HZ,
+        high => high,
+    };
+    let points = |values: &[f64]| -> Vec<(f64, f64)> {
+        let lines = tones
+            .frequency_hz
+            .iter()
+            .copied()
+            .zip(values.iter().copied());
+        lines.filter(|(hz, _)| *hz <= to).collect()
+    };
+    let (target, measured) = (points(&tones.target), points(&tones.measured));
+    let both = target.iter().chain(&measured).map(|(_, v)| *v);
+    // Room for the legend above the lines.
+    let top = both.fold(f64::MIN_POSITIVE, f64::max) * 1.3;
+    let lines = vec![
+        Line::new("target", UNDER, target).thick(),
+        Line::new("measured on the finger", MEASURED, measured).thin(),
+    ];
+    Chart::new(
+        Axis::new("frequency, Hz", 0.0, to),
+        Axis::new("amplitude, m/s²", 0.0, top),
+        lines,
+    )
+    .svg(HEIGHT + 20)
+}
+
+/// The PSDs of a texture and of its drive, each over its own mean square.
+pub(crate) fn beside_spectra(verification: &Verification, both: &Beside) -> Outcome<String> {
+    let f = &both.frequency_hz;
+    let target = decibels(f, &both.target_psd);
+    let drive = decibels(f, &both.drive_psd);
+    // What lies outside the band was taken away.
+    let (from, to) = (verification.band_hz.low().0, verification.band_hz.high().0);
+    let (low, high) = range(&[&target, &drive], from, to, 10.0, 70.0);
+    Chart {
+        shaded: judged(verification),
+        ..Chart::new(
+            Axis::log("frequency, Hz", from, to),
+            Axis::new("PSD over mean square, dB re 1/Hz", low, high + 10.0),
+            vec![
+                Line::new("texture", UNDER, target).thick(),
+                Line::new("drive", OTHER, drive),
+            ],
+        )
+    }
+    .svg(HEIGHT + 40)
+}
+
+/// A short stretch of a texture and its drive, from the middle, over their rms.
+pub(crate) fn beside_waveforms(verification: &Verification, both: &Beside) -> Outcome<String> {
+    let lines = vec![
+        ("texture", UNDER, both.target.as_slice(), Stroke::Thick),
+        ("drive", OTHER, &both.drive, Stroke::Thin),
+    ];
+    stretch(verification.rate_hz, "value over its rms", lines)
+}
+
+/// The stretch of textures that is drawn before and after, s.
+pub(crate) const BEFORE_DRAWN_S: f64 = 0.5;
+
+/// The waveforms before, and that of the target, on one scale.
+pub(crate) fn before_waveforms(page: &Page<'_>) -> Outcome<(String, String)> {
+    let points = |series: &Series<Acceleration>| -> Vec<(f64, f64)> {
+        let (rate_hz, mean) = (series.rate().hz(), mean(series.samples()));
+        let drawn = (BEFORE_DRAWN_S * rate_hz) as usize;
+        let samples = series.samples().iter().take(drawn).enumerate();
+        samples
+            .map(|(i, v)| (i as f64 / rate_hz, v - mean))
+            .collect()
+    };
+    let before: Vec<Line> = page
+        .before
+        .iter()
+        .zip(before_colours(page))
+        .map(|(before, colour)| {
+            let label = level_label(before.label, before.changed.rms_before);
+            Line::new(label, colour, points(before.series)).thin()
+        })
+        .collect();
+    let label = level_label("target", standard_deviation(page.texture.samples()));
+    let after = vec![Line::new(label, MEASURED, points(page.texture)).thin()];
+    let all = before.iter().chain(&after).flat_map(|line| &line.points);
+    // Room for the legend above the lines.
+    let room = 1.5 + 0.25 * before.len() as f64;
+    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * room;
+    let drawn = |lines| {
+        Chart::new(
+            Axis::new("time, s", 0.0, BEFORE_DRAWN_S),
+            Axis::new("acceleration, m/s²", -reach, reach),
+            lines,
+        )
+        .svg(HEIGHT - 40)
+    };
+    Ok((drawn(before)?, drawn(after)?))
+}
+
+/// The PSDs before, and that of the target.
+pub(crate) fn before_spectra(page: &Page<'_>) -> Outcome<String> {
+    let mut lines: Vec<Line> = page
+        .before
+        .iter()
+        .zip(before_colours(page))
+        .map(|(before, colour)| {
+            let label = level_label(before.label, before.changed.rms_before);
+            let changed = before.changed;
+            Line::new(
+                label,
+                colour,
+                decibels(&changed.frequency_hz, &changed.psd_before),
+            )
+        })
+        .collect();
+    if let Some(before) = page.before.first() {
+        let changed = before.changed;
+        let label = level_label("target", changed.rms_after);
+        let points = decibels(&changed.frequency_hz, &changed.psd_after);
+        lines.push(Line::new(label, MEASURED, points));
+    }
+    let band = page.verification.band_hz;
+    let (from, to) = span(band);
+    let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
+    let (low, high) = range(&points, from, to, 10.0, 70.0);
+    let label = format!("PSD, dB re 1 {}", page.verification.psd_unit);
+    Chart {
+        shaded: vec![(band.low().0, band.high().0)],
+        ..Chart::new(
+            Axis::log("frequency, Hz", from, to),
+            Axis::new(label, low, high + 14.0),
+            lines,
+        )
+    }
+    .svg(HEIGHT + 60)
+}
+
+fn before_colours(page: &Page<'_>) -> Vec<RGBColor> {
+    match page.before.len() {
+        1 => vec![UNDER],
+        many => others(many),
+    }
+}
+
+fn level_label(what: &str, rms: f64) -> String {
+    format!("{what}, {} m/s² rms", digits(rms))
 }
 
 /// The target's PSD, and what comes of sending the texture straight to the device: as it stands, and turned
@@ -159,40 +365,66 @@ pub(crate) fn error(verification: &Verification) -> Outcome<String> {
 
 /// A short stretch of the target and the aligned measurement, from the middle.
 pub(crate) fn waveforms(verification: &Verification) -> Outcome<String> {
-    let rate_hz = verification.rate_hz;
-    let shown = (0.15 * rate_hz) as usize;
-    let count = verification.target.len().min(verification.aligned.len());
-    let start = count.saturating_sub(shown) / 2;
-    let points = |samples: &[f64]| -> Vec<(f64, f64)> {
-        (start..count.min(start + shown))
-            .map(|i| (i as f64 / rate_hz, samples[i]))
-            .collect()
-    };
-    let (wanted, got) = (points(&verification.target), points(&verification.aligned));
-    let reach = wanted
+    let lines = vec![
+        (
+            "target",
+            UNDER,
+            verification.target.as_slice(),
+            Stroke::Thick,
+        ),
+        (
+            "measured, aligned",
+            MEASURED,
+            &verification.aligned,
+            Stroke::Thin,
+        ),
+    ];
+    stretch(verification.rate_hz, "acceleration, m/s²", lines)
+}
+
+/// How a waveform is drawn.
+#[derive(Clone, Copy)]
+enum Stroke {
+    Thick,
+    Thin,
+}
+
+/// The middle of waveforms of one length, each with its name.
+fn stretch(
+    rate_hz: f64,
+    label: &str,
+    waveforms: Vec<(&str, RGBColor, &[f64], Stroke)>,
+) -> Outcome<String> {
+    let shown = (STRETCH_S * rate_hz) as usize;
+    let count = waveforms
         .iter()
-        .chain(&got)
+        .map(|(_, _, samples, _)| samples.len())
+        .min();
+    let count = count.unwrap_or(0);
+    let start = count.saturating_sub(shown) / 2;
+    let lines: Vec<Line> = waveforms
+        .into_iter()
+        .map(|(name, colour, samples, stroke)| {
+            let points =
+                (start..count.min(start + shown)).map(|i| (i as f64 / rate_hz, samples[i]));
+            let line = Line::new(name, colour, points.collect());
+            match stroke {
+                Stroke::Thick => line.thick(),
+                Stroke::Thin => line.thin(),
+            }
+        })
+        .collect();
+    let points = lines.iter().flat_map(|line| &line.points);
+    let reach = points
         .map(|(_, y)| y.abs())
         .fold(f64::MIN_POSITIVE, f64::max)
         * 1.5;
-    Chart {
-        title: String::new(),
-        x: Axis::new(
-            "time, s",
-            start as f64 / rate_hz,
-            (start + shown) as f64 / rate_hz,
-        ),
-        y: Axis::new("acceleration, m/s²", -reach, reach),
-        shaded: Vec::new(),
-        levels: Vec::new(),
-        rejected: Vec::new(),
-        notes: Vec::new(),
-        legend: Corner::UpperRight,
-        lines: vec![
-            Line::new("target", UNDER, wanted).thick(),
-            Line::new("measured, aligned", MEASURED, got).thin(),
-        ],
-    }
+    let seconds = |samples: usize| samples as f64 / rate_hz;
+    Chart::new(
+        Axis::new("time, s", seconds(start), seconds(start + shown)),
+        Axis::new(label, -reach, reach),
+        lines,
+    )
     .svg(HEIGHT - 20)
 }
 

@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use super::VerifyError;
 use crate::fourier;
-use crate::quantity::{Band, Quantity, Seconds};
+use crate::quantity::{Band, Quantity, SampleRate, Seconds};
 use crate::series::{Series, mean};
 
 /// A measurement brought onto its target's time.
@@ -24,6 +24,22 @@ pub(crate) struct Aligned {
 
 /// The widest edge of the band-pass that the waveforms go through before they are compared.
 const EDGE_RATIO: f64 = 0.1;
+
+/// `samples` about their mean and limited to `band`, as the waveforms are that are compared.
+pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
+    let mean = mean(samples);
+    let about_mean: Vec<f64> = samples.iter().map(|sample| sample - mean).collect();
+    // As much silence behind it: what leaves one end does not come in at the other.
+    let n = fourier::fast_length(2 * samples.len());
+    let mut transform = fourier::RealTransform::new(n);
+    let mut bins = transform.forward(&about_mean);
+    for (k, bin) in bins.iter_mut().enumerate() {
+        *bin *= band.weight(k as f64 * rate.hz() / n as f64, EDGE_RATIO);
+    }
+    let mut limited = transform.inverse(bins);
+    limited.truncate(samples.len());
+    limited
+}
 
 /// `measured` brought onto the time of `target` by the strongest correlation within `band`, either sign.
 pub(crate) fn align<Q: Quantity>(

@@ -4,14 +4,23 @@
 //! right PSD and no resemblance to the target, so the waveform is always looked at too.
 
 mod align;
+mod beside;
+mod changed;
 mod clipping;
+mod straight;
+mod tones;
 
 pub(crate) use align::align;
+pub use beside::{Beside, beside};
+pub use changed::{Changed, changed};
 pub use clipping::{Clipping, clipping, flat_top_fraction};
 use serde::{Deserialize, Serialize};
+pub use straight::{PredictedStraight, predicted_straight};
+pub use tones::{Tones, tones};
 
 use crate::doubt::Doubt;
-use crate::quantity::{Band, Decibels, Hertz, Quantity};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, QuantityError};
+use crate::resample::ResampleError;
 use crate::series::{Series, SeriesError, rms};
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
 
@@ -145,6 +154,9 @@ pub struct Verification {
     /// The measurement at the target's times, limited to the band, in its unit.
     #[serde(skip)]
     pub aligned: Vec<f64>,
+    /// Those of their samples that were compared: what the measurement covers.
+    #[serde(skip)]
+    pub compared: std::ops::Range<usize>,
     /// Whether it is within the limits.
     pub passed: bool,
     /// The limits.
@@ -381,6 +393,7 @@ pub fn verify<Q: Quantity>(
         error_db: lines.compared.iter().map(|(_, error)| *error).collect(),
         target: aligned.target_in_band,
         aligned: aligned.measured_in_band,
+        compared,
         passed,
         limits: config.limits.clone(),
         doubts,
@@ -493,12 +506,26 @@ pub enum VerifyError {
         /// The band.
         band: Band,
     },
+    /// The transfer function does not reach the band.
+    #[error(
+        "expected a transfer function that says something in {band}, found none; compare over another band, or measure it there"
+    )]
+    OutOfReach {
+        /// The band asked for.
+        band: Band,
+    },
     /// The spectra cannot be estimated.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
-    /// What is to be compared is no signal.
+    /// A drive cannot be brought to the rate of the comparison.
     #[error(transparent)]
-    Signal(#[from] SeriesError),
+    Resample(#[from] ResampleError),
+    /// What was computed is no signal.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+    /// A rate or a band that cannot be.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
 }
 
 #[cfg(test)]

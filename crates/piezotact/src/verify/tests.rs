@@ -2,8 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use num_complex::Complex;
+
 use super::*;
-use crate::quantity::{Acceleration, SampleRate};
+use crate::quantity::{Acceleration, Drive, SampleRate, Seconds};
+use crate::transfer::{Estimator, TransferFunction};
 
 const RATE_HZ: f64 = 5000.0;
 
@@ -112,4 +115,166 @@ fn flat_tops_are_counted_and_crests_are_not() {
     let share = clipped.iter().filter(|v| v.abs() >= 0.8).count() as f64 / 5000.0;
     assert!((flat_top_fraction(&clipped) - share).abs() < 1e-12);
     assert_eq!(flat_top_fraction(&[0.0; 10]), 0.0);
+}
+
+/// A direct path and one echo, the second five samples later: a filter that is known without any transform.
+const ECHO: (f64, f64, usize) = (0.8, 0.6, 5);
+
+fn echoed(samples: &[f64]) -> Vec<f64> {
+    let (direct, echo, later) = ECHO;
+    let at = |i: usize| if i < samples.len() { samples[i] } else { 0.0 };
+    (0..samples.len() + later)
+        .map(|i| {
+            direct * at(i)
+                + if i >= later {
+                    echo * at(i - later)
+                } else {
+                    0.0
+                }
+        })
+        .collect()
+}
+
+fn echoing() -> TransferFunction<Drive, Acceleration> {
+    let resolution_hz = RATE_HZ / 4096.0;
+    let response: Vec<Complex<f64>> = (0..=2048)
+        .map(|k| {
+            let phase = -TAU * f64::from(k) * resolution_hz * ECHO.2 as f64 / RATE_HZ;
+            ECHO.0 + Complex::from_polar(ECHO.1, phase)
+        })
+        .collect();
+    let coherence = vec![1.0; response.len()];
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    TransferFunction::from_lines(response, coherence, resolution_hz, rate, Estimator::H1, 100)
+        .unwrap()
+}
+
+/// Sent through the filter in time, sample by sample, and compared: the same error, level and correlation.
+#[test]
+fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
+    let target = texture(40_000, 0.0, 1.0);
+    let band = Band::new(Hertz(30.0), Hertz(500.0)).unwrap();
+    let mut config = VerifyConfig::over(band, RATE_HZ);
+    let filtered = series(echoed(target.samples()));
+    let found = predicted_straight(&target, &echoing(), &config).unwrap();
+    let v = verify(&target, Measured::alone(&filtered), &config).unwrap();
+    let close = |a: f64, b: f64| (a - b).abs() < 5e-3;
+    assert!(
+        close(
+            found.error_db_rms_level_matched,
+            v.error_db_rms_level_matched
+        ),
+        "{} {}",
+        found.error_db_rms_level_matched,
+        v.error_db_rms_level_matched
+    );
+    assert!(found.error_db_rms_level_matched > 1.0);
+    assert!(close(found.waveform_correlation, v.waveform_correlation));
+    let mean_db = v.error_db.iter().sum::<f64>() / v.error_db.len() as f64;
+    assert!(close(found.level_difference_db, mean_db));
+    // Of a level that was asked for on purpose nothing is left after matching.
+    config.level = Decibels(-12.0);
+    assert_eq!(
+        predicted_straight(&target, &echoing(), &config).unwrap(),
+        found
+    );
+    // Where only a part is judged, that part is matched and judged.
+    config.achievable = vec![Band::new(Hertz(30.0), Hertz(60.0)).unwrap()];
+    let part = predicted_straight(&target, &echoing(), &config).unwrap();
+    assert!(part.error_db_rms_level_matched < 0.1, "{part:?}");
+}
+
+#[test]
+fn nothing_is_predicted_beyond_what_was_driven() {
+    let target = texture(20_000, 0.0, 1.0);
+    let mut function = echoing();
+    let band = |low, high| Band::new(Hertz(low), Hertz(high)).unwrap();
+    function.driven = Some(band(100.0, 300.0));
+    let over = |asked| {
+        let config = VerifyConfig::over(asked, RATE_HZ);
+        predicted_straight(&target, &function, &config)
+    };
+    assert_eq!(over(band(30.0, 500.0)).unwrap().band_hz, band(100.0, 300.0));
+    assert!(matches!(
+        over(band(400.0, 500.0)),
+        Err(VerifyError::OutOfReach { .. })
+    ));
+}
+
+/// The drive of a filter that only delays and doubles is the texture: on its time, and at half its rms.
+#[test]
+fn a_drive_stands_on_the_time_of_its_texture() {
+    let target = texture(20_000, 0.0, 1.0);
+    let v = judged(&target, &texture(20_000, 0.02, 1.0));
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let mut samples = vec![0.0; 1250];
+    samples.extend(target.samples().iter().map(|v| 0.5 * v));
+    samples.extend([0.0; 1250]);
+    let drive = Series::<Drive>::new(samples, rate).unwrap();
+    let both = beside(&v, &drive, Seconds(0.25)).unwrap();
+    assert!((both.drive_rms / both.target_rms - 0.5).abs() < 1e-3);
+    let worst = |a: &[f64], b: &[f64]| {
+        let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        apart.fold(0.0, f64::max)
+    };
+    // What the band-pass does to silence and sound at the ends differs.
+    let middle = 1000..19_000;
+    assert!(worst(&both.target[middle.clone()], &both.drive[middle]) < 0.02);
+    assert!((rms(&both.target) - 1.0).abs() < 1e-9);
+    assert!(matches!(
+        beside(&v, &drive, Seconds(5.0)),
+        Err(VerifyError::TooShort { .. })
+    ));
+}
+
+/// A sine stands at its amplitude, wherever it falls between the lines and however long the signal is.
+#[test]
+fn a_tone_stands_at_its_amplitude() {
+    for (frequency_hz, samples) in [
+        (100.0, 20_000),
+        (123.456, 20_000),
+        (61.7, 6_000),
+        (480.3, 50_001),
+    ] {
+        let target = tones(&[frequency_hz], samples, 0.0, 1.3);
+        let measured = tones(&[frequency_hz], samples, 0.0, 0.65);
+        let found = super::tones(&judged(&target, &measured)).unwrap();
+        let highest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        // 0.1 % of the window between two lines; the rest is what the band-pass takes at both ends.
+        for (values, amplitude) in [(&found.target, 1.3), (&found.measured, 0.65)] {
+            let ratio = highest(values) / amplitude;
+            assert!((ratio - 1.0).abs() < 4e-3, "{frequency_hz} Hz: {ratio}");
+        }
+        let at = found
+            .target
+            .iter()
+            .position(|v| *v >= highest(&found.target));
+        let hz = found.frequency_hz[at.unwrap()];
+        assert!((hz - frequency_hz).abs() <= found.frequency_hz[1]);
+    }
+}
+
+#[test]
+fn a_change_of_level_alone_keeps_the_shape() {
+    let config = VerifyConfig::over(Band::new(Hertz(30.0), Hertz(500.0)).unwrap(), RATE_HZ);
+    let before = texture(20_000, 0.0, 1.0);
+    let louder = changed(&before, &texture(20_000, 0.0, 2.0), &config).unwrap();
+    assert!((louder.level_db - 20.0 * 2f64.log10()).abs() < 1e-9);
+    assert!(louder.shape_error_db_rms < 1e-9);
+    assert!((louder.rms_after / louder.rms_before - 2.0).abs() < 1e-9);
+    let other = series(echoed(before.samples()));
+    assert!(
+        changed(&before, &other, &config)
+            .unwrap()
+            .shape_error_db_rms
+            > 1.0
+    );
+    let silent = changed(&series(vec![0.0; 20_000]), &before, &config);
+    assert!(matches!(
+        silent,
+        Err(VerifyError::Silent {
+            what: "the texture before",
+            ..
+        })
+    ));
 }

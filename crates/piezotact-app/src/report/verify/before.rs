@@ -1,0 +1,85 @@
+//! The target as it was before it was made otherwise on purpose.
+
+use maud::{Markup, html};
+use piezotact::manipulate::Lineage;
+use piezotact::quantity::Acceleration;
+use piezotact::series::Series;
+use piezotact::verify::Changed;
+
+use super::Page;
+use crate::failure::Outcome;
+use crate::output::{difference_db, digits};
+use crate::report::{figure, figures};
+
+/// A texture that the target was made from, or that it took something of.
+pub(crate) struct Before<'a> {
+    pub(crate) label: &'a str,
+    pub(crate) series: &'a Series<Acceleration>,
+    pub(crate) changed: &'a Changed,
+}
+
+/// What was done to the texture before it was rendered: the target says it, or else the drive that was rendered from it.
+fn made_from<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
+    let own = page.target.provenance.lineage.as_ref();
+    own.or_else(|| {
+        let rendering = page.rendering?;
+        let known = rendering.provenance.lineage.as_ref();
+        // A texture that was only rendered was made from nothing else.
+        known.filter(|lineage| lineage.source != rendering.target)
+    })
+}
+
+/// What the lineage of the target says of a texture called `label`.
+fn place_in(lineage: Option<&Lineage>, label: &str) -> &'static str {
+    match lineage {
+        None => "the target does not say what it was made from",
+        Some(lineage) if lineage.source == label => "what the target was made from",
+        Some(lineage) if lineage.to_string().contains(label) => "something was taken of it",
+        Some(_) => "not named in what was done",
+    }
+}
+
+pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
+    if page.before.is_empty() {
+        return Ok(html! {});
+    }
+    let lineage = made_from(page);
+    let level = |x: f64| format!("{} m/s²", digits(x));
+    let waves = figures::before_waveforms(page)?;
+    let band = page.verification.band_hz;
+    Ok(html! {
+        section {
+            h2 { "Before and after: what was changed on purpose" }
+            @if let Some(lineage) = lineage {
+                p { "What was done to " (lineage.source) ":" }
+                ol { @for step in &lineage.steps { li { (step) } } }
+            }
+            div.wide {
+                table.tight.matrix {
+                    tr {
+                        th { "before" }
+                        th { "in what was done" }
+                        th.n { "rms before" }
+                        th.n { "rms after" }
+                        th.n { "level, after over before" }
+                        th.n { (format!("shape apart, dB rms over {band}")) }
+                    }
+                    @for before in page.before {
+                        tr {
+                            td { (before.label) }
+                            td { (place_in(lineage, before.label)) }
+                            td.n { (level(before.changed.rms_before)) }
+                            td.n { (level(before.changed.rms_after)) }
+                            td.n { (difference_db(before.changed.level_db)) " dB"  }
+                            td.n { (format!("{:.2}", before.changed.shape_error_db_rms)) }
+                        }
+                    }
+                }
+            }
+            p.soft { "Levels are rms about the mean at all frequencies. Shape: the difference of the PSDs after their mean difference over the band is taken away; 0 where only the level was changed." }
+            (figure(&waves.0, &format!("Before: the first {} s.", figures::BEFORE_DRAWN_S)))
+            (figure(&waves.1, &format!("After, the target as it was rendered from: the first {} s, on the same scale.", figures::BEFORE_DRAWN_S)))
+            (figure(&figures::before_spectra(page)?, "PSDs before and after, by Welch's method as above, of whole textures. A change of level alone is the same shape at another height. Shaded: the band over which shapes are compared."))
+        }
+    })
+}

@@ -1,0 +1,112 @@
+//! The drive: beside the texture that it was made of, and below what the device can do.
+
+use maud::{Markup, html};
+use piezotact::quantity::{Drive, Seconds};
+use piezotact::series::Series;
+use piezotact::verify::{Beside, beside};
+
+use super::Page;
+use crate::failure::Outcome;
+use crate::output::{digits, headroom_text};
+use crate::report::{figure, figures};
+
+/// The drive that is shown.
+#[derive(Clone, Copy)]
+pub(crate) struct ShownDrive<'a> {
+    pub(crate) series: &'a Series<Drive>,
+    /// The level at which the device clips.
+    pub(crate) limit: f64,
+    pub(crate) found: Found,
+}
+
+/// Where a drive comes from, which says on whose clock it is.
+#[derive(Clone, Copy)]
+pub(crate) enum Found {
+    /// Recorded beside the measurement.
+    Recorded,
+    /// As it was rendered.
+    Rendered,
+}
+
+/// How long the drive begins before the texture, and why so long.
+fn lead(page: &Page<'_>, found: Found) -> (Seconds, &'static str) {
+    match (found, page.rendering) {
+        (Found::Rendered, Some(rendering)) => (
+            rendering.config.modelling_delay,
+            "the modelling delay that it was rendered with",
+        ),
+        _ => (
+            Seconds(page.verification.delay_s),
+            "the delay of the measurement that it was recorded beside, which is the modelling delay and the start of the devices",
+        ),
+    }
+}
+
+/// The texture and its drive: spectra and waveforms.
+pub(super) fn beside_texture(page: &Page<'_>) -> Outcome<Markup> {
+    let Some(shown) = page.drive else {
+        return Ok(html! {});
+    };
+    let (lead, why) = lead(page, shown.found);
+    let title = "Texture and drive";
+    let both: Beside = match beside(page.verification, shown.series, lead) {
+        Ok(both) => both,
+        Err(error) => {
+            return Ok(html! { section { h2 { (title) } p.soft { "Not shown: " (error) } } });
+        }
+    };
+    let v = page.verification;
+    Ok(html! {
+        section {
+            h2 { (title) }
+            p { "Where the device answers strongly the drive is weak, and where it answers weakly the drive is strong: the drive has another shape than the texture that comes of it." }
+            (figure(
+                &figures::beside_spectra(v, &both)?,
+                &format!(
+                    "PSDs of the texture and of the drive that was made of it, each over its own mean square within {}, since their units differ: {} m/s² rms and {} of full scale rms.",
+                    v.band_hz, digits(both.target_rms), digits(both.drive_rms)
+                ),
+            ))
+            (figure(
+                &figures::beside_waveforms(v, &both)?,
+                &format!(
+                    "The same 150 ms as above, both limited to {} and over their rms. The drive is moved back by {:.1} ms: {why}.",
+                    v.band_hz, lead.0 * 1e3
+                ),
+            ))
+        }
+    })
+}
+
+/// The drive below its limit.
+pub(super) fn headroom(page: &Page<'_>) -> Outcome<Markup> {
+    let Some(shown) = page.drive else {
+        return Ok(html! {});
+    };
+    let as_it_was = match shown.found {
+        Found::Recorded => "as it was played",
+        Found::Rendered => "as it was rendered",
+    };
+    Ok(html! {
+        section {
+            h2 { "Drive and its headroom" }
+            @if let Some(rendering) = page.rendering {
+                @let headroom = &rendering.headroom;
+                p { (format!(
+                    "The drive as computed: {}.", headroom_text(headroom)
+                )) }
+                p {
+                    "Achievable: "
+                    @for (i, band) in rendering.achievable_band_hz.iter().enumerate() { @if i > 0 { ", " } (band) }
+                    "."
+                    @if !rendering.given_up_band_hz.is_empty() {
+                        " Given up: "
+                        @for (i, band) in rendering.given_up_band_hz.iter().enumerate() { @if i > 0 { ", " } (band) }
+                        "."
+                    }
+                }
+            }
+            (figure(&figures::drive(shown.series, shown.limit)?, &format!("The drive {as_it_was}. Red: where the device clips.")))
+        }
+    })
+}

@@ -1,0 +1,245 @@
+//! The report of a verification: how close a measurement came to its target, and why.
+
+mod also;
+mod before;
+mod drive;
+mod straight;
+
+use maud::{Markup, html};
+use piezotact::manipulate::Lineage;
+use piezotact::quantity::{Acceleration, Drive};
+use piezotact::recording::{Condition, Provenance, Recording};
+use piezotact::series::Series;
+use piezotact::transfer::TransferFunction;
+use piezotact::verify::{PredictedStraight, Tones, Verification, VerifyError, tones};
+use piezotact_dataset::sidecar::Rendering;
+
+use super::{UNKNOWN_BENCH, bench_told, document, figure, figures, transfer};
+use crate::failure::Outcome;
+
+pub(crate) use also::{Also, Told};
+pub(crate) use before::Before;
+pub(crate) use drive::{Found, ShownDrive};
+
+/// What a verification report shows.
+pub(crate) struct Page<'a> {
+    pub(crate) title: String,
+    pub(crate) verification: &'a Verification,
+    /// The texture as it was recorded.
+    pub(crate) target: &'a Recording,
+    pub(crate) function: Option<&'a TransferFunction<Drive, Acceleration>>,
+    /// The texture as it is compared, at its own level.
+    pub(crate) texture: &'a Series<Acceleration>,
+    /// What the measurement is called.
+    pub(crate) measured: &'a str,
+    pub(crate) drive: Option<ShownDrive<'a>>,
+    pub(crate) rendering: Option<&'a Rendering>,
+    pub(crate) provenance: &'a Provenance,
+    pub(crate) condition: &'a Condition,
+    /// What the transfer function says that would come of sending the texture straight to the device.
+    pub(crate) predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
+    /// Further measurements of the same target.
+    pub(crate) also: &'a [Also<'a>],
+    /// The textures before the target was made of them.
+    pub(crate) before: &'a [Before<'a>],
+    /// The negative control: the texture sent straight to the device.
+    pub(crate) straight: Option<&'a Straight<Verification>>,
+}
+
+/// The texture sent straight to the device, without its transfer function.
+pub(crate) struct Straight<T> {
+    /// One unit of texture as full scale.
+    pub(crate) as_it_stands: T,
+    /// Turned down until nothing clips.
+    pub(crate) turned_down: T,
+}
+
+/// The report as HTML text.
+pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
+    let body = html! {
+        h1 { (page.title) }
+        p.soft { (bench_line(page)) }
+        (verdict(page))
+        (doubts(page))
+        (spectra(page)?)
+        (waveform(page)?)
+        (also::section(page)?)
+        (before::section(page)?)
+        (drive::beside_texture(page)?)
+        (transfer_function(page)?)
+        (drive::headroom(page)?)
+        @if let Some(straight) = page.straight { (straight::measured(page.verification, straight)?) }
+        @if let Some(predicted) = page.predicted { (straight::predicted(page.verification, predicted)?) }
+        (origin(page))
+    };
+    Ok(document(&page.title, &body))
+}
+
+fn bench_line(page: &Page<'_>) -> String {
+    let kind = bench_told(page.provenance.bench).unwrap_or(UNKNOWN_BENCH);
+    let seed = page
+        .provenance
+        .seed
+        .map_or(String::new(), |seed| format!(" Seed {seed}."));
+    match page.condition.to_string() {
+        nothing if nothing.is_empty() => format!("{kind}{seed}"),
+        known => format!("{kind} Measured with {known}.{seed}"),
+    }
+}
+
+fn verdict(page: &Page<'_>) -> Markup {
+    let v = page.verification;
+    let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
+    html! {
+        section class=(if v.passed { "verdict" } else { "verdict failed" }) {
+            strong { (v.verdict()) }
+            div.numbers {
+                (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error, rms over {}", v.band_hz)))
+                @if let Some(error_db) = v.error_db_rms_achievable {
+                    (number(format!("{error_db:.2} dB"), "rms over the achievable part"))
+                }
+                (number(format!("{:.2} dB", v.error_db_max), &format!("largest error, at {:.0} Hz", v.error_max_at_hz)))
+                (number(format!("{:+.2} dB", v.level_error_db), "level error in the band"))
+                (number(format!("{:.3}", v.waveform_correlation), "waveform correlation, delay aligned"))
+                (number(format!("{:.1} ms", v.delay_s * 1e3), &delay_words(page)))
+                (number(format!("{:.2} %", v.clipped_fraction * 100.0), "samples at a limit"))
+            }
+        }
+    }
+}
+
+fn delay_words(page: &Page<'_>) -> String {
+    let modelling = page
+        .rendering
+        .map(|rendering| rendering.config.modelling_delay.0 * 1e3);
+    match modelling {
+        Some(modelling_ms) => format!(
+            "delay taken away: {modelling_ms:.0} ms of silence before the texture, and the start of the devices"
+        ),
+        None => "delay taken away".into(),
+    }
+}
+
+fn estimator_line(v: &Verification) -> String {
+    format!(
+        "PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} averages; one-sided, in {}. Error: unweighted rms over the lines of the band.",
+        v.rate_hz,
+        v.welch.window.name(),
+        v.welch.segment,
+        v.rate_hz / v.welch.segment as f64,
+        v.welch.overlap * 100.0,
+        v.averages,
+        v.psd_unit
+    )
+}
+
+fn doubts(page: &Page<'_>) -> Markup {
+    let doubts = &page.verification.doubts;
+    html! {
+        section {
+            h2 { "Doubts" }
+            @if doubts.is_empty() {
+                p.soft { "None: nothing had to be clamped, guessed or left out." }
+            } @else {
+                ul.doubts { @for doubt in doubts { li { (doubt) } } }
+            }
+        }
+    }
+}
+
+fn spectra(page: &Page<'_>) -> Outcome<Markup> {
+    let v = page.verification;
+    let tones = tones(v)?;
+    Ok(html! {
+        section {
+            h2 { "Spectrum: what was meant and what was felt" }
+            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: what is judged."))
+            (figure(&figures::error(v)?, "Error of every line of the band. Red: the limit that its rms is judged by; single lines may cross it."))
+            p.soft { (estimator_line(v)) }
+            (figure(&figures::amplitudes(v, &tones)?, &amplitudes_line(v, &tones)))
+        }
+    })
+}
+
+/// How the amplitude spectra were computed.
+fn amplitudes_line(v: &Verification, tones: &Tones) -> String {
+    format!(
+        "Amplitude spectra (FFT) of the two within {}: a tone, as of a periodic texture, stands at its peak amplitude. Computed with a {} window over segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the window's sum, which makes the amplitude of a tone right within 0.1 %. Of noise the height depends on the width of the lines: read it in the PSD.",
+        v.band_hz,
+        tones.welch.window.name(),
+        tones.welch.segment,
+        tones.welch.segment as f64 / v.rate_hz,
+        v.rate_hz / tones.welch.segment as f64,
+        tones.welch.overlap * 100.0,
+        tones.averages,
+    )
+}
+
+fn waveform(page: &Page<'_>) -> Outcome<Markup> {
+    Ok(html! {
+        section {
+            h2 { "Waveform" }
+            p { "Spectra overlap even when every phase is wrong; waveforms do not." }
+            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, both limited to the band that is compared, the measurement moved back by its delay."))
+        }
+    })
+}
+
+fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
+    let Some(function) = page.function else {
+        return Ok(html! {});
+    };
+    let shown = page
+        .rendering
+        .map_or(page.verification.band_hz, |rendering| {
+            rendering.config.inverse.band
+        });
+    let figures = figures::transfer(function, shown, "(m/s²)/FS")?;
+    Ok(html! {
+        section {
+            h2 { "Transfer function of the device with the finger on it" }
+            p {
+                (format!("{:?} from {} averages in steps of {:.2} Hz", function.estimator, function.averages, function.resolution_hz()))
+                @if let Some(setup) = &function.drive {
+                    (format!("; amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale))
+                }
+                "."
+            }
+            @for (svg, caption) in figures.iter().zip(transfer::CAPTIONS) {
+                (figure(svg, caption))
+            }
+        }
+    })
+}
+
+/// What was done to the texture on purpose, up to its rendering where that is known.
+fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
+    let rendered = page.rendering.and_then(|r| r.provenance.lineage.as_ref());
+    rendered.or(page.target.provenance.lineage.as_ref())
+}
+
+fn origin(page: &Page<'_>) -> Markup {
+    html! {
+        section {
+            h2 { "Where it comes from" }
+            table {
+                tr { th { "texture" } td { (page.target.provenance.source) ol { @for step in &page.target.provenance.steps { li { (step) } } } } }
+                @if let Some(lineage) = lineage(page) {
+                    tr { th { "what was done" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
+                }
+                tr { th { "bench" } td { (page.provenance.source) } }
+                tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }
+                @if let Some(rendering) = page.rendering {
+                    tr { th { "transfer function" } td { ol { @for step in &rendering.provenance.steps { li { (step) } } } } }
+                    tr { th { "rendering" } td { (format!(
+                        "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
+                        rendering.config.inverse.band, rendering.config.inverse.regularisation,
+                        rendering.config.modelling_delay, rendering.config.fade, rendering.level_db
+                    )) } }
+                }
+
+                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! The texture sent straight to the device, without its transfer function: measured in the demo, computed elsewhere.
+
+use maud::{Markup, html};
+use piezotact::verify::{PredictedStraight, Verification, VerifyError};
+
+use super::Straight;
+use crate::failure::Outcome;
+use crate::output::digits;
+use crate::report::{figure, figures};
+
+/// The negative control, measured.
+pub(super) fn measured(
+    rendered: &Verification,
+    straight: &Straight<Verification>,
+) -> Outcome<Markup> {
+    let row = |what: &str, v: &Verification, error_db: f64| {
+        html! {
+            tr {
+                td { (what) }
+                td.n { (format!("{error_db:.2} dB")) }
+                td.n { (format!("{:.3}", v.waveform_correlation)) }
+                td.n { (format!("{:.1} %", v.clipped_fraction * 100.0)) }
+            }
+        }
+    };
+    let (loud, fitting) = (&straight.as_it_stands, &straight.turned_down);
+    Ok(html! {
+        section {
+            h2 { "Negative control: the texture sent straight to the device" }
+            p { "Without its transfer function the device answers with something else. The texture was sent as it stands, 1 m/s² as a drive of 1, which the device clips; and turned down until nothing clips, compared after the mean error is taken away." }
+            table {
+                tr { th { "strategy" } th.n { (format!("spectrum error, rms over {}", rendered.band_hz)) } th.n { "waveform correlation" } th.n { "clipped" } }
+                (row("rendered through the transfer function", rendered, rendered.error_db_rms))
+                (row("sent straight, at the device's own scale", loud, loud.error_db_rms))
+                (row("sent straight without clipping, level-matched", fitting, fitting.error_db_rms_level_matched))
+            }
+            (figure(&figures::straight(straight)?, "What the finger feels when the texture is sent straight: at the device's own scale, and turned down."))
+        }
+    })
+}
+
+/// What the transfer function says that would come of it.
+pub(super) fn predicted(
+    rendered: &Verification,
+    predicted: &Result<PredictedStraight, VerifyError>,
+) -> Outcome<Markup> {
+    let title = "The texture sent straight to the device (computed, not measured)";
+    let predicted = match predicted {
+        Ok(predicted) => predicted,
+        Err(error) => {
+            return Ok(html! { section { h2 { (title) } p.soft { "Not computed: " (error) } } });
+        }
+    };
+    let row = |what: &str, band: &str, error_db: f64, correlation: f64| {
+        html! {
+            tr {
+                td { (what) }
+                td { (band) }
+                td.n { (format!("{error_db:.2} dB")) }
+                td.n { (format!("{correlation:.3}")) }
+            }
+        }
+    };
+    let band = predicted.judged_band(rendered);
+    let measured_db = rendered
+        .error_db_rms_achievable
+        .unwrap_or(rendered.error_db_rms);
+    Ok(html! {
+        section {
+            h2 { (title) }
+            p { "What the finger would feel if the texture itself were the drive: the texture filtered by the transfer function, which knows of no noise, no distortion and no clipping. Texture and drive have no common scale, so the level is matched: the mean error over the judged lines is taken away." }
+            table {
+                tr { th { "strategy" } th { "judged over" } th.n { "spectrum error, rms" } th.n { "waveform correlation" } }
+                (row("measured, as it was rendered", &rendered.judged_band(), measured_db, rendered.waveform_correlation))
+                (row("sent straight, computed, level-matched", &band, predicted.error_db_rms_level_matched, predicted.waveform_correlation))
+            }
+            (figure(
+                &figures::predicted(rendered, predicted)?,
+                &format!(
+                    "PSDs of the target and of what the transfer function makes of it ({} dB taken away to match the level). Shaded: what is judged.",
+                    digits(predicted.level_difference_db).replace('-', "−")
+                ),
+            ))
+        }
+    })
+}
