@@ -47,7 +47,7 @@ pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
 }
 
 /// An error and what caused it, each said once.
-fn sentence(error: &anyhow::Error) -> String {
+pub(crate) fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |mut sentence, cause| {
         let cause = cause.to_string();
         if !sentence.contains(&cause) {

@@ -7,10 +7,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
+use piezotact::correct::Mode;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Measure, Unit};
 use piezotact::recording::{Condition, Provenance};
-use piezotact::render::{Headroom, RenderConfig, RenderedDrive};
+use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
 use serde::{Deserialize, Serialize};
 
 use crate::atomic::Prepared;
@@ -57,6 +58,9 @@ pub struct Rendering {
     pub level_db: f64,
     /// How it was made.
     pub config: RenderConfig,
+    /// What a closed loop corrected it for; none in an open loop.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub aim: Option<Mode>,
     /// How much of the device it uses.
     pub headroom: Headroom,
     /// The parts of the band that the inverse reaches, Hz.
@@ -68,6 +72,12 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// Whether the waveform of the texture was left free: its spectrum alone was meant.
+    #[must_use]
+    pub fn spectrum_alone(&self) -> bool {
+        self.aim == Some(Mode::Texture) || self.config.inverse.phase == PhaseForm::Minimum
+    }
+
     /// What `rendered`, made from the texture called `target` at `level_db`, is.
     #[must_use]
     pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
@@ -78,6 +88,7 @@ impl Rendering {
             setup: rendered.setup.clone(),
             level_db,
             config: rendered.config.clone(),
+            aim: rendered.aim,
             headroom: rendered.headroom.clone(),
             achievable_band_hz: rendered.achievable.clone(),
             given_up_band_hz: rendered.given_up.clone(),

@@ -35,6 +35,15 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// What it is, for people.
+    #[must_use]
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Replicate => "to replicate the waveform",
+            Self::Texture => "to have the texture's spectrum, its phases free",
+        }
+    }
+
     /// The name as it is written on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {

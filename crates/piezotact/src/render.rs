@@ -16,6 +16,7 @@ pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least
 
 use serde::{Deserialize, Serialize};
 
+use crate::correct::Mode;
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
@@ -83,6 +84,8 @@ pub struct RenderedDrive {
     pub condition: Condition,
     /// How it was made.
     pub config: RenderConfig,
+    /// What a closed loop corrected it for; none in an open loop.
+    pub aim: Option<Mode>,
     /// How much of the device it uses.
     pub headroom: Headroom,
     /// The parts of the band that the inverse reaches.
@@ -194,6 +197,7 @@ pub fn render<O: Quantity>(
         setup: function.drive.clone(),
         condition: function.condition.clone(),
         config: config.clone(),
+        aim: None,
         headroom,
         achievable: achieved,
         given_up: lost,

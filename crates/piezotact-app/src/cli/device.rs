@@ -1,6 +1,7 @@
 //! The options of what characterises a device and renders on it.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
 use piezotact::device::AmplifierGain;
@@ -182,14 +183,40 @@ pub(crate) enum ModeName {
     Texture,
 }
 
+/// How loud a texture is rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Level {
+    /// Re the texture, dB.
+    Stated(f64),
+    /// At its own, or as much softer as it takes to fit.
+    Fit,
+}
+
+impl FromStr for Level {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "fit" {
+            return Ok(Self::Fit);
+        }
+        let level = text.parse().ok().filter(|db| (-120.0..=120.0).contains(db));
+        level.map(Self::Stated).ok_or_else(|| {
+            format!(
+                "expected a level from -120 to 120 dB, or fit, found `{text}`; 0 is the texture's own"
+            )
+        })
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Render {
-    /// The texture: a recording in m/s².
-    pub(crate) target: PathBuf,
-    /// The transfer function of the device with the finger on it.
-    #[arg(long)]
-    pub(crate) transfer: PathBuf,
-    /// The drive to write (WAV, 32-bit float); its sidecar goes beside it.
+    /// The textures: recordings in m/s².
+    #[arg(required = true)]
+    pub(crate) targets: Vec<PathBuf>,
+    /// The transfer function of the device with the finger on it; may be repeated, for several people.
+    #[arg(long, required = true)]
+    pub(crate) transfer: Vec<PathBuf>,
+    /// The drive to write (WAV, 32-bit float), its sidecar beside it; a folder for several textures or people.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// The band that is rendered, in Hz.
@@ -207,14 +234,14 @@ pub(crate) struct Render {
     /// The gain set on the amplifier; must be the one the transfer function was measured with.
     #[arg(long)]
     pub(crate) gain: Option<AmplifierGain>,
-    /// Renders the texture louder or softer by this many dB.
+    /// Renders the texture louder or softer by this many dB; `fit`: at its own level, or as much softer as it takes to fit.
     #[arg(
         long,
-        default_value_t = 0.0,
-        value_name = "DB",
+        default_value = "0",
+        value_name = "DB|fit",
         allow_negative_numbers = true
     )]
-    pub(crate) level: f64,
+    pub(crate) level: Level,
     /// The rate of the drive, in Hz.
     #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
     pub(crate) rate: u32,
@@ -230,13 +257,20 @@ pub(crate) struct Render {
     pub(crate) mode: Option<ModeName>,
     /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE.
+    /// May be repeated, one for each --transfer.
     #[arg(long, requires = "mode")]
-    pub(crate) bench: Option<BenchSpec>,
-    /// How often the loop corrects at most; every drive is played twice.
-    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=50))]
-    pub(crate) iterations: u16,
+    pub(crate) bench: Vec<BenchSpec>,
+    /// How often the loop corrects at most, 6 unless stated; every drive is played twice, and the best once more.
+    #[arg(long, requires = "mode", value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub(crate) iterations: Option<u16>,
     #[command(flatten)]
     pub(crate) finger: Finger,
+    /// Keeps what was recorded of the best drive (Parquet); a folder for several textures or people.
+    #[arg(long, requires = "mode", value_name = "MEASURED.parquet")]
+    pub(crate) record: Option<PathBuf>,
+    /// Writes a report of the loop: how close every texture came, open and closed.
+    #[arg(long, requires = "mode", value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Writes a drive that clips, instead of refusing it.
     #[arg(long)]
     pub(crate) allow_clipping: bool,

@@ -292,6 +292,9 @@ fn judge(
     if let Some(rendering) = rendering {
         config.achievable.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
+        if rendering.spectrum_alone() {
+            config.limits = config.limits.of_the_spectrum_alone();
+        }
     }
     let compared = Measured {
         response: &response,

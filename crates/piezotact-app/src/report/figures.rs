@@ -87,6 +87,22 @@ pub(crate) fn spectra(verification: &Verification) -> Outcome<String> {
     spectra_chart(verification, lines)
 }
 
+/// The target's PSD, and those of what an open and a closed loop made of it.
+pub(crate) fn open_and_closed(open: &Verification, closed: &Verification) -> Outcome<String> {
+    let f = &closed.frequency_hz;
+    let lines = vec![
+        Line::new("target", UNDER, decibels(f, &closed.target_psd)).thick(),
+        Line::new(
+            "open loop",
+            OTHER,
+            decibels(&open.frequency_hz, &open.measured_psd),
+        )
+        .thin(),
+        Line::new("closed loop", MEASURED, decibels(f, &closed.measured_psd)),
+    ];
+    spectra_chart(closed, lines)
+}
+
 /// The target's PSD, that of the measurement, and those of further measurements.
 pub(crate) fn all_spectra(page: &Page<'_>) -> Outcome<String> {
     let v = page.verification;

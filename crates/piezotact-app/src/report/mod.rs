@@ -7,6 +7,7 @@ pub(crate) mod heatmap;
 mod image;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
+pub(crate) mod rendering;
 pub(crate) mod replay;
 pub(crate) mod roughness;
 pub(crate) mod score;

@@ -44,13 +44,22 @@ pub struct VerifyConfig {
 pub struct Limits {
     /// The largest spectrum error, dB rms over the band.
     pub error_db_rms: f64,
-    /// The lowest waveform correlation.
+    /// The lowest waveform correlation; −1 where the waveform was left free.
     pub waveform_correlation: f64,
     /// The largest share of samples at a limit, 0–1.
     pub clipped_fraction: f64,
 }
 
 impl Limits {
+    /// The same where the waveform was left free.
+    #[must_use]
+    pub fn of_the_spectrum_alone(self) -> Self {
+        Self {
+            waveform_correlation: -1.0,
+            ..self
+        }
+    }
+
     /// 1 dB rms, which is below the 1.58 dB (a fifth in amplitude) that can just be told apart; a correlation
     /// of 0.95; one sample in a thousand at a limit.
     #[must_use]
@@ -183,14 +192,18 @@ impl Verification {
         } else {
             format!(", rendered at {:+.1} dB", self.level_db)
         };
+        let waveform_limit = if self.limits.waveform_correlation > -1.0 {
+            format!("limit {}", self.limits.waveform_correlation)
+        } else {
+            "the spectrum alone was meant".into()
+        };
         format!(
-            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} (limit {}){clipped}{level}",
+            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} ({waveform_limit}){clipped}{level}",
             if self.passed { "passed" } else { "failed" },
             self.judged_error_db(),
             self.judged_band(),
             self.limits.error_db_rms,
             self.waveform_correlation,
-            self.limits.waveform_correlation,
         )
     }
 
@@ -210,6 +223,19 @@ impl Verification {
                 self.band_hz
             ),
         }
+    }
+
+    /// The largest absolute error of a line that is judged, dB: over the achievable part where one was declared.
+    #[must_use]
+    pub fn error_db_max_achievable(&self) -> f64 {
+        let judged = |hz: f64| {
+            self.error_db_rms_achievable.is_none()
+                || self.achievable_band_hz.iter().any(|band| band.contains(hz))
+        };
+        let lines = self.error_frequency_hz.iter().zip(&self.error_db);
+        lines
+            .filter(|(hz, _)| judged(**hz))
+            .fold(0.0, |most, (_, error)| error.abs().max(most))
     }
 
     /// The rms error that is judged, dB: over the achievable part where one was declared.

@@ -437,6 +437,7 @@ fn finished(
     RenderedDrive {
         drive,
         headroom,
+        aim: Some(config.correct.mode),
         achievable: fit.achieved.clone(),
         given_up: fit.given_up.clone(),
         provenance: first.provenance.then(format!(

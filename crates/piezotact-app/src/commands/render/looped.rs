@@ -1,0 +1,160 @@
+//! A rendering that is corrected on a bench.
+
+use std::path::Path;
+
+use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::quantity::Acceleration;
+use piezotact::series::Series;
+use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, RunStart, closed_loop};
+use piezotact_bench::{BenchError, BenchSpec, GateConfig};
+use piezotact_dataset::sidecar::Rendering;
+use piezotact_dataset::{JournalWriter, StartDocument};
+use serde_json::{Value, json};
+
+use super::Asked;
+use crate::cli::ModeName;
+use crate::commands::play::start_document;
+use crate::commands::{open_bench, run_plan};
+use crate::failure::{Failure, Outcome};
+use crate::output::say;
+
+/// How often a loop corrects unless it is stated.
+const ITERATIONS: u16 = 6;
+
+/// A drive that was corrected.
+pub(super) struct Corrected {
+    pub(super) looped: Looped,
+}
+
+/// Why nothing was corrected.
+pub(super) enum Error {
+    Bench(BenchError),
+    Failure(Failure),
+}
+
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Self {
+        Self::Failure(failure)
+    }
+}
+
+/// Renders in a closed loop, each drive said as it is judged.
+pub(super) fn run(
+    asked: &Asked<'_>,
+    target: &Series<Acceleration>,
+    (mode, bench): (ModeName, &BenchSpec),
+) -> Result<Corrected, Error> {
+    let args = asked.args;
+    let mut bench = open_bench(bench)?;
+    let label = format!("render {}", asked.job.called);
+    let run = run_plan(&label, &args.finger, bench.acquirer.as_ref());
+    let here = bench.acquirer.condition(&run);
+    // Before anything plays.
+    for doubt in asked.function.condition.doubts_when_measured(&here) {
+        say(&format!("doubt: {doubt}"));
+    }
+    let loop_config = LoopConfig {
+        render: asked.config.clone(),
+        correct: CorrectConfig::usual(match mode {
+            ModeName::Replicate => Mode::Replicate,
+            ModeName::Texture => Mode::Texture,
+        }),
+        judged: args.band,
+        iterations: usize::from(args.iterations.unwrap_or(ITERATIONS)),
+        force_share: GateConfig::usual().force_share,
+        run,
+    };
+    let mut told = |iteration: &Iteration| {
+        say(&format!(
+            "iteration {}: {}",
+            iteration.number,
+            came(iteration)
+        ));
+    };
+    let looped = closed_loop(&mut bench, target, asked.function, &loop_config, &mut told)
+        .map_err(Error::Bench)?;
+    say(&format!(
+        "closed loop: {:.2} dB rms open, {:.2} dB rms closed (iteration {}, measured once more); {}",
+        looped.iterations[0].verification.judged_error_db(),
+        looped.confirmed.judged_error_db(),
+        looped.best,
+        looped.end
+    ));
+    Ok(Corrected { looped })
+}
+
+fn came(iteration: &Iteration) -> String {
+    let v = &iteration.verification;
+    format!(
+        "{:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        v.judged_error_db(),
+        v.error_db_max,
+        v.waveform_correlation,
+        v.waveform_nmse_db
+    )
+}
+
+impl Corrected {
+    pub(super) fn json(&self) -> Value {
+        let of = |v: &piezotact::verify::Verification| {
+            json!({
+                "error_db_rms": v.error_db_rms,
+                "error_db_rms_achievable": v.error_db_rms_achievable,
+                "error_db_max": v.error_db_max,
+                "level_error_db": v.level_error_db,
+                "waveform_correlation": v.waveform_correlation,
+                "waveform_nmse_db": v.waveform_nmse_db,
+            })
+        };
+        let each: Vec<Value> = self
+            .looped
+            .iterations
+            .iter()
+            .map(|i| {
+                let mut found = of(&i.verification);
+                if let Some(fields) = found.as_object_mut() {
+                    fields.insert("iteration".into(), i.number.into());
+                    fields.insert("held_at_limit".into(), i.held.into());
+                }
+                found
+            })
+            .collect();
+        json!({
+            "best": self.looped.best,
+            "ended": self.looped.end.to_string(),
+            "iterations": each,
+            "confirmed": of(&self.looped.confirmed),
+        })
+    }
+
+    /// Writes what was recorded of the best drive.
+    pub(super) fn keep(&self, path: &Path, rendering: Rendering) -> Outcome {
+        let recording = &self.looped.recording;
+        let channels = recording.channels().iter();
+        let start = StartDocument {
+            setup: rendering.setup.clone(),
+            rendering: Some(rendering),
+            ..start_document(RunStart {
+                rate: recording.rate(),
+                channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
+                condition: recording.condition.clone(),
+                provenance: recording.provenance.clone(),
+            })
+        };
+        let mut journal = JournalWriter::create(path, start)?;
+        let samples: Vec<Vec<f64>> = recording
+            .channels()
+            .iter()
+            .map(|channel| channel.samples.clone())
+            .collect();
+        journal.append(&samples)?;
+        let kept = journal.finish(recording.provenance.clone(), recording.doubts.clone())?;
+        if let Some(kept) = kept {
+            say(&format!(
+                "the recording of that name that was there is kept as {}",
+                kept.display()
+            ));
+        }
+        Ok(())
+    }
+}

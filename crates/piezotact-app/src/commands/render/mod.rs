@@ -1,0 +1,458 @@
+//! `piezotact render`: the drives that make a finger feel textures.
+
+mod looped;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use piezotact::manipulate::{Lineage, Operation, Step};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::recording::Recording;
+use piezotact::render::{
+    self, Clipping, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
+    require_gain,
+};
+use piezotact::series::Series;
+use piezotact::transfer::TransferFunction;
+use piezotact_bench::procedure::Looped;
+use piezotact_bench::{BenchError, BenchSpec};
+use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::{ReadOptions, journal_path, read_recording, read_transfer};
+use serde_json::{Value, json};
+
+use super::{bench_failure, outputs, rate_option, texture};
+use crate::cli::{InverseName, Level, PhaseName, Render};
+use crate::failure::{Failure, Outcome, sentence, usage};
+use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
+use crate::report::{self, name};
+use looped::Corrected;
+
+/// Softer than this a texture is not made to fit, dB.
+const SOFTEST_DB: f64 = -120.0;
+
+pub(crate) fn run(args: &Render) -> Outcome {
+    let jobs = jobs(args)?;
+    let mut done = Vec::new();
+    let mut failed = Vec::new();
+    let several = jobs.len() > 1;
+    for job in &jobs {
+        if several {
+            say(&format!("{}:", job.called));
+        }
+        match job.done(args) {
+            Ok(one) => {
+                if !args.json {
+                    told(&one)?;
+                }
+                done.push(one);
+            }
+            // What is wrong with one texture is not wrong with the next.
+            Err(Failure::Data(error)) if several => {
+                let why = sentence(&error);
+                say(&format!("error: {why}"));
+                failed.push((job.called.clone(), why));
+            }
+            Err(failure) => return Err(failure),
+        }
+    }
+    if let Some(path) = &args.report {
+        let rows: Vec<report::rendering::Row<'_>> = done.iter().filter_map(Done::row).collect();
+        let page = report::rendering::Page {
+            rows: &rows,
+            refused: &failed,
+            band: args.band,
+        };
+        write_text(path, &report::rendering::render(&page)?)?;
+    }
+    if args.json {
+        let all: Vec<Value> = done
+            .iter()
+            .map(|one| one.json(args))
+            .collect::<Outcome<_>>()?;
+        match all.as_slice() {
+            [only] if !several => print_json(only)?,
+            _ => print_json(&json!({ "renderings": all }))?,
+        }
+    } else if let Some(path) = &args.report {
+        print(&format!("report: {}", path.display()))?;
+    }
+    match failed.len() {
+        0 => Ok(()),
+        some => Err(Failure::Data(anyhow!(
+            "{some} of {} could not be rendered; the others were written",
+            jobs.len()
+        ))),
+    }
+}
+
+/// One texture for one finger.
+struct Job<'a> {
+    target: &'a Path,
+    transfer: &'a Path,
+    bench: Option<&'a BenchSpec>,
+    /// What it is called beside others.
+    called: String,
+    out: PathBuf,
+    record: Option<PathBuf>,
+}
+
+/// The jobs that are asked for, one person after the other, with every output checked before the first is begun.
+fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
+    if args.mode.is_none() && (args.finger.load.is_some() || args.finger.angle.is_some()) {
+        return Err(usage(anyhow!(
+            "--load and --angle say how the finger lies in a closed loop, found no --mode; a drive is for the load and angle of its transfer function: characterise at others"
+        )));
+    }
+    let people = args.transfer.len();
+    if !matches!(args.bench.len(), 0 | 1) && args.bench.len() != people {
+        return Err(usage(anyhow!(
+            "expected one --bench, or one for each of {people} --transfer, found {}",
+            args.bench.len()
+        )));
+    }
+    let stem = |path: &Path| {
+        path.file_stem()
+            .map_or_else(|| name(path), |stem| stem.to_string_lossy().into_owned())
+    };
+    let several = args.targets.len() * people > 1;
+    let within = |folder: &Path, called: &str, ending: &str| {
+        if several {
+            folder.join(format!("{called}.{ending}"))
+        } else {
+            folder.to_path_buf()
+        }
+    };
+    let mut jobs = Vec::new();
+    for (i, transfer) in args.transfer.iter().enumerate() {
+        for target in &args.targets {
+            let called = match (several, people) {
+                (true, 1) => stem(target),
+                _ => format!("{}-{}", stem(target), stem(transfer)),
+            };
+            jobs.push(Job {
+                target,
+                transfer,
+                bench: args.bench.get(i).or(args.bench.first()),
+                out: within(&args.out, &called, "wav"),
+                record: args
+                    .record
+                    .as_ref()
+                    .map(|record| within(record, &called, "parquet")),
+                called,
+            });
+        }
+    }
+    let read: Vec<&Path> = jobs
+        .iter()
+        .flat_map(|job| [job.target, job.transfer])
+        .chain(args.bench.iter().filter_map(BenchSpec::file))
+        .collect();
+    let written: Vec<PathBuf> = jobs
+        .iter()
+        .flat_map(|job| {
+            let record = job.record.iter();
+            [job.out.clone(), sidecar_path(&job.out)]
+                .into_iter()
+                .chain(record.flat_map(|record| [record.clone(), journal_path(record)]))
+        })
+        .chain(args.report.clone())
+        .collect();
+    if several {
+        for folder in [Some(&args.out), args.record.as_ref()]
+            .into_iter()
+            .flatten()
+        {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                anyhow!(
+                    "{}: expected a folder for {} drives: {error}",
+                    folder.display(),
+                    jobs.len()
+                )
+            })?;
+        }
+    }
+    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+    outputs(&read, &written)?;
+    Ok(jobs)
+}
+
+/// One texture rendered for one finger.
+struct Done {
+    called: String,
+    target: PathBuf,
+    out: PathBuf,
+    level_db: f64,
+    drive: RenderedDrive,
+    corrected: Option<Corrected>,
+}
+
+impl Job<'_> {
+    fn done(&self, args: &Render) -> Outcome<Done> {
+        let document = read_transfer(self.transfer)?;
+        let function = document.function::<Drive, Acceleration>(self.transfer)?;
+        if let Some(gain) = args.gain {
+            require_gain(function.drive.as_ref(), gain)?;
+        }
+        let options = ReadOptions {
+            scale: args.scale.clone(),
+            rate: rate_option(args.target_rate)?,
+        };
+        let contents = read_recording(self.target, &options)?;
+        let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
+        let config = config_of(args)?;
+        let asked = Asked {
+            args,
+            job: self,
+            function: &function,
+            config: &config,
+        };
+        let (level, first) = match args.level {
+            Level::Stated(level) => (level, asked.at(&texture, level)),
+            Level::Fit => match asked.at(&texture, 0.0) {
+                Err(Refused {
+                    fits_at: Some(fits_at),
+                    ..
+                }) if fits_at.0 > SOFTEST_DB => (fits_at.0, asked.at(&texture, fits_at.0)),
+                other => (0.0, other),
+            },
+        };
+        let (mut drive, corrected) = first.map_err(|refused| refused.failure)?;
+        let doubts = contents.recording.doubts.iter();
+        drive.doubts.splice(0..0, doubts.cloned());
+        drive
+            .provenance
+            .steps
+            .insert(0, format!("target {}", self.target.display()));
+        let target = texture.amplified(Decibels(level));
+        let made_of = &contents.recording;
+        drive.provenance.lineage = Some(self.lineage(args, level, (made_of, &target), &drive));
+        let rendering = Rendering::of(&drive, &name(self.target), level);
+        write_drive(&self.out, &drive, args.rate, rendering.clone())?;
+        if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
+            corrected.keep(path, rendering)?;
+        }
+        Ok(Done {
+            called: self.called.clone(),
+            target: self.target.to_path_buf(),
+            out: self.out.clone(),
+            level_db: level,
+            drive,
+            corrected,
+        })
+    }
+
+    /// What the texture was made from, with its rendering as the last steps.
+    fn lineage(
+        &self,
+        args: &Render,
+        level_db: f64,
+        (recording, target): (&Recording, &Series<Acceleration>),
+        drive: &RenderedDrive,
+    ) -> Lineage {
+        let so_far = recording.provenance.lineage.clone();
+        let operation = Operation::Rendered {
+            transfer: name(self.transfer),
+            gain: drive.setup.as_ref().map(|setup| setup.gain),
+            level_db,
+            band_hz: args.band,
+        };
+        so_far
+            .unwrap_or_else(|| Lineage::of(name(self.target)))
+            .then(Step::between(operation, target, &drive.drive))
+    }
+}
+
+fn config_of(args: &Render) -> Outcome<RenderConfig> {
+    let rate = SampleRate::new(f64::from(args.rate)).map_err(usage)?;
+    let mut config = RenderConfig::over(args.band, rate);
+    if args.allow_clipping {
+        config.clipping = Clipping::Allow;
+    }
+    config.inverse.inverse = match args.inverse {
+        InverseName::Plain => Inverse::Plain,
+        InverseName::Constant => Inverse::Constant,
+        InverseName::Coherence => Inverse::Coherence,
+        InverseName::DriveLimited => Inverse::DriveLimited,
+    };
+    config.inverse.phase = match args.phase {
+        PhaseName::Linear => PhaseForm::Linear,
+        PhaseName::Minimum => PhaseForm::Minimum,
+    };
+    Ok(config)
+}
+
+/// What is asked of one rendering.
+struct Asked<'a> {
+    args: &'a Render,
+    job: &'a Job<'a>,
+    function: &'a TransferFunction<Drive, Acceleration>,
+    config: &'a RenderConfig,
+}
+
+/// A rendering that was refused before anything played.
+struct Refused {
+    failure: Failure,
+    /// The level re the texture at which it would fit.
+    fits_at: Option<Decibels>,
+}
+
+impl From<Failure> for Refused {
+    fn from(failure: Failure) -> Self {
+        Self {
+            failure,
+            fits_at: None,
+        }
+    }
+}
+
+impl Asked<'_> {
+    /// `texture` rendered at `level_db`.
+    fn at(
+        &self,
+        texture: &Series<Acceleration>,
+        level_db: f64,
+    ) -> Result<(RenderedDrive, Option<Corrected>), Refused> {
+        let target = texture.clone().amplified(Decibels(level_db));
+        let Some((mode, bench)) = self.args.mode.zip(self.job.bench) else {
+            return match render::render(&target, self.function, self.config) {
+                Ok(drive) => Ok((drive, None)),
+                Err(error) => Err(self.refused(&target, level_db, error)),
+            };
+        };
+        let corrected = looped::run(self, &target, (mode, bench)).map_err(|error| match error {
+            looped::Error::Bench(BenchError::Render(error)) => {
+                self.refused(&target, level_db, error)
+            }
+            looped::Error::Bench(other) => bench_failure(other).into(),
+            looped::Error::Failure(failure) => failure.into(),
+        })?;
+        Ok((corrected.looped.rendered.clone(), Some(corrected)))
+    }
+
+    /// Why a target is not rendered, and what would be.
+    fn refused(&self, target: &Series<Acceleration>, level_db: f64, error: RenderError) -> Refused {
+        let RenderError::ExceedsFullScale { fits_at, .. } = error else {
+            return match error {
+                RenderError::BandAboveNyquist { .. }
+                | RenderError::NoLine { .. }
+                | RenderError::Phase
+                | RenderError::Rate(_) => usage(error),
+                _ => Failure::Data(
+                    anyhow::Error::new(error).context(self.job.target.display().to_string()),
+                ),
+            }
+            .into();
+        };
+        // To the tenth below: rounded up it would not fit.
+        let level = ((level_db + fits_at.0) * 10.0 + 1e-6).floor() / 10.0;
+        let failure = Failure::Data(anyhow!(
+            "{}: {error}: --level {level:.1} fits{}, --level fit finds it, --inverse drive-limited turns down what costs most, --allow-clipping cuts what is beyond",
+            self.job.target.display(),
+            self.other_gain(target).unwrap_or_default()
+        ));
+        Refused {
+            failure,
+            fits_at: Some(Decibels(level)),
+        }
+    }
+
+    /// The gain of the amplifier at which the drive for `target` would fit, in level and in slope.
+    fn other_gain(&self, target: &Series<Acceleration>) -> Option<String> {
+        let setup = self.function.drive.as_ref()?;
+        let beyond = RenderConfig {
+            clipping: Clipping::Allow,
+            ..self.config.clone()
+        };
+        let headroom = render::render(target, self.function, &beyond)
+            .ok()?
+            .headroom;
+        let fit = gains_for(&headroom, setup)
+            .into_iter()
+            .find(|fit| fit.fits() && fit.gain != setup.gain)?;
+        Some(format!(
+            ", a transfer function measured at gain {} would",
+            fit.gain
+        ))
+    }
+}
+
+/// What was written, in words.
+fn told(done: &Done) -> Outcome {
+    let drive = &done.drive;
+    say_doubts(&drive.doubts);
+    let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
+    let bands = if bands.is_empty() {
+        "nothing".into()
+    } else {
+        bands.join(", ")
+    };
+    let level = if done.level_db == 0.0 {
+        String::new()
+    } else {
+        format!(" at {:+.1} dB", done.level_db)
+    };
+    print(&format!(
+        "wrote {}{level}: {}; achievable {bands}",
+        done.out.display(),
+        headroom_text(&drive.headroom),
+    ))
+}
+
+impl Done {
+    fn json(&self, args: &Render) -> Outcome<Value> {
+        let drive = &self.drive;
+        let gains = drive.setup.as_ref();
+        Ok(json!({
+            "target": self.target,
+            "out": self.out,
+            "rate_hz": args.rate,
+            "level_db": self.level_db,
+            "headroom": drive.headroom,
+            "achievable_band_hz": drive.achievable,
+            "given_up_band_hz": drive.given_up,
+            "drive_setup": drive.setup,
+            "gains": gains.map(|setup| gains_for(&drive.headroom, setup)),
+            "loop": self.corrected.as_ref().map(|corrected| corrected.json()),
+            "condition": drive.condition,
+            "doubts": doubts_json(&drive.doubts)?,
+        }))
+    }
+
+    fn row(&self) -> Option<report::rendering::Row<'_>> {
+        let looped: &Looped = &self.corrected.as_ref()?.looped;
+        Some(report::rendering::Row {
+            called: &self.called,
+            level_db: self.level_db,
+            drive: &self.drive,
+            looped,
+        })
+    }
+}
+
+/// Writes a drive with its sidecar.
+pub(crate) fn write_drive(
+    path: &Path,
+    drive: &RenderedDrive,
+    rate_hz: u32,
+    rendering: Rendering,
+) -> Outcome {
+    let sidecar = Sidecar {
+        full_scale: Some(Measure {
+            value: 1.0,
+            unit: Unit::FullScale,
+        }),
+        channels: vec!["drive".into()],
+        condition: drive.condition.clone(),
+        provenance: drive.provenance.clone(),
+        rendering: Some(rendering),
+    };
+    write_wav_with_sidecar(
+        path,
+        &[drive.drive.samples()],
+        rate_hz,
+        SampleFormat::Float32,
+        &sidecar,
+    )?;
+    Ok(())
+}

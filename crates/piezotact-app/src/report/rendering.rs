@@ -1,0 +1,198 @@
+//! The report of renderings that were corrected in a closed loop.
+
+use maud::{Markup, html};
+use piezotact::quantity::Band;
+use piezotact::render::RenderedDrive;
+use piezotact_bench::procedure::Looped;
+
+use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
+use crate::failure::Outcome;
+use crate::output::{difference_db, headroom_text};
+
+/// What counts as close, dB: the rms over what the inverse reaches, and the largest of its lines.
+const CLOSE_DB: (f64, f64) = (1.0, 3.0);
+
+/// One texture on one finger.
+pub(crate) struct Row<'a> {
+    pub(crate) called: &'a str,
+    pub(crate) level_db: f64,
+    pub(crate) drive: &'a RenderedDrive,
+    pub(crate) looped: &'a Looped,
+}
+
+/// What a report of renderings shows.
+pub(crate) struct Page<'a> {
+    pub(crate) rows: &'a [Row<'a>],
+    /// Those that could not be rendered, and why.
+    pub(crate) refused: &'a [(String, String)],
+    pub(crate) band: Band,
+}
+
+/// The report as HTML text.
+pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
+    let title = match page.rows {
+        [only] => format!("Rendering of {} in a closed loop", only.called),
+        rows => format!(
+            "Rendering in a closed loop: {} textures and fingers",
+            rows.len()
+        ),
+    };
+    let body = html! {
+        h1 { (title) }
+        p.soft { (bench_line(page)) }
+        (summary(page))
+        (table(page))
+        (refused(page))
+        @for row in page.rows { (one(row)?) }
+        (method(page))
+    };
+    Ok(broad_document(&title, &body))
+}
+
+fn bench_line(page: &Page<'_>) -> String {
+    let mut kinds: Vec<&str> = page
+        .rows
+        .iter()
+        .map(|row| bench_told(row.looped.recording.provenance.bench).unwrap_or(UNKNOWN_BENCH))
+        .collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds.join(" ")
+}
+
+fn is_close(row: &Row<'_>) -> bool {
+    let v = &row.looped.confirmed;
+    v.judged_error_db() <= CLOSE_DB.0 && v.error_db_max_achievable() <= CLOSE_DB.1
+}
+
+fn summary(page: &Page<'_>) -> Markup {
+    let close = page.rows.iter().filter(|row| is_close(row)).count();
+    let most = |of: &dyn Fn(&Row<'_>) -> f64| page.rows.iter().map(of).fold(0.0, f64::max);
+    let mean = |of: &dyn Fn(&Row<'_>) -> f64| {
+        page.rows.iter().map(of).sum::<f64>() / page.rows.len().max(1) as f64
+    };
+    let open = |row: &Row<'_>| row.looped.iterations[0].verification.judged_error_db();
+    let closed = |row: &Row<'_>| row.looped.confirmed.judged_error_db();
+    let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
+    html! {
+        section class=(if close == page.rows.len() && page.refused.is_empty() { "verdict" } else { "verdict failed" }) {
+            strong { (format!(
+                "{close} of {} came within {} dB rms and {} dB of their target over what the inverse reaches",
+                page.rows.len() + page.refused.len(), CLOSE_DB.0, CLOSE_DB.1
+            )) }
+            div.numbers {
+                (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
+                (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
+                (number(format!("{:.2} dB", most(&closed)), "rms error closed, largest"))
+                (number(format!("{:.1} dB", most(&|row| row.looped.confirmed.error_db_max_achievable())), "error of one line, largest"))
+            }
+        }
+    }
+}
+
+fn table(page: &Page<'_>) -> Markup {
+    html! {
+        section {
+            h2 { "How close each came" }
+            div.wide {
+                table.tight.matrix {
+                    tr {
+                        th { "texture and finger" }
+                        th.n { "level, dB" }
+                        th.n { "open, dB rms" }
+                        th.n { "closed, dB rms" }
+                        th.n { "largest line open, dB" }
+                        th.n { "closed, dB" }
+                        th.n { "level error, dB" }
+                        th.n { "correlation open" }
+                        th.n { "closed" }
+                        th.n { "of the band reached" }
+                        th.n { "at the limit" }
+                        th.n { "corrections" }
+                        th { "why it ended" }
+                    }
+                    @for row in page.rows { (line(row)) }
+                }
+            }
+            p.soft { "dB rms and largest line: over the part of the band that the inverse reaches. Open: the first drive. Closed: the best drive, measured once more by a measurement that neither corrected nor chose it. Correlation: of the waveforms. Level: re the texture." }
+        }
+    }
+}
+
+fn line(row: &Row<'_>) -> Markup {
+    let open = &row.looped.iterations[0].verification;
+    let closed = &row.looped.confirmed;
+    let width = |bands: &[Band]| bands.iter().map(|b| b.high().0 - b.low().0).sum::<f64>();
+    let band = row.drive.config.inverse.band;
+    let reached = width(&row.drive.achievable) / width(&[band]);
+    html! {
+        tr {
+            td { (row.called) }
+            td.n { (format!("{:+.1}", row.level_db).replace('-', "−").replace("+0.0", "0")) }
+            td.n { (format!("{:.2}", open.judged_error_db())) }
+            td.n class=(if is_close(row) { "n near" } else { "n" }) { (format!("{:.2}", closed.judged_error_db())) }
+            td.n { (format!("{:.1}", open.error_db_max_achievable())) }
+            td.n { (format!("{:.1}", closed.error_db_max_achievable())) }
+            td.n { (difference_db(closed.level_error_db)) }
+            td.n { (format!("{:.3}", open.waveform_correlation).replace('-', "−")) }
+            td.n { (format!("{:.3}", closed.waveform_correlation).replace('-', "−")) }
+            td.n { (format!("{:.0} %", reached * 100.0)) }
+            td.n { (format!("{:.2} %", closed.clipped_fraction.max(row.looped.iterations[row.looped.best].held) * 100.0)) }
+            td.n { (row.looped.best) }
+            td { (row.looped.end.to_string()) }
+        }
+    }
+}
+
+fn refused(page: &Page<'_>) -> Markup {
+    html! {
+        @if !page.refused.is_empty() {
+            section {
+                h2 { "Not rendered" }
+                table {
+                    @for (called, why) in page.refused { tr { th { (called) } td { (why) } } }
+                }
+            }
+        }
+    }
+}
+
+fn one(row: &Row<'_>) -> Outcome<Markup> {
+    let open = &row.looped.iterations[0].verification;
+    let bands: Vec<String> = row.drive.given_up.iter().map(ToString::to_string).collect();
+    Ok(html! {
+        section {
+            h2 { (row.called) }
+            p {
+                (format!("{}. ", headroom_text(&row.drive.headroom)))
+                @if bands.is_empty() { "Nothing of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
+            }
+            (figure(&figures::open_and_closed(open, &row.looped.confirmed)?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
+            (figure(&figures::error(&row.looped.confirmed)?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
+            @if !row.drive.doubts.is_empty() {
+                ul.doubts { @for doubt in &row.drive.doubts { li { (doubt) } } }
+            }
+        }
+    })
+}
+
+fn method(page: &Page<'_>) -> Markup {
+    let aim = page.rows.first().and_then(|row| row.drive.aim);
+    html! {
+        section {
+            h2 { "How it was done" }
+            @if let Some(aim) = aim {
+                p { (format!(
+                    "Aim: {}. Judged over {}. Every drive was played twice with the finger lying as it lay: the second measurement judged it, both together corrected it. The loop kept the best, stopped when it got no better, and measured that one once more.",
+                    aim.told(), page.band
+                )) }
+            }
+            table {
+                @for row in page.rows {
+                    tr { th { (row.called) } td { ol { @for step in &row.drive.provenance.steps { li { (step) } } } } }
+                }
+            }
+            p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
+        }
+    }
+}
