@@ -198,18 +198,20 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         Format::Hjif if too_fine(signal.rate()) => Some(SampleRate::new(KEYFRAMES_HZ)?),
         _ => None,
     };
-    let signal = match rate.filter(|rate| *rate != signal.rate()) {
+    let rate = rate.filter(|rate| *rate != signal.rate());
+    let at_its_rate = |signal: Series<Uncalibrated>, doubts: &mut Vec<Doubt>| match rate {
         Some(rate) => {
             doubts.push(Doubt::RateConverted {
                 what: format!("`{}`", channel.name),
                 from_hz: signal.rate().hz(),
                 to_hz: rate.hz(),
             });
-            resample(&signal, rate).map_err(|error| named(error.into()))?
+            resample(&signal, rate).map_err(|error| named(error.into()))
         }
-        None => signal,
+        None => Ok(signal),
     };
     let (shares, full_scale) = if channel.unit == Unit::FullScale {
+        let signal = at_its_rate(signal, &mut doubts)?;
         let peak = signal.peak();
         if peak > 1.0 {
             return Err(named(anyhow!(
@@ -228,11 +230,22 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         };
         (signal, one)
     } else {
+        let of = |signal: &Series<Uncalibrated>| {
+            shares_of_full_scale(signal).map_err(|error| named(error.into()))
+        };
+        // A mean that begins and ends would be a step at both ends of what is resampled: it goes first.
         let Shares {
             shares,
             full_scale,
             mean,
-        } = shares_of_full_scale(&signal).map_err(|error| named(error.into()))?;
+        } = of(&signal)?;
+        let (shares, full_scale) = match rate {
+            Some(_) => {
+                let again = of(&at_its_rate(shares, &mut doubts)?)?;
+                (again.shares, full_scale * again.full_scale)
+            }
+            None => (shares, full_scale),
+        };
         // What a converter's last bit leaves of a mean is nobody's loss.
         if mean.abs() > 1e-2 * full_scale {
             doubts.push(Doubt::FormatLoses {
