@@ -129,7 +129,7 @@ impl TransferDocument {
     /// The transfer function in this document, from `I` to `O`.
     ///
     /// # Errors
-    /// [`ReadError::Content`] when its units are not those of `I` and `O`, the columns differ in length, the
+    /// [`ReadError::Content`] when its units are not those of `I` and `O`, its load is none, the columns differ in length, the
     /// frequencies do not rise evenly from 0 Hz, or a value is no number.
     pub fn function<I: Quantity, O: Quantity>(
         &self,
@@ -152,6 +152,18 @@ impl TransferDocument {
                     "take the transfer function of the device that will play",
                 ));
             }
+        }
+        if let Some(load) = self
+            .condition
+            .load_n
+            .filter(|load| !(0.0..=1e3).contains(&load.0))
+        {
+            return Err(ReadError::content(
+                path,
+                "a load from 0 to 1000 N in `condition.load_n`",
+                format!("{} N", load.0),
+                "correct it, or leave it out",
+            ));
         }
         let lines = self.frequency_hz.len();
         for (what, found) in [
