@@ -381,6 +381,10 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
     );
     folder.write("empty.haptic", clip("[]"));
     folder.write(
+        "clip.haptic",
+        clip(r#"[{"time": 0, "amplitude": 0}, {"time": 1, "amplitude": 0.5}]"#),
+    );
+    folder.write(
         "cut.hjif",
         r#"{"version": "2025", "perceptions": [{"id": 0"#,
     );
@@ -449,6 +453,13 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             &[],
             1,
             &["within ±1", "1.5", "lower its level"],
+        ),
+        (
+            "clip.haptic",
+            "out.ahap",
+            &["--rate", "100"],
+            2,
+            &["clip.haptic is a clip", "leave --rate out"],
         ),
         ("two.csv", "out.wav", &[], 1, &["--channel"]),
         (
