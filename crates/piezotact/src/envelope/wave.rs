@@ -237,10 +237,13 @@ fn add_wavelets(
         let block = wavelet_synthesis(coefficients)?;
         let start = from.samples_in(Seconds(wave.start_s));
         let end = start + block.len();
-        if end > MOST_SAMPLES {
+        // Blocks of other rates are held at the same time.
+        let others = signals.iter().filter(|(known, _)| known != from);
+        let held: usize = others.map(|(_, signal)| signal.len()).sum();
+        if held.saturating_add(end) > MOST_SAMPLES {
             return Err(EnvelopeError::Wave {
                 expected: format!("wavelets of at most {MOST_SAMPLES} samples in all"),
-                found: format!("one that ends at sample {end}"),
+                found: format!("one that ends at sample {end}, and {held} at other rates"),
             });
         }
         let at = signals.iter().position(|(known, _)| known == from);
@@ -469,6 +472,17 @@ mod tests {
             coefficients: vec![0.0; 8],
         };
         assert!(mix(&[late], rate).is_err());
+        // Each rate alone would fit.
+        let at = |from: f64| Wave {
+            start_s: 3000.0,
+            kind: WaveKind::Wavelet {
+                rate: SampleRate::new(from).unwrap(),
+                coefficients: vec![0.0; 8],
+            },
+            ..blocks[0].clone()
+        };
+        let error = mix(&[at(15_000.0), at(15_001.0)], rate).unwrap_err();
+        assert!(error.to_string().contains("at other rates"), "{error}");
     }
 
     #[test]
