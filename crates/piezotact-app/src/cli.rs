@@ -302,7 +302,8 @@ pub(crate) struct Reading {
     /// FILE.json, or plain numbers of a table.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,
-    /// The rate of a table without a time column, or at which a haptic file is played (8000 unless stated), in Hz.
+    /// The rate of a table without a time column, or at which a haptic file is played (unless stated that of HJIF curves,
+    /// or 8000), in Hz.
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
 }

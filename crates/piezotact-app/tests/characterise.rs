@@ -142,11 +142,25 @@ fn the_gate_names_why_and_stops() {
         ],
     );
     assert!(!folder.names().contains(&"tf.json".to_owned()));
-    characterise(
-        &folder,
-        "--seconds 12 --gate off --force-tolerance 0.0005 --out tf.json",
-    )
-    .expect_success();
+    // Without a gate there is nothing to set.
+    characterise(&folder, "--gate off --least-coherence 2 --out tf.json")
+        .expect_failure(2, &["--gate on with --least-coherence", "judges nothing"]);
+    characterise(&folder, "--seconds 12 --gate off --out tf.json").expect_success();
+    // A band between two lines, and a segment of hardly any.
+    characterise(&folder, "--gate off --band 10..11 --out x.json").expect_failure(
+        2,
+        &[
+            "2.44 Hz apart",
+            "--segment 2048",
+            "10–11 Hz",
+            "longer --segment",
+        ],
+    );
+    characterise(&folder, "--gate off --segment 3 --out x.json").expect_failure(
+        2,
+        &["1666.67 Hz apart with --segment 3", "longer --segment"],
+    );
+    assert!(!folder.names().contains(&"x.json".to_owned()));
     characterise(&folder, "--force-tolerance 1.5 --out tf.json")
         .expect_failure(2, &["--force-tolerance between 0 and 1", "1.5"]);
     characterise(&folder, "--excitation chirp --out tf.json")

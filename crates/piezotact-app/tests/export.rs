@@ -330,6 +330,32 @@ fn signals_and_transfer_functions_go_into_universal_files() {
     assert_eq!(a.frequency_hz, b.frequency_hz);
 }
 
+/// Gravity stands still: where it begins and ends with the file there is no click, and full scale is the texture's.
+#[test]
+fn a_mean_goes_before_the_rate_changes() {
+    let folder = folder();
+    let plain: Vec<f64> = tone(2, 10_000).map(|v| 10.0 * v).collect();
+    for (name, mean) in [("plain.csv", 0.0), ("gravity.csv", 9.81)] {
+        let rows: Vec<String> = plain.iter().map(|v| format!("{}", v + mean)).collect();
+        folder.write(name, format!("acc (m/s^2)\n{}\n", rows.join("\n")));
+    }
+    for out in ["wav", "hjif"] {
+        let scale = |input: &str| {
+            let out = format!("{input}.{out}");
+            let json = export(&folder, input, &out, &["--rate", "10000", "--json"]).json();
+            json["full_scale"]["value"].as_f64().unwrap()
+        };
+        let (plain, gravity) = (scale("plain.csv"), scale("gravity.csv"));
+        // A mean in double precision.
+        assert!((plain / gravity - 1.0).abs() < 1e-9, "{out}: {gravity}");
+    }
+    folder.write("one.csv", "acc (m/s^2)\n9.81\n");
+    for out in ["one.wav", "one.hjif"] {
+        export(&folder, "one.csv", out, &["--rate", "10000"])
+            .expect_failure(1, &["one.csv", "full scale above zero"]);
+    }
+}
+
 #[test]
 fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
     let folder = folder();
@@ -354,6 +380,10 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
         clip(r#"[{"time": 0, "amplitude": 0}, {"time": 1, "amplitude": 1.5}]"#),
     );
     folder.write("empty.haptic", clip("[]"));
+    folder.write(
+        "clip.haptic",
+        clip(r#"[{"time": 0, "amplitude": 0}, {"time": 1, "amplitude": 0.5}]"#),
+    );
     folder.write(
         "cut.hjif",
         r#"{"version": "2025", "perceptions": [{"id": 0"#,
@@ -423,6 +453,13 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             &[],
             1,
             &["within ±1", "1.5", "lower its level"],
+        ),
+        (
+            "clip.haptic",
+            "out.ahap",
+            &["--rate", "100"],
+            2,
+            &["clip.haptic is a clip", "leave --rate out"],
         ),
         ("two.csv", "out.wav", &[], 1, &["--channel"]),
         (

@@ -244,6 +244,78 @@ fn strokes_and_tables_are_textures_as_well() {
     assert!((mean - 9.0).abs() < 0.05, "{mean}");
 }
 
+/// What was doubted while a texture was made otherwise stands in its file: whoever opens it later sees it.
+#[test]
+fn doubts_stay_with_the_file() {
+    let folder = two_textures();
+    let clipped = noise(20_000).map(|v| (3.0 * v).clamp(-0.9, 0.9));
+    folder.write("clipped.wav", wav(clipped, 5_000));
+    manipulate(
+        &folder,
+        "S2.wav --scale 20m/s2 --rate 4000 --shift 400Hz --rms-of clipped.wav --of-scale 3m/s2 --out a.wav",
+    )
+    .expect_success();
+    let said = folder.run(&["info", "a.wav", "--json"]).json();
+    let doubts = said["doubts"].as_array().unwrap();
+    let names: Vec<&str> = doubts
+        .iter()
+        .map(|d| d["doubt"].as_str().unwrap())
+        .collect();
+    for doubt in [
+        "scale_overridden",
+        "rate_not_used",
+        "left_the_band",
+        "clipped",
+    ] {
+        assert!(names.contains(&doubt), "no {doubt} in {names:?}");
+    }
+    // And with what is made of it.
+    manipulate(&folder, "S13.wav --spectrum-of a.wav --out b.wav").expect_success();
+    let said = folder.run(&["info", "b.wav"]).out();
+    assert!(said.contains("would leave 0 to 2500 Hz"), "{said}");
+    // Export keeps them as well.
+    folder
+        .run(&["export", "a.wav", "--out", "c.wav"])
+        .expect_success();
+    let said = folder.run(&["info", "c.wav"]).out();
+    assert!(said.contains("would leave 0 to 2500 Hz"), "{said}");
+}
+
+/// A level has no rate; a spectrum is brought to that of the texture, and this is said.
+#[test]
+fn another_texture_may_have_another_rate() {
+    let folder = two_textures();
+    let slow = noise(8_000).map(|v| 0.5 * v);
+    folder.write("slow.wav", wav(slow, 2_000));
+    let said = manipulate(
+        &folder,
+        "S2.wav --rms-of slow.wav --of-scale 3m/s2 --out a.wav --json",
+    )
+    .json();
+    assert!(
+        !said["doubts"].to_string().contains("rate_converted"),
+        "{said}"
+    );
+    let said = manipulate(
+        &folder,
+        "S2.wav --spectrum-of slow.wav --of-scale 3m/s2 --out b.wav --json",
+    )
+    .json();
+    assert!(
+        said["doubts"].to_string().contains("rate_converted"),
+        "{said}"
+    );
+    let b = series(&folder, "b.wav");
+    let psd = welch(&b, &WelchConfig::thesis_2024()).unwrap();
+    let at = |hz: f64| psd.values[(hz / psd.resolution_hz) as usize];
+    assert!(
+        at(2000.0) < 1e-6 * at(500.0),
+        "{} {}",
+        at(2000.0),
+        at(500.0)
+    );
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let folder = two_textures();
@@ -254,6 +326,8 @@ fn what_cannot_be_is_refused() {
     folder.write("silent.wav", wav(std::iter::repeat_n(0.0, 5_000), 5_000));
     folder.write("silent.wav.json", r#"{"full_scale": "3 m/s2"}"#);
     folder.write("plain.wav", wav(tone(100.0, 5_000.0), 5_000));
+    folder.write("two.wav", wav([0.5, -0.5].into_iter(), 5_000));
+    folder.write("two.wav.json", r#"{"full_scale": "3 m/s2"}"#);
     for (arguments, code, parts) in [
         (
             "S2.wav --out x.wav",
@@ -305,16 +379,31 @@ fn what_cannot_be_is_refused() {
             2,
             &["--rms-of"],
         ),
-        ("S2.wav --loop 0s --out x.wav", 2, &["a length from"]),
         (
-            "S2.wav --rms-of other.wav --out x.wav",
-            1,
-            &["8000 Hz", "5000 Hz", "one rate"],
+            "S2.wav --loop 0s --out x.wav",
+            2,
+            &["a length from", "in between"],
         ),
         (
-            "S2.wav --spectrum-of other.wav --out x.wav",
+            "S2.wav --gain 1dB --out x.parquet",
+            2,
+            &["end in .wav", "found .parquet", "piezotact export"],
+        ),
+        ("S2.wav --gain 1dB --out x", 2, &["found no ending"]),
+        (
+            "S2.wav --gain 1dB --of-channel a --out x.wav",
+            2,
+            &["--rms-of or --spectrum-of with --of-channel"],
+        ),
+        (
+            "S2.wav --gain 1dB --of-stroke 2 --out x.wav",
+            2,
+            &["leave --of-stroke out"],
+        ),
+        (
+            "two.wav --gain 1dB --out x.wav",
             1,
-            &["spectrum of other.wav"],
+            &["two.wav", "0.01 s or longer", "2 samples"],
         ),
         (
             "S2.wav --rms-of silent.wav --out x.wav",

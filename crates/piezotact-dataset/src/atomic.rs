@@ -55,7 +55,9 @@ impl Prepared {
             _ => Path::new("."),
         };
         let mut side = tempfile::Builder::new();
-        side.prefix(".piezotact-").suffix(".tmp");
+        // Should the program be killed, the name says what is left behind.
+        let prefix = unfinished(&place);
+        side.prefix(&prefix).suffix(".tmp");
         // A file that others may read, as every file that a person's program writes.
         #[cfg(unix)]
         side.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
@@ -95,6 +97,14 @@ impl Prepared {
             })?;
         Ok(())
     }
+}
+
+/// What the name of an unfinished file for `place` begins with: `.piezotact-unfinished-NAME-`.
+fn unfinished(place: &Path) -> String {
+    let name = place.file_name().unwrap_or_default().to_string_lossy();
+    // File systems allow 255 bytes, and a character has up to four.
+    let name: String = name.chars().take(50).collect();
+    format!(".piezotact-unfinished-{name}-")
 }
 
 fn fill(
@@ -143,6 +153,25 @@ mod tests {
                 .to_string()
                 .contains("a folder")
         );
+    }
+
+    #[test]
+    fn an_unfinished_file_says_what_it_was_to_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("texture.wav");
+        let mut beside = Vec::new();
+        write_atomically(&path, |_| {
+            let names = std::fs::read_dir(folder.path()).unwrap();
+            beside.extend(names.map(|n| n.unwrap().file_name().to_string_lossy().into_owned()));
+            Ok(())
+        })
+        .unwrap();
+        assert!(
+            beside[0].starts_with(".piezotact-unfinished-texture.wav-"),
+            "{beside:?}"
+        );
+        let long = "ü".repeat(120);
+        write_atomically(&folder.path().join(long), |_| Ok(())).unwrap();
     }
 
     #[test]

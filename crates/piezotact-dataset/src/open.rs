@@ -17,9 +17,9 @@ use crate::journal::journal_path;
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
-use crate::sidecar::{Rendering, read_sidecar, unit_and_factor};
+use crate::sidecar::{Rendering, read_with_samples, sidecar_path, unit_and_factor};
 use crate::uff;
-use crate::wav::{SampleFormat, parse_wav};
+use crate::wav::{SampleFormat, fingerprint, parse_wav};
 
 /// What a person adds to what a file says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -118,6 +118,14 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
                 return from_wav(path, &bytes, options);
             }
             match haptic::haptic_kind(&bytes) {
+                None if haptic::is_called_haptic(path, &bytes) => {
+                    return Err(ReadError::content(
+                        path,
+                        "a haptic clip with `signals` (or `voices`), or HJIF with `perceptions`",
+                        "JSON without any of them",
+                        "export it again, or give the recording that it was made from",
+                    ));
+                }
                 None if bytes.starts_with(b"{") => {
                     return Err(known_elsewhere(
                         "JSON",
@@ -210,8 +218,38 @@ fn contents_of(stored: Stored, kind: FileKind) -> Contents {
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, ReadError> {
     let wav = parse_wav(path, bytes)?;
-    let sidecar = read_sidecar(path)?.unwrap_or_default();
-    let mut doubts = Vec::new();
+    let (sidecar, of_samples) = read_with_samples(path)?.unwrap_or_default();
+    let mut doubts = of_samples.doubts;
+    if let Some(stated) = of_samples.samples
+        && stated != fingerprint(path, bytes)?
+    {
+        return Err(ReadError::content(
+            path,
+            format!(
+                "the samples that {} was written for",
+                sidecar_path(path).display()
+            ),
+            "others: an overwrite was interrupted, or another program changed them",
+            "write the file again; where the sidecar still holds of these samples, remove `samples` from it",
+        ));
+    }
+    let count = wav.channels.len();
+    if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {
+        return Err(ReadError::content(
+            &sidecar_path(path),
+            format!("{count} name(s) in `channels`, as many as the file has channels"),
+            format!("{}", names.len()),
+            "correct `channels`, or remove it",
+        ));
+    }
+    if let Some(stated) = options.rate
+        && stated.hz() != f64::from(wav.rate_hz)
+    {
+        doubts.push(Doubt::RateNotUsed {
+            stated_hz: stated.hz(),
+            found_hz: f64::from(wav.rate_hz),
+        });
+    }
     if let (Some(used), Some(ignored)) = (&options.scale, &sidecar.full_scale)
         && used != ignored
     {
@@ -222,7 +260,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
     }
     let (unit, factor) = unit_and_factor(options.scale.as_ref().or(sidecar.full_scale.as_ref()));
     let known = options.scale.is_some() || sidecar.full_scale.is_some();
-    let alone = wav.channels.len() == 1;
+    let alone = count == 1;
     let channels: Vec<Channel> = wav
         .channels
         .into_iter()
@@ -280,7 +318,12 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
                 source,
             }
         })?;
-    recording.doubts = doubts;
+    for doubt in doubts {
+        // What the sidecar says already is not said again.
+        if !recording.doubts.contains(&doubt) {
+            recording.doubts.push(doubt);
+        }
+    }
     finite(
         path,
         contents_of(

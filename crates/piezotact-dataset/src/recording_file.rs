@@ -123,6 +123,12 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
         .collect();
     let fingerprint = Fingerprint::all(&fingerprints);
     let mut recording = assemble(path, &start, samples)?;
+    if let Some(stated) = rate.filter(|rate| ours && *rate != recording.rate()) {
+        recording.doubts.push(Doubt::RateNotUsed {
+            stated_hz: stated.hz(),
+            found_hz: recording.rate().hz(),
+        });
+    }
     match end {
         Some(end) => {
             let start_changed = match (&start_text, end.start_fingerprint) {

@@ -97,6 +97,29 @@ impl Rendering {
     }
 }
 
+/// What a sidecar says of the samples beside it: written with them, never by a person.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub(crate) struct OfSamples {
+    /// The names of the channels, where it has such a list.
+    pub(crate) channels: Option<Vec<String>>,
+    /// What a person should know before relying on them.
+    pub(crate) doubts: Vec<Doubt>,
+    /// The fingerprint of the samples that it was written for.
+    pub(crate) samples: Option<String>,
+}
+
+/// A sidecar as it is written with its samples.
+#[derive(Serialize)]
+pub(crate) struct Written<'a> {
+    #[serde(flatten)]
+    pub(crate) sidecar: &'a Sidecar,
+    #[serde(skip_serializing_if = "<[Doubt]>::is_empty")]
+    pub(crate) doubts: &'a [Doubt],
+    /// A scale beside other samples than these is not believed.
+    pub(crate) samples: String,
+}
+
 /// A measure as a person writes it: `{"value": 2, "unit": "g"}` or `"2 g"`.
 fn people_write_measures<'de, D: serde::Deserializer<'de>>(
     de: D,
@@ -128,20 +151,33 @@ pub fn sidecar_path(path: &Path) -> PathBuf {
 /// # Errors
 /// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is no sidecar.
 pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
+    Ok(read_with_samples(path)?.map(|(sidecar, _)| sidecar))
+}
+
+/// The sidecar of the WAV file `path` with what it says of the samples beside it.
+pub(crate) fn read_with_samples(path: &Path) -> Result<Option<(Sidecar, OfSamples)>, ReadError> {
     let path = sidecar_path(path);
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(ReadError::io(&path, &error)),
     };
-    serde_json::from_str(&text).map(Some).map_err(|error| {
+    let wrong = |found: String| {
         ReadError::content(
             &path,
             r#"a sidecar such as {"full_scale": {"value": 200, "unit": "m/s2"}}"#,
-            error.to_string(),
+            found,
             "correct it, or remove it and give --scale",
         )
-    })
+    };
+    // A list would be taken for the fields in their order.
+    if text.trim_start().starts_with('[') {
+        return Err(wrong("a list".into()));
+    }
+    let read = || Ok((serde_json::from_str(&text)?, serde_json::from_str(&text)?));
+    read()
+        .map(Some)
+        .map_err(|error: serde_json::Error| wrong(error.to_string()))
 }
 
 /// Writes `value` as readable JSON, whole or not at all.

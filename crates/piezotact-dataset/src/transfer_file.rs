@@ -10,7 +10,7 @@ use piezotact::recording::{Condition, Provenance};
 use piezotact::transfer::Estimator;
 
 use crate::error::{ReadError, WriteError};
-use crate::haptic::haptic_kind_of_file;
+use crate::haptic::{haptic_kind_of_file, is_called_haptic};
 use crate::matlab;
 use crate::transfer_json::{TransferDocument, parse_json};
 use crate::uff::{self, UffEncoding};
@@ -87,7 +87,7 @@ pub fn holds_transfer(path: &Path) -> bool {
         return false;
     }
     if head.first() == Some(&b'{') {
-        return haptic_kind_of_file(path).is_none();
+        return haptic_kind_of_file(path).is_none() && !is_called_haptic(path, &head);
     }
     let (uff, mat) = (uff::looks_like_uff(&head), matlab::looks_like_mat(&head));
     let Some(bytes) = (uff || mat).then(|| std::fs::read(path).ok()).flatten() else {

@@ -247,8 +247,36 @@ pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, 
             "make one with `piezotact characterise` or `piezotact transfer`, or give a universal or a MATLAB file",
         )
     };
-    match std::str::from_utf8(bytes) {
-        Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string())),
-        Err(_) => Err(not_one("a file that is no text")),
+    let document: TransferDocument = match std::str::from_utf8(bytes) {
+        Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string()))?,
+        Err(_) => return Err(not_one("a file that is no text")),
+    };
+    let load = document.condition.load_n;
+    match load.filter(|load| !(0.0..=1e3).contains(&load.0)) {
+        Some(load) => Err(ReadError::content(
+            path,
+            "a load from 0 to 1000 N in `condition.load_n`",
+            format!("{} N", load.0),
+            "correct it, or leave it out",
+        )),
+        None => Ok(document),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_that_is_none_is_refused() {
+        let file = |load: &str| {
+            format!(
+                r#"{{"frequency_hz": [0, 1], "real": [1, 1], "imaginary": [0, 0], "coherence": [1, 1], "condition": {{"load_n": {load}}}}}"#
+            )
+        };
+        let path = Path::new("tf.json");
+        parse_json(path, file("0.2").as_bytes()).unwrap();
+        let error = parse_json(path, file("-5").as_bytes()).unwrap_err();
+        assert!(error.to_string().contains("found -5 N"), "{error}");
     }
 }

@@ -6,9 +6,11 @@
 use std::io::Write;
 use std::path::Path;
 
+use piezotact::Doubt;
+
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
-use crate::sidecar::{Sidecar, prepare_json, sidecar_path};
+use crate::sidecar::{Sidecar, Written, prepare_json, sidecar_path};
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +81,42 @@ const EXTENSIBLE: u16 = 0xFFFE;
 /// # Errors
 /// [`ReadError::Content`] when it is no WAV file, is cut short, or stores its samples in another way.
 pub fn parse_wav(path: &Path, bytes: &[u8]) -> Result<Wav, ReadError> {
+    let (layout, data) = samples_in(path, bytes)?;
+    Ok(layout.decode(data))
+}
+
+/// The fingerprint of the samples in the bytes of a WAV file, as its sidecar keeps it.
+pub(crate) fn fingerprint(path: &Path, bytes: &[u8]) -> Result<String, ReadError> {
+    let (_, data) = samples_in(path, bytes)?;
+    let mut fingerprint = Fingerprint::new();
+    fingerprint.add(data);
+    Ok(fingerprint.text())
+}
+
+/// The running fingerprint of samples as they are stored: FNV-1a over words of eight bytes, and over the bytes of a rest.
+struct Fingerprint(u64);
+
+impl Fingerprint {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    /// Adds bytes, in blocks of whole words until the last.
+    fn add(&mut self, bytes: &[u8]) {
+        let (words, rest) = bytes.as_chunks::<8>();
+        let words = words.iter().map(|word| u64::from_le_bytes(*word));
+        for word in words.chain(rest.iter().map(|byte| u64::from(*byte))) {
+            self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn text(&self) -> String {
+        format!("fnv1a64:{:016x}", self.0)
+    }
+}
+
+/// The `data` chunk of a WAV file and how its samples lie in it.
+fn samples_in<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Layout, &'a [u8]), ReadError> {
     let wrong =
         |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
     let whole = bytes.get(..12).filter(|head| {
@@ -144,7 +182,7 @@ pub fn parse_wav(path: &Path, bytes: &[u8]) -> Result<Wav, ReadError> {
                         "check that the recording was not stopped at once",
                     ));
                 }
-                return Ok(layout.decode(&bytes[body..body + size]));
+                return Ok((layout, &bytes[body..body + size]));
             }
             _ => {}
         }
@@ -257,11 +295,11 @@ pub fn write_wav(
     rate_hz: u32,
     format: SampleFormat,
 ) -> Result<(), WriteError> {
-    prepare_wav(path, channels, rate_hz, format)?.commit()
+    prepare_wav(path, channels, rate_hz, format)?.0.commit()
 }
 
 /// Writes a WAV file with its sidecar: both are whole on the disk before either takes its place, the sidecar
-/// first, so that samples never stand beside another file's scale.
+/// first and with the fingerprint of the samples, so that samples never stand beside another file's scale unseen.
 ///
 /// # Errors
 /// Those of [`write_wav`], for either file.
@@ -272,8 +310,28 @@ pub fn write_wav_with_sidecar(
     format: SampleFormat,
     sidecar: &Sidecar,
 ) -> Result<(), WriteError> {
-    let wav = prepare_wav(path, channels, rate_hz, format)?;
-    prepare_json(&sidecar_path(path), sidecar)?.commit()?;
+    write_wav_with_doubts(path, channels, rate_hz, format, sidecar, &[])
+}
+
+/// As [`write_wav_with_sidecar`], with `doubts` about the samples, which are there again when the file is read.
+///
+/// # Errors
+/// Those of [`write_wav`], for either file.
+pub fn write_wav_with_doubts(
+    path: &Path,
+    channels: &[&[f64]],
+    rate_hz: u32,
+    format: SampleFormat,
+    sidecar: &Sidecar,
+    doubts: &[Doubt],
+) -> Result<(), WriteError> {
+    let (wav, samples) = prepare_wav(path, channels, rate_hz, format)?;
+    let written = Written {
+        sidecar,
+        doubts,
+        samples,
+    };
+    prepare_json(&sidecar_path(path), &written)?.commit()?;
     wav.commit()
 }
 
@@ -282,7 +340,7 @@ fn prepare_wav(
     channels: &[&[f64]],
     rate_hz: u32,
     format: SampleFormat,
-) -> Result<Prepared, WriteError> {
+) -> Result<(Prepared, String), WriteError> {
     let wrong = |expected: &str, found: String, todo: &str| {
         WriteError::content(path, expected, found, todo)
     };
@@ -332,7 +390,8 @@ fn prepare_wav(
     let float = format.step_ratio().is_none();
     let (bytes, count) = (format.bytes() as u32, channels.len() as u32);
     let pad = size % 2;
-    Prepared::new(path, |out| {
+    let mut fingerprint = Fingerprint::new();
+    let prepared = Prepared::new(path, |out| {
         let mut head = Vec::with_capacity(58);
         head.extend(b"RIFF");
         let fact = if float { 12 } else { 0 };
@@ -367,13 +426,15 @@ fn prepare_wav(
                     width,
                 );
             }
+            fingerprint.add(block);
             out.write_all(block).map_err(WriteError::io(path))?;
         }
         out.write_all(&[0][..pad]).map_err(WriteError::io(path))
-    })
+    })?;
+    Ok((prepared, fingerprint.text()))
 }
 
-/// Frames that are encoded before they are handed to the file.
+/// Frames that are encoded before they are handed to the file: whole words, whatever their width.
 const BLOCK_FRAMES: usize = 32_768;
 
 /// Writes one channel's samples into a block of interleaved frames of `width` bytes.

@@ -154,6 +154,13 @@ pub enum Doubt {
         /// The rate of the time stamps, Hz.
         found_hz: f64,
     },
+    /// A rate was stated for a file that states its own and keeps it.
+    RateNotUsed {
+        /// The rate stated, Hz.
+        stated_hz: f64,
+        /// The rate of the file, Hz.
+        found_hz: f64,
+    },
     /// The measurement follows its target with the sign reversed.
     Inverted {
         /// The correlation, below zero.
@@ -565,6 +572,13 @@ pub enum Doubt {
         /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.
         spectrum_db: f64,
     },
+    /// The level of a texture jumps where it is joined with itself.
+    LevelJumps {
+        /// The change of its short-time level there, dB.
+        jump_db: f64,
+        /// The largest within the texture, dB.
+        own_db: f64,
+    },
     /// Two textures swell and fade differently, which spectra do not show.
     OtherModulation {
         /// The spread of short-time levels of the reference, dB.
@@ -583,6 +597,11 @@ pub enum Doubt {
     NoRealIndex {
         /// The temporal similarity, below zero.
         temporal: f64,
+    },
+    /// An index of the literature above its range.
+    IndexBeyondRange {
+        /// ST-SIM.
+        value: f64,
     },
     /// The indices of the literature could not be computed.
     NoIndices {

@@ -16,6 +16,8 @@ pub const REJECTION_DB: f64 = 120.0;
 
 /// Outputs that are computed side by side.
 const LANES: usize = 32;
+/// The most samples that a change of rate makes, 4 GB.
+const MOST_SAMPLES: f64 = 536_870_912.0;
 /// The largest table of coefficients, in numbers (128 MB).
 const LARGEST_TABLE: usize = 1 << 24;
 
@@ -202,10 +204,19 @@ impl pulp::WithSimd for Cycles<'_> {
 /// Source: J. F. Kaiser (1974); polyphase form, Crochiere and Rabiner, Multirate Digital Signal Processing.
 ///
 /// # Errors
-/// [`ResampleError::Ratio`] when the rates have no common cycle; [`ResampleError::Empty`] when nothing is left.
+/// [`ResampleError::Ratio`] when the rates have no common cycle; [`ResampleError::Empty`] when nothing is left;
+/// [`ResampleError::TooLong`] when it would be more than half a thousand million samples.
 pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>, ResampleError> {
     if x.rate() == to {
         return Ok(x.clone());
+    }
+    let wanted = x.duration().0 * to.hz();
+    if wanted > MOST_SAMPLES {
+        return Err(ResampleError::TooLong {
+            found: wanted,
+            duration_s: x.duration().0,
+            to,
+        });
     }
     let passband = Hertz(0.9 * x.rate().nyquist().0.min(to.nyquist().0));
     let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
@@ -330,6 +341,18 @@ pub enum ResampleError {
     Ratio {
         /// The rate that goes in.
         from: SampleRate,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// More samples than are made.
+    #[error(
+        "expected at most {MOST_SAMPLES} samples at the new rate, found {found:.0} ({duration_s} s at {to}); cut the signal, or check its rate"
+    )]
+    TooLong {
+        /// How many it would be.
+        found: f64,
+        /// How long it lasts, s.
+        duration_s: f64,
         /// The rate that comes out.
         to: SampleRate,
     },

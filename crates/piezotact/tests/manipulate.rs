@@ -421,6 +421,58 @@ fn ends_out_of_step_are_seen_and_said() {
     assert!(said, "{:?}", done.step);
 }
 
+/// The level of a stroke that decays jumps where it begins again; one that only scatters has no such place.
+#[test]
+fn a_stroke_that_decays_or_grows_is_named_where_it_is_joined() {
+    let jumps = |done: &piezotact::manipulate::Manipulated<Acceleration>| {
+        done.doubts.iter().find_map(|doubt| match doubt {
+            Doubt::LevelJumps { jump_db, own_db } => Some((*jump_db, *own_db)),
+            _ => None,
+        })
+    };
+    let loop_of = |db_a_second: f64| {
+        let texture = isotropic(3, 10_000, 150.0, 1.0);
+        let shaped = texture
+            .samples()
+            .iter()
+            .enumerate()
+            .map(|(i, v)| v * 10f64.powf(db_a_second * i as f64 / 5000.0 / 20.0))
+            .collect();
+        let shaped = series(shaped, 5000.0);
+        looped(&shaped, Seconds(6.0), &LoopConfig::usual(Seconds(2.0))).unwrap()
+    };
+    assert_eq!(jumps(&loop_of(0.0)), None);
+    for db_a_second in [-10.0, 10.0] {
+        let (jump_db, own_db) = jumps(&loop_of(db_a_second)).unwrap();
+        assert!((jump_db + 1.8 * db_a_second).abs() < 6.0, "{jump_db}");
+        assert!(own_db < 8.0, "{own_db}");
+    }
+}
+
+/// What is doubted of the texture that a level is taken of is doubted of the result; its rate does not matter.
+#[test]
+fn a_level_comes_with_its_doubts_and_from_any_rate() {
+    let x = isotropic(1, 5_000, 100.0, 1.0);
+    let mut other = Texture::of("S13", series(vec![3.0, -3.0, 3.0, -3.0], 1000.0));
+    other.doubts.push(Doubt::NothingCut);
+    let done = rms_of(&x, &other, Level::Whole).unwrap();
+    assert!((standard_deviation(done.series.samples()) - 3.0).abs() < 1e-12);
+    assert_eq!(done.doubts, [Doubt::NothingCut]);
+    let [first, second] = exchanged(Texture::of("S2", x), other).unwrap();
+    assert_eq!(first.doubts, [Doubt::NothingCut]);
+    assert_eq!(second.doubts, [Doubt::NothingCut]);
+}
+
+#[test]
+fn levels_far_from_one_are_told_in_digits() {
+    let x = gain(&isotropic(1, 500, 100.0, 1.0), Decibels(-100.0)).unwrap();
+    let text = x.step.to_string();
+    assert!(
+        text.contains("1.0000 m/s²") && text.contains("1.000e-5"),
+        "{text}"
+    );
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let x = isotropic(1, 5_000, 100.0, 1.0);
@@ -471,8 +523,13 @@ fn what_cannot_be_is_refused() {
             &["few digits", "1.414"],
         ),
         (
-            rms_of(&x, &slower, Level::Whole).err(),
-            &["rms of S13", "1000 Hz", "5000 Hz"],
+            warp(
+                &series(isotropic(1, 900, 0.1, 1.0).into_samples(), 0.5),
+                0.1,
+                WarpedLength::Kept,
+            )
+            .err(),
+            &["after the warp", "3600 s", "found 18000 s", "--loop"],
         ),
         (
             spectrum_of(&x, &slower, &WelchConfig::hann(64)).err(),
@@ -484,7 +541,7 @@ fn what_cannot_be_is_refused() {
         ),
         (
             looped(&x, Seconds(0.0), &usual).err(),
-            &["a length from 0.0002", "found 0 s"],
+            &["a length from 0.0002", "found 0 s", "in between"],
         ),
         (
             looped(&x, Seconds(f64::INFINITY), &usual).err(),

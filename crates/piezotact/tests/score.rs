@@ -409,6 +409,14 @@ fn what_lies_below_threshold_makes_no_difference() {
     );
     assert!(largest > 15.0 && s.score.jnd < 0.05, "{}", s.sentence());
 
+    // Neither is felt, wherever in the spectrum the two are: 0. Just above threshold: next to nothing.
+    for (power, most_jnd) in [(0.95f64, 1e-12), (1.05, 0.3)] {
+        let [a, b] = [40.0, 500.0].map(|hz| {
+            let at = |i: usize| (2.0 * power).sqrt() * (TAU * hz * i as f64 / RATE_HZ).sin();
+            series((0..THIRTY_S).map(|i| threshold(hz) * at(i)).collect())
+        });
+        assert!(scored(&a, &b).spectrum.jnd <= most_jnd, "{power}");
+    }
     let faint = texture(3, THIRTY_S, 0.01, humps);
     let s = scored(&faint, &faint.clone().amplified(Decibels(-12.0)));
     assert!(
@@ -518,7 +526,7 @@ fn what_cannot_be_scored_is_refused_with_what_to_do() {
     );
     says(
         score(&x, &series(vec![0.1; 2_000]), &config()).unwrap_err(),
-        &["4096", "2000"],
+        &["the test", "0.82 s", "0.400 s", "record longer"],
     );
     let mut wrong = config();
     wrong.level_jnd = Decibels(0.0);
@@ -663,6 +671,9 @@ fn the_literature_s_indices_are_computed_at_8_khz_and_say_when_they_have_no_valu
         found.doubts[0]
     );
     assert_eq!(literature(&x, &x, config).unwrap().spqi, 1.0);
+    let louder = x.clone().amplified(Decibels(40.0));
+    let doubts = literature(&x, &louder, config).unwrap().doubts;
+    assert!(matches!(doubts[..], [Doubt::IndexBeyondRange { value }] if value > 1.0));
     // Tones that both rates hold give the same at 5 and at 8 kHz, but for the filter's ends.
     let at = |rate_hz: f64, gain: f64| {
         let tones = (0..(4.0 * rate_hz) as usize).map(|i| {

@@ -73,22 +73,12 @@ pub(crate) struct Gate {
     /// Whether a measurement that leaves its load or its coherence ends and is asked for again.
     #[arg(long = "gate", value_enum, default_value = "on")]
     pub(crate) gating: OnOff,
-    /// The mean force of every ten seconds may depart from the load by this share.
-    #[arg(
-        long,
-        default_value_t = 0.1,
-        value_name = "SHARE",
-        allow_negative_numbers = true
-    )]
-    pub(crate) force_tolerance: f64,
-    /// The median coherence of every ten seconds over the driven lines.
-    #[arg(
-        long,
-        default_value_t = 0.9,
-        value_name = "COHERENCE",
-        allow_negative_numbers = true
-    )]
-    pub(crate) least_coherence: f64,
+    /// The mean force of every ten seconds may depart from the load by this share, 0.1 unless stated.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) force_tolerance: Option<f64>,
+    /// The median coherence of every ten seconds over the driven lines, 0.9 unless stated.
+    #[arg(long, value_name = "COHERENCE", allow_negative_numbers = true)]
+    pub(crate) least_coherence: Option<f64>,
     /// How often a measurement may be tried.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub(crate) attempts: u16,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use piezotact::manipulate::{BandChange, WarpedLength};
-use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
+use piezotact::quantity::{Band, Decibels, Hertz, Measure, Seconds};
 
 use super::Reading;
 
@@ -35,6 +35,9 @@ pub(crate) struct Manipulate {
     /// The channel of the other recordings.
     #[arg(long)]
     pub(crate) of_channel: Option<String>,
+    /// What a sample of 1 stands for in the other recordings; unless stated what they say, or --scale.
+    #[arg(long, value_name = "VALUE UNIT")]
+    pub(crate) of_scale: Option<Measure>,
     #[command(flatten)]
     pub(crate) reading: Reading,
     /// Writes a report: waveforms, spectra and levels, before and after.

@@ -168,12 +168,29 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
         )))
     };
     match args.gating {
-        OnOff::Off => Ok(Gating::Open),
-        OnOff::On => Ok(Gating::Judged(GateConfig {
-            force_share: within("--force-tolerance", args.force_tolerance)?,
-            least_coherence: within("--least-coherence", args.least_coherence)?,
-            ..GateConfig::usual()
-        })),
+        OnOff::Off => {
+            for (option, given) in [
+                ("--force-tolerance", args.force_tolerance.is_some()),
+                ("--least-coherence", args.least_coherence.is_some()),
+            ] {
+                if given {
+                    return Err(usage(anyhow!(
+                        "expected --gate on with {option}, found --gate off, which judges nothing; leave one of them out"
+                    )));
+                }
+            }
+            Ok(Gating::Open)
+        }
+        OnOff::On => {
+            let usual = GateConfig::usual();
+            let force_share = args.force_tolerance.unwrap_or(usual.force_share);
+            let least_coherence = args.least_coherence.unwrap_or(usual.least_coherence);
+            Ok(Gating::Judged(GateConfig {
+                force_share: within("--force-tolerance", force_share)?,
+                least_coherence: within("--least-coherence", least_coherence)?,
+                ..usual
+            }))
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use piezotact_dataset::haptic::{
 };
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
-use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
 use piezotact_dataset::{Contents, TransferFormat, holds_transfer, read_transfer, write_transfer};
 use serde_json::json;
 
@@ -156,6 +156,18 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
 
 /// A clip as it is: nothing is played and analysed again.
 fn of_clip(args: &Export, format: Format) -> Outcome<Written> {
+    for (option, given) in [
+        ("--rate", args.reading.rate.is_some()),
+        ("--scale", args.reading.scale.is_some()),
+        ("--channel", args.channel.is_some()),
+    ] {
+        if given {
+            return Err(usage(anyhow!(
+                "{} is a clip and is written as it is, without being played: leave {option} out",
+                args.input.display()
+            )));
+        }
+    }
     let mut clip = read_haptic(&args.input)?;
     let doubts = std::mem::take(&mut clip.doubts);
     write_clip(&args.out, &clip, format, doubts)
@@ -198,18 +210,20 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         Format::Hjif if too_fine(signal.rate()) => Some(SampleRate::new(KEYFRAMES_HZ)?),
         _ => None,
     };
-    let signal = match rate.filter(|rate| *rate != signal.rate()) {
+    let rate = rate.filter(|rate| *rate != signal.rate());
+    let at_its_rate = |signal: Series<Uncalibrated>, doubts: &mut Vec<Doubt>| match rate {
         Some(rate) => {
             doubts.push(Doubt::RateConverted {
                 what: format!("`{}`", channel.name),
                 from_hz: signal.rate().hz(),
                 to_hz: rate.hz(),
             });
-            resample(&signal, rate).map_err(|error| named(error.into()))?
+            resample(&signal, rate).map_err(|error| named(error.into()))
         }
-        None => signal,
+        None => Ok(signal),
     };
     let (shares, full_scale) = if channel.unit == Unit::FullScale {
+        let signal = at_its_rate(signal, &mut doubts)?;
         let peak = signal.peak();
         if peak > 1.0 {
             return Err(named(anyhow!(
@@ -228,11 +242,22 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         };
         (signal, one)
     } else {
+        let of = |signal: &Series<Uncalibrated>| {
+            shares_of_full_scale(signal).map_err(|error| named(error.into()))
+        };
+        // A mean that begins and ends would be a step at both ends of what is resampled: it goes first.
         let Shares {
             shares,
             full_scale,
             mean,
-        } = shares_of_full_scale(&signal).map_err(|error| named(error.into()))?;
+        } = of(&signal)?;
+        let (shares, full_scale) = match rate {
+            Some(_) => {
+                let again = of(&at_its_rate(shares, &mut doubts)?)?;
+                (again.shares, full_scale * again.full_scale)
+            }
+            None => (shares, full_scale),
+        };
         // What a converter's last bit leaves of a mean is nobody's loss.
         if mean.abs() > 1e-2 * full_scale {
             doubts.push(Doubt::FormatLoses {
@@ -249,7 +274,14 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     let what = described(args, recording);
     let written = match format {
         Format::Wav => {
-            audio(args, &contents, &channel.name, &shares, &full_scale)?;
+            audio(
+                args,
+                &contents,
+                &channel.name,
+                &shares,
+                &full_scale,
+                &doubts,
+            )?;
             Written {
                 rate: Some(shares.rate()),
                 full_scale: Some(full_scale),
@@ -335,6 +367,7 @@ fn audio(
     channel: &str,
     shares: &Series<Uncalibrated>,
     full_scale: &Measure,
+    doubts: &[Doubt],
 ) -> Outcome {
     let recording = &contents.recording;
     let sidecar = Sidecar {
@@ -350,12 +383,15 @@ fn audio(
             .clone()
             .filter(|_| full_scale.unit == Unit::FullScale),
     };
-    write_wav_with_sidecar(
+    // A drive's stand with its rendering.
+    let of_texture = full_scale.unit != Unit::FullScale;
+    write_wav_with_doubts(
         &args.out,
         &[shares.samples()],
         AUDIO_HZ,
         SampleFormat::Float32,
         &sidecar,
+        if of_texture { doubts } else { &[] },
     )?;
     Ok(())
 }

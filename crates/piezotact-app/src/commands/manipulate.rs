@@ -10,15 +10,15 @@ use piezotact::manipulate::{
     self, Level, Lineage, ManipulateError, Manipulated, Operation, Step, Texture, Tilt,
     phases_needed,
 };
-use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Unit};
+use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Seconds, Unit};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
-use piezotact::series::{Series, peak};
+use piezotact::series::{Series, peak, standard_deviation};
 use piezotact::spectrum::WelchConfig;
 use piezotact_bench::drawn_phases;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
-use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
 use serde_json::json;
 
 use super::touch::{Take, take_all};
@@ -26,11 +26,13 @@ use super::{outputs, read, texture};
 use crate::cli::manipulate::{Asked, Manipulate};
 use crate::cli::{Reading, Takes};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{digits_that_count, doubts_json, print, print_json, say_doubts, write_text};
 use crate::report::{self, name};
 
 /// Below this a tilt is held: gestures are there, and no device renders it.
 const TILT_HELD_BELOW: Hertz = Hertz(10.0);
+/// Shorter than a period of 100 Hz nothing is a texture.
+const SHORTEST: Seconds = Seconds(0.01);
 /// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
 const MANIPULATED: &str = " (manipulated)";
 
@@ -59,11 +61,26 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
             "expected an operation, found none; write for example --gain -3dB (see --help)"
         )));
     }
+    require_wav(&args.out)?;
     let others = operations.iter().filter_map(|asked| match asked {
         Asked::RmsOf(path) | Asked::SpectrumOf(path) => Some(path.as_path()),
         _ => None,
     });
-    let read: Vec<&Path> = others.chain([args.input.as_path()]).collect();
+    let others: Vec<&Path> = others.collect();
+    if others.is_empty() {
+        for (option, given) in [
+            ("--of-stroke", args.of_stroke.is_some()),
+            ("--of-channel", args.of_channel.is_some()),
+            ("--of-scale", args.of_scale.is_some()),
+        ] {
+            if given {
+                return Err(usage(anyhow!(
+                    "expected --rms-of or --spectrum-of with {option}, found neither; leave {option} out"
+                )));
+            }
+        }
+    }
+    let read: Vec<&Path> = others.into_iter().chain([args.input.as_path()]).collect();
     let sidecar = sidecar_path(&args.out);
     let mut written = vec![args.out.as_path(), &sidecar];
     written.extend(args.report.as_deref());
@@ -95,8 +112,8 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
             "out": args.out,
             "rate_hz": after.series.rate(),
             "duration_s": after.series.duration(),
-            "rms_before": before.series.rms(),
-            "rms_after": after.series.rms(),
+            "rms_before": standard_deviation(before.series.samples()),
+            "rms_after": standard_deviation(after.series.samples()),
             "unit": Acceleration::UNIT,
             "condition": condition,
             "lineage": after.lineage,
@@ -110,10 +127,10 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
         print(&format!("report: {}", path.display()))?;
     }
     print(&format!(
-        "wrote {}: {:.3}, {:.4} m/s² rms",
+        "wrote {}: {:.3}, {} m/s² rms",
         args.out.display(),
         after.series.duration(),
-        after.series.rms()
+        digits_that_count(standard_deviation(after.series.samples()), 4)
     ))
 }
 
@@ -142,6 +159,15 @@ pub(super) fn open(
         lineage,
         doubts,
     };
+    if found.series.duration().0 < SHORTEST.0 {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected a texture of {SHORTEST} or longer, found {} ({} samples at {}); take a longer stroke, or check the file",
+            path.display(),
+            found.series.duration(),
+            found.series.samples().len(),
+            found.series.rate()
+        )));
+    }
     let texture = found
         .freed_of_mean()
         .map_err(|error| refused(path, error))?;
@@ -273,11 +299,35 @@ fn all_done(
     ))
 }
 
-/// Another texture; `--scale` counts for it where it does not say its own.
+/// The other texture at the rate of `x`, with the doubt that it was brought there.
+fn at_the_rate_of(
+    x: &Series<Acceleration>,
+    path: &Path,
+    other: &Texture<Acceleration>,
+) -> Outcome<Texture<Acceleration>> {
+    let mut other = other.clone();
+    let from = other.series.rate();
+    if from != x.rate() {
+        other.series = resample(&other.series, x.rate()).map_err(|error| {
+            Failure::Data(anyhow::Error::new(error).context(path.display().to_string()))
+        })?;
+        other.doubts.push(Doubt::RateConverted {
+            what: name(path),
+            from_hz: from.hz(),
+            to_hz: x.rate().hz(),
+        });
+    }
+    Ok(other)
+}
+
+/// Another texture, at `--of-scale`; `--scale` counts for it where it does not say its own.
 fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> {
     let says_its_own = read_sidecar(path)?.is_some_and(|sidecar| sidecar.full_scale.is_some());
     let reading = Reading {
-        scale: args.reading.scale.clone().filter(|_| !says_its_own),
+        scale: args
+            .of_scale
+            .clone()
+            .or_else(|| args.reading.scale.clone().filter(|_| !says_its_own)),
         rate: args.reading.rate,
     };
     let stroke = chosen(args.of_stroke, "--of-stroke").or(chosen(args.stroke, "--stroke"));
@@ -295,8 +345,9 @@ fn done(
             let measured = args.rms_band.map_or(Level::Whole, Level::Within);
             manipulate::rms_of(x, other, measured)
         }
-        (Asked::SpectrumOf(_), Some(other)) => {
-            manipulate::spectrum_of(x, other, &lines_5_hz_apart(other)?)
+        (Asked::SpectrumOf(path), Some(other)) => {
+            let other = at_the_rate_of(x, path, other)?;
+            manipulate::spectrum_of(x, &other, &lines_5_hz_apart(&other)?)
         }
         (Asked::Gain(level), _) => manipulate::gain(x, *level),
         (Asked::Band(band, change), _) => manipulate::change_band(x, *band, *change),
@@ -399,8 +450,28 @@ fn write(
         rendering: None,
     };
     let rate_hz = texture.series.rate().hz().round() as u32;
-    write_wav_with_sidecar(path, &[&samples], rate_hz, SampleFormat::Float32, &sidecar)?;
+    let format = SampleFormat::Float32;
+    write_wav_with_doubts(
+        path,
+        &[&samples],
+        rate_hz,
+        format,
+        &sidecar,
+        &texture.doubts,
+    )?;
     Ok(())
+}
+
+/// Nothing else is written, whatever the name.
+fn require_wav(path: &Path) -> Outcome {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("wav")) {
+        return Ok(());
+    }
+    Err(usage(anyhow!(
+        "expected --out to end in .wav, found {}; `piezotact export` makes other formats of it",
+        ending.map_or("no ending".into(), |ending| format!(".{ending}"))
+    )))
 }
 
 fn steps_text(texture: &Texture<Acceleration>) -> String {

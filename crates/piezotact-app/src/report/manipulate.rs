@@ -5,7 +5,7 @@ use piezotact::Doubt;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
 use piezotact::recording::BenchKind;
-use piezotact::series::rms;
+use piezotact::series::{Series, standard_deviation};
 use piezotact::spectrum::{Spectrum, welch};
 use plotters::style::RGBColor;
 
@@ -72,8 +72,13 @@ fn and_others(page: &Page<'_>) -> &'static str {
     }
 }
 
+/// The rms about the mean, as in the lineage.
+fn level_of(x: &Series<Acceleration>) -> f64 {
+    standard_deviation(x.samples())
+}
+
 fn label(what: &str, texture: &Texture<Acceleration>) -> String {
-    format!("{what}, {} m/s² rms", digits(rms(texture.series.samples())))
+    format!("{what}, {} m/s² rms", digits(level_of(&texture.series)))
 }
 
 fn other_label(other: &Texture<Acceleration>) -> String {
@@ -84,18 +89,18 @@ fn numbers(page: &Page<'_>) -> Markup {
     let (before, after) = (&page.before.series, &page.after.series);
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     let level = |x: f64| format!("{} m/s²", digits(x));
-    let change = Decibels::from_amplitude_ratio(after.rms() / before.rms()).0;
+    let change = Decibels::from_amplitude_ratio(level_of(after) / level_of(before)).0;
     html! {
         section.verdict {
             strong { (headline(page)) }
             div.numbers {
-                (number(level(before.rms()), "rms before"))
-                (number(level(after.rms()), "rms after"))
+                (number(level(level_of(before)), "rms before"))
+                (number(level(level_of(after)), "rms after"))
                 (number(format!("{change:+.2} dB").replace('-', "−"), "change of level"))
                 (number(level(after.peak()), &format!("peak after; {} before", level(before.peak()))))
                 (number(format!("{:.2}", after.duration()), &format!("long; {:.2} before", before.duration())))
                 @for other in page.others {
-                    (number(level(other.series.rms()), &format!("rms of {}", other.lineage.source)))
+                    (number(level(level_of(&other.series)), &format!("rms of {}", other.lineage.source)))
                 }
             }
         }

@@ -48,7 +48,7 @@ pub struct Characterisation {
 ///
 /// # Errors
 /// Those of [`excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
-/// the acquisition, or the recording would hold no segment.
+/// the acquisition, the recording would hold no segment, or the band no line of its spectrum.
 pub fn excite(
     bench: &mut Bench,
     config: &CharacteriseConfig,
@@ -80,6 +80,19 @@ pub fn excite(
             format!("a segment from 2 to {holds} samples"),
             config.welch.segment.to_string(),
             "2048 is usual",
+        ));
+    }
+    let spacing_hz = acquisition.hz() / config.welch.segment as f64;
+    let band = config.excitation.band;
+    let first_hz = (band.low().0 / spacing_hz).ceil().max(1.0) * spacing_hz;
+    if first_hz > band.high().0 {
+        return Err(wrong(
+            format!(
+                "a band that holds a line of the spectrum, {spacing_hz:.2} Hz apart with --segment {}",
+                config.welch.segment
+            ),
+            band.to_string(),
+            "give a longer --segment, or widen the band",
         ));
     }
 

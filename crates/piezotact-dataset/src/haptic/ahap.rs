@@ -225,6 +225,18 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
             "the emphasis of the first breakpoint, as the conversion that players know leaves it out",
         ));
     }
+    if frequency.is_empty() {
+        losses.push(loses(
+            "AHAP",
+            "a clip without frequencies, which leaves the sharpness to the player (0, the dullest, stands there instead)",
+        ));
+    }
+    if first.is_some_and(|point| point.time_s > 0.0) && amplitude.len() > 1 {
+        losses.push(loses(
+            "AHAP",
+            "the amplitude before the first breakpoint (full intensity stands there instead, as in the conversion that players know)",
+        ));
+    }
     let metadata = &clip.metadata;
     if [&metadata.editor, &metadata.source]
         .iter()
@@ -270,18 +282,25 @@ fn felt(intensity: f64, sharpness: f64) -> Vec<AhapParameter> {
     .collect()
 }
 
-/// Pieces of at most 16 points that share their ends.
+/// Pieces of at most 16 points that share their ends; the value itself where there is one point.
 fn curves(parameter_id: AhapParameterId, points: &[AhapControlPoint]) -> Vec<AhapPattern> {
     let starts = (0..points.len().saturating_sub(1)).step_by(POINTS_A_CURVE - 1);
-    starts
-        .map(|start| {
+    let held = points.first().filter(|_| points.len() == 1).map(|first| {
+        AhapPattern::Parameter(AhapDynamic {
+            parameter_id,
+            time: 0.0,
+            parameter_value: first.parameter_value,
+        })
+    });
+    held.into_iter()
+        .chain(starts.map(|start| {
             let piece = &points[start..points.len().min(start + POINTS_A_CURVE)];
             AhapPattern::ParameterCurve(AhapCurve {
                 parameter_id,
                 time: piece[0].time,
                 parameter_curve_control_points: piece.to_vec(),
             })
-        })
+        }))
         .collect()
 }
 

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::envelope::{
-    AmplitudePoint, Emphasis, EnvelopeConfig, EnvelopeError, Envelopes, FrequencyPoint, analyse,
+    AmplitudePoint, Emphasis, EnvelopeConfig, EnvelopeError, Envelopes, FrequencyPoint,
+    MOST_SAMPLES, analyse,
 };
 use piezotact::quantity::{Measure, Quantity, Unit};
 use piezotact::series::Series;
@@ -226,6 +227,11 @@ pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
         EnvelopeError::NoLength { found } => {
             ("something that lasts".into(), found, AGAIN.to_owned())
         }
+        EnvelopeError::TooMany { found } => (
+            format!("at most {MOST_SAMPLES} samples in all"),
+            found,
+            "give a lower --rate, or a shorter file".into(),
+        ),
         other => ("a signal".into(), other.to_string(), AGAIN.to_owned()),
     };
     ReadError::content(path, expected, found, todo)

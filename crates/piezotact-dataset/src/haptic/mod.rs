@@ -69,6 +69,18 @@ pub fn haptic_kind(bytes: &[u8]) -> Option<HapticKind> {
     .find_map(|(name, kind)| holds(text, name).then_some(kind))
 }
 
+/// JSON, or what stands for it, that is called a haptic file and is none of the three.
+pub(crate) fn is_called_haptic(path: &Path, bytes: &[u8]) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let called = ending.is_some_and(|ending| {
+        ["haptic", "hjif", "ahap"]
+            .iter()
+            .any(|known| ending.eq_ignore_ascii_case(known))
+    });
+    let text = without_mark(bytes).trim_ascii();
+    called && (text.first().is_some_and(|byte| b"{[\"".contains(byte)) || text == b"null")
+}
+
 /// Whether the file at `path` is a haptic file, and which; `None` for what cannot be read.
 #[must_use]
 pub fn haptic_kind_of_file(path: &Path) -> Option<HapticKind> {

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::envelope::{
-    Course, EnvelopeError, FrequencyRange, Keyframe, PLAYED_AT_HZ, Shape, Wave, WaveKind, mix,
-    synthesise,
+    Course, EnvelopeError, FrequencyRange, Keyframe, MOST_SAMPLES, PLAYED_AT_HZ, Shape, Wave,
+    WaveKind, mix, mixed_length, synthesise,
 };
 use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
@@ -21,6 +21,9 @@ use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::sidecar::unit_and_factor;
 
+/// What is left out of a file.
+const NOT_PLAYED: &str =
+    "composite effects, and those that refer to none in the library, are not played";
 /// The ticks of a second in a file that does not say.
 const DEFAULT_TICKS: u32 = 1000;
 
@@ -48,14 +51,24 @@ pub(crate) fn recording_of_clip(
     recording(path, named, rate, options, doubts, step)
 }
 
-/// The channels of an HJIF file as those of a recording, at the rate of the options or 8 kHz.
+/// The channels of an HJIF file as those of a recording, at the rate of the options, that of the file, or 8 kHz.
 pub(crate) fn recording_of_hjif(
     path: &Path,
     file: &Hjif,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
-    let rate = playing_rate(path, options)?;
+    let own = own_rate(file);
+    let rate = match options.rate.or(own) {
+        Some(rate) => rate,
+        None => playing_rate(path, options)?,
+    };
     let mut notes = BTreeSet::new();
+    if let Some(own) = own.filter(|own| *own != rate) {
+        notes.insert(format!(
+            "curves made at {own} are read at {rate}: straight lines between keyframes lower what lies at a fifth of {own} by 1.2 dB (--rate {} reads them as they are)",
+            own.hz()
+        ));
+    }
     let departures = file.departures();
     if !departures.is_empty() {
         notes.insert(format!(
@@ -78,7 +91,7 @@ pub(crate) fn recording_of_hjif(
         .map(|p| p.channels.len())
         .sum::<usize>()
         == 1;
-    let mut named = Vec::new();
+    let mut named: Vec<(String, Vec<Wave>)> = Vec::new();
     for perception in &file.perceptions {
         if matches!(
             perception.perception_modality.as_str(),
@@ -115,10 +128,7 @@ pub(crate) fn recording_of_hjif(
                             waves.push(playing.wave(&effect, &mut notes)?);
                         }
                         _ => {
-                            notes.insert(
-                                "composite effects, and those that refer to none in the library, are not played"
-                                    .into(),
-                            );
+                            notes.insert(NOT_PLAYED.into());
                         }
                     }
                 }
@@ -128,17 +138,34 @@ pub(crate) fn recording_of_hjif(
             } else {
                 format!("perception {} channel {}", perception.id, channel.id)
             };
-            let played = mix(&waves, rate).map_err(|error| broken(path, error))?;
-            named.push((name, played.into_samples()));
+            named.push((name, waves));
         }
     }
-    let longest = named
-        .iter()
-        .map(|(_, samples)| samples.len())
-        .max()
-        .unwrap_or(0);
-    for (_, samples) in &mut named {
+    // All that will be held is known before there is memory for any of it.
+    let mut longest = 0;
+    for (_, waves) in &named {
+        let length = mixed_length(waves, rate).map_err(|error| match error {
+            EnvelopeError::NoLength { .. } if notes.contains(NOT_PLAYED) => ReadError::content(
+                path,
+                "basic effects, or references to such in the library",
+                NOT_PLAYED,
+                "export it again without composites",
+            ),
+            error => broken(path, error),
+        })?;
+        longest = longest.max(length);
+    }
+    let all = longest.saturating_mul(named.len());
+    if all > MOST_SAMPLES {
+        let found = format!("{all} ({} channels of {longest} at {rate})", named.len());
+        return Err(broken(path, EnvelopeError::TooMany { found }));
+    }
+    let mut channels = Vec::with_capacity(named.len());
+    for (name, waves) in named {
+        let played = mix(&waves, rate).map_err(|error| broken(path, error))?;
+        let mut samples = played.into_samples();
         samples.resize(longest, 0.0);
+        channels.push((name, samples));
     }
     let doubts = notes
         .into_iter()
@@ -148,7 +175,27 @@ pub(crate) fn recording_of_hjif(
         "MPEG haptics JSON, profile {}, level {}",
         file.profile, file.level
     );
-    recording(path, named, rate, options, doubts, step)
+    recording(path, channels, rate, options, doubts, step)
+}
+
+fn bands(file: &Hjif) -> impl Iterator<Item = &HjifBand> {
+    let channels = file.perceptions.iter().flat_map(|p| &p.channels);
+    channels.flat_map(|channel| &channel.bands)
+}
+
+/// The rate that all channels were made at, where they state one and hold curves only: other bands have no samples.
+fn own_rate(file: &Hjif) -> Option<SampleRate> {
+    let mut stated = file
+        .perceptions
+        .iter()
+        .flat_map(|perception| &perception.channels)
+        .map(|channel| channel.frequency_sampling);
+    let first = stated.next()??;
+    let curves = bands(file).all(|band| band.band_type == HjifBandType::Curve);
+    if !curves || stated.any(|other| other != Some(first)) {
+        return None;
+    }
+    SampleRate::new(f64::from(first)).ok()
 }
 
 fn playing_rate(path: &Path, options: &ReadOptions) -> Result<SampleRate, ReadError> {

@@ -152,6 +152,10 @@ impl fmt::Display for Doubt {
                 f,
                 "the rate of {stated_hz} Hz from the command line was used, the time stamps say {found_hz:.4} Hz: check which is right"
             ),
+            Self::RateNotUsed { stated_hz, found_hz } => write!(
+                f,
+                "the rate of {stated_hz} Hz from the command line was not used: the file is one of {found_hz} Hz by its own header; leave --rate out, or correct the file"
+            ),
             Self::Clipped { what, fraction } => {
                 write!(f, "{} of {what} lies at or beyond the limit: lower the level", percent(*fraction))
             }
@@ -436,6 +440,10 @@ impl fmt::Display for Doubt {
                 f,
                 "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: it may be felt; take a longer stroke, or one freed of the gesture"
             ),
+            Self::LevelJumps { jump_db, own_db } => write!(
+                f,
+                "where the texture is joined with itself its level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere: it may be felt as a beat; take a stroke that neither grows nor decays"
+            ),
             Self::OtherModulation { reference_db, test_db } => write!(
                 f,
                 "short-time levels spread by {reference_db:.1} dB in the reference and {test_db:.1} dB in the other: one swells and fades, or bursts, more than the other, which spectra and the score do not see; compare them by hand"
@@ -448,6 +456,10 @@ impl fmt::Display for Doubt {
             Self::NoRealIndex { temporal } => write!(
                 f,
                 "ST-SIM has no value: the temporal similarity is {temporal:.3}, and a negative number has no real power 2/3 (vibromaf 0.0.8 gives a complex one); use the score"
+            ),
+            Self::IndexBeyondRange { value } => write!(
+                f,
+                "ST-SIM is {value:.3}, above its range of 0 to 1: the published formula says nothing where the test excites more than the reference; exchange the two, or use the score"
             ),
             Self::NoIndices { why } => write!(f, "ST-SIM and SPQI are left out: {why}"),
             Self::WaveformNotCompared { why } => write!(f, "the waveforms are not compared: {why}"),

@@ -17,7 +17,7 @@ use crate::series::{Series, SeriesError};
 
 pub use analysis::{EnvelopeConfig, Shares, analyse, shares_of_full_scale};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
-pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix};
+pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix, mixed_length};
 pub use wavelet::{wavelet_analysis, wavelet_synthesis};
 
 /// The rate at which envelopes are played unless stated, Hz: eight samples a period at 1 kHz, where textures end.
@@ -25,6 +25,9 @@ pub const PLAYED_AT_HZ: f64 = 8000.0;
 
 /// The longest signal that is made from envelopes: an hour. Beyond it a time is a mistake.
 pub const LONGEST: Seconds = Seconds(3600.0);
+
+/// The most samples that are made from a haptic file, all channels together: half a gigabyte.
+pub const MOST_SAMPLES: usize = 1 << 26;
 
 /// How long an emphasis is played, s.
 const EMPHASIS_S: f64 = 0.02;
@@ -207,6 +210,14 @@ pub enum EnvelopeError {
         /// What was found.
         found: String,
     },
+    /// More samples than are made.
+    #[error(
+        "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower --rate, or a shorter file"
+    )]
+    TooMany {
+        /// What was found.
+        found: String,
+    },
     /// A full scale that is no number above zero.
     #[error(
         "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong"
@@ -281,7 +292,8 @@ impl FrequencyRange {
 /// breakpoints (Lofelt `NiceVibrations`, `core/datamodel/src/v1.rs`); the range and the shape of an emphasis are chosen here.
 ///
 /// # Errors
-/// [`EnvelopeError::NoLength`] when the last breakpoint lies before the first sample's end.
+/// [`EnvelopeError::NoLength`] when the last breakpoint lies before the first sample's end, [`EnvelopeError::TooMany`]
+/// beyond [`MOST_SAMPLES`].
 pub fn synthesise(
     envelopes: &Envelopes,
     range: FrequencyRange,
@@ -293,6 +305,7 @@ pub fn synthesise(
             found: format!("a clip of {} s", envelopes.duration().0),
         });
     }
+    require_few(count, envelopes.duration(), rate)?;
     let middle = [FrequencyPoint {
         time_s: 0.0,
         frequency: 0.5,
@@ -338,6 +351,16 @@ pub fn synthesise(
         }
     }
     Ok(Series::new(samples, rate)?)
+}
+
+/// Refuses a signal of more samples than are made, before there is memory for it.
+fn require_few(count: usize, duration: Seconds, rate: SampleRate) -> Result<(), EnvelopeError> {
+    if count > MOST_SAMPLES {
+        return Err(EnvelopeError::TooMany {
+            found: format!("{count} ({} s at {rate})", duration.0),
+        });
+    }
+    Ok(())
 }
 
 /// Straight lines between points whose times do not fall, read off at times that rise.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::wavelet::wavelet_synthesis;
-use super::{EnvelopeError, LONGEST, Lines};
+use super::{EnvelopeError, LONGEST, Lines, MOST_SAMPLES, require_few};
 use crate::quantity::{Band, SampleRate, Seconds, Uncalibrated};
 use crate::resample::resample;
 use crate::series::Series;
@@ -12,8 +12,6 @@ use crate::series::Series;
 ///
 /// Source: ISO/IEC 23090-31 reference software, `TRANSIENT_DURATION_MS`.
 const TAP_S: f64 = 0.022;
-/// The most samples that blocks of wavelets make, half a gigabyte.
-const MOST_SAMPLES: usize = 1 << 26;
 
 /// The shape of one period of an oscillation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,10 +237,13 @@ fn add_wavelets(
         let block = wavelet_synthesis(coefficients)?;
         let start = from.samples_in(Seconds(wave.start_s));
         let end = start + block.len();
-        if end > MOST_SAMPLES {
+        // Blocks of other rates are held at the same time.
+        let others = signals.iter().filter(|(known, _)| known != from);
+        let held: usize = others.map(|(_, signal)| signal.len()).sum();
+        if held.saturating_add(end) > MOST_SAMPLES {
             return Err(EnvelopeError::Wave {
                 expected: format!("wavelets of at most {MOST_SAMPLES} samples in all"),
-                found: format!("one that ends at sample {end}"),
+                found: format!("one that ends at sample {end}, and {held} at other rates"),
             });
         }
         let at = signals.iter().position(|(known, _)| known == from);
@@ -271,6 +272,29 @@ fn add_wavelets(
     Ok(())
 }
 
+/// The number of samples that [`mix`] makes of `waves` at `rate`.
+///
+/// Source: the end of the last of them, times the rate.
+///
+/// # Errors
+/// Those of [`mix`].
+pub fn mixed_length(waves: &[Wave], rate: SampleRate) -> Result<usize, EnvelopeError> {
+    let mut end_s = 0.0f64;
+    for wave in waves {
+        wave.check()?;
+        end_s = end_s.max(wave.start_s + wave.length_s());
+    }
+    if end_s <= 0.0 {
+        return Err(EnvelopeError::NoLength {
+            found: format!("{} effects of 0 s", waves.len()),
+        });
+    }
+    let count = (end_s * rate.hz() + 1e-6).floor() as usize + 1;
+    let count = count.min(rate.samples_in(LONGEST));
+    require_few(count, Seconds(end_s), rate)?;
+    Ok(count)
+}
+
 /// The sum of `waves` at `rate`, full scale = 1, from 0 s to the end of the last of them.
 ///
 /// Source: ISO/IEC 23090-31:2025, 5.7 and 5.8 (bands, effects, keyframes), as its reference software plays them
@@ -279,20 +303,10 @@ fn add_wavelets(
 ///
 /// # Errors
 /// [`EnvelopeError::Wave`] when times fall, are negative or lie beyond an hour, values are no numbers within ±1e6, or a
-/// wavelet block cannot be transformed; [`EnvelopeError::NoLength`] when nothing lasts.
+/// wavelet block cannot be transformed; [`EnvelopeError::NoLength`] when nothing lasts, [`EnvelopeError::TooMany`]
+/// beyond [`MOST_SAMPLES`].
 pub fn mix(waves: &[Wave], rate: SampleRate) -> Result<Series<Uncalibrated>, EnvelopeError> {
-    let mut end_s = 0.0f64;
-    for wave in waves {
-        wave.check()?;
-        end_s = end_s.max(wave.start_s + wave.length_s());
-    }
-    let count = (end_s * rate.hz() + 1e-6).floor() as usize + 1;
-    let mut samples = vec![0.0; count.min(rate.samples_in(LONGEST))];
-    if end_s <= 0.0 {
-        return Err(EnvelopeError::NoLength {
-            found: format!("{} effects of 0 s", waves.len()),
-        });
-    }
+    let mut samples = vec![0.0; mixed_length(waves, rate)?];
     for wave in waves {
         wave.add_to(&mut samples, rate);
     }
@@ -458,6 +472,17 @@ mod tests {
             coefficients: vec![0.0; 8],
         };
         assert!(mix(&[late], rate).is_err());
+        // Each rate alone would fit.
+        let at = |from: f64| Wave {
+            start_s: 3000.0,
+            kind: WaveKind::Wavelet {
+                rate: SampleRate::new(from).unwrap(),
+                coefficients: vec![0.0; 8],
+            },
+            ..blocks[0].clone()
+        };
+        let error = mix(&[at(15_000.0), at(15_001.0)], rate).unwrap_err();
+        assert!(error.to_string().contains("at other rates"), "{error}");
     }
 
     #[test]
@@ -474,5 +499,24 @@ mod tests {
         assert!(curve(&[(0.0, 1e300, 0.0), (1.0, 0.0, 0.0)]).is_err());
         assert!(curve(&[(0.0, 1.0, 0.0)]).is_err());
         assert!(mix(&[], rate).is_err());
+    }
+
+    /// Before there is memory for it: an hour at 10 MHz would be 288 GB.
+    #[test]
+    fn more_than_half_a_gigabyte_is_refused() {
+        let rate = SampleRate::new(1e7).unwrap();
+        let hour = frames(&[(0.0, 0.0, 0.0), (3600.0, 1.0, 0.0)]);
+        let error = mix(&[wave(WaveKind::Curve(Course::Linear), hour)], rate).unwrap_err();
+        assert!(matches!(error, EnvelopeError::TooMany { .. }), "{error}");
+        let point = |time_s, amplitude| crate::envelope::AmplitudePoint {
+            time_s,
+            amplitude,
+            emphasis: None,
+        };
+        let clip =
+            crate::envelope::Envelopes::new(vec![point(0.0, 0.0), point(3600.0, 1.0)], vec![]);
+        let range = crate::envelope::FrequencyRange::texture().unwrap();
+        let error = crate::envelope::synthesise(&clip.unwrap(), range, rate).unwrap_err();
+        assert!(error.to_string().contains("lower --rate"), "{error}");
     }
 }

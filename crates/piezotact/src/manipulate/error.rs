@@ -57,7 +57,7 @@ pub enum ManipulateError {
     },
     /// Two textures of different rates.
     #[error(
-        "cannot take the {taken} of {of}: it is sampled at {its_rate} and the texture at {rate}; bring both to one rate"
+        "cannot take the {taken} of {of}: it is sampled at {its_rate} and the texture at {rate}; bring both to one rate with `resample`"
     )]
     RatesDiffer {
         /// What was to be taken.

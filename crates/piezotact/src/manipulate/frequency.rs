@@ -6,6 +6,7 @@ use num_complex::Complex;
 use rustfft::FftPlanner;
 
 use super::error::require_range;
+use super::looping::longest_s;
 use super::{
     LoopConfig, ManipulateError, Manipulated, Operation, WarpedLength, about_mean, left_the_band,
     line_hz, looped, manipulated,
@@ -81,7 +82,7 @@ pub fn shift<Q: Quantity>(x: &Series<Q>, by: Hertz) -> Result<Manipulated<Q>, Ma
 /// Source: thesis 3.2.3: spectra of one surface at several speeds lie on one line over f/v; [`Resampler`].
 ///
 /// # Errors
-/// [`ManipulateError::Range`] for a ratio that is not 0.1 to 10, [`ManipulateError::Ratio`] for one that no resampler
+/// [`ManipulateError::Range`] for a ratio that is not 0.1 to 10 or that makes more than an hour, [`ManipulateError::Ratio`] for one that no resampler
 /// fits, those of [`looped`] where the length is kept, [`ManipulateError::NothingLeft`], [`ManipulateError::Silent`].
 pub fn warp<Q: Quantity>(
     x: &Series<Q>,
@@ -89,8 +90,15 @@ pub fn warp<Q: Quantity>(
     length: WarpedLength,
 ) -> Result<Manipulated<Q>, ManipulateError> {
     require_range("a warp", ratio, (0.1, 10.0), "", "1 changes nothing")?;
-    let (_, changing) = about_mean(x)?;
     let rate = x.rate();
+    require_range(
+        "a length after the warp",
+        x.duration().0 / ratio.max(f64::MIN_POSITIVE),
+        (0.0, longest_s(rate).max(x.duration().0)),
+        " s",
+        "cut the texture first (--loop), or take a warp closer to 1",
+    )?;
+    let (_, changing) = about_mean(x)?;
     let at_ratio = |why| ManipulateError::Ratio { found: ratio, why };
     // The same samples, taken as if they had come faster.
     let faster =

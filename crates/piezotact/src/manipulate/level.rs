@@ -3,7 +3,7 @@
 use super::error::require_range;
 use super::{
     Level, ManipulateError, Manipulated, Operation, Texture, about_mean, line_hz, manipulated,
-    require_band, require_one_rate,
+    require_band,
 };
 use crate::fourier::RealTransform;
 use crate::quantity::{Decibels, Quantity};
@@ -90,7 +90,7 @@ pub fn level<Q: Quantity>(x: &Series<Q>, measured: Level) -> Result<f64, Manipul
 }
 
 /// `x` at the level of another texture, over all frequencies or within a band: a pure gain, so that the shape of its
-/// spectrum stays.
+/// spectrum stays. The two may have different rates.
 ///
 /// Formula: x·rms(other)/rms(x).
 ///
@@ -98,7 +98,7 @@ pub fn level<Q: Quantity>(x: &Series<Q>, measured: Level) -> Result<f64, Manipul
 /// the RMS acceleration of S2" describes S2 at the level of S13 (the ratio is the other way round there).
 ///
 /// # Errors
-/// Those of [`level`] for either, [`ManipulateError::RatesDiffer`].
+/// Those of [`level`] for either.
 ///
 /// ```
 /// use piezotact::manipulate::{Level, Texture, rms_of};
@@ -114,7 +114,6 @@ pub fn rms_of<Q: Quantity>(
     other: &Texture<Q>,
     measured: Level,
 ) -> Result<Manipulated<Q>, ManipulateError> {
-    require_one_rate(x, other, "rms")?;
     let rms = level(&other.series, measured)?;
     let ratio = rms / level(x, measured)?;
     let samples = x.samples().iter().map(|v| v * ratio).collect();
@@ -124,7 +123,7 @@ pub fn rms_of<Q: Quantity>(
         measured,
         gain_db: Decibels::from_amplitude_ratio(ratio).0,
     };
-    manipulated(x, samples, operation, Vec::new())
+    manipulated(x, samples, operation, other.doubts.clone())
 }
 
 /// Two textures with their levels exchanged: each at the rms of the other, each with its own shape.

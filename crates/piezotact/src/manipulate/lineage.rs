@@ -252,13 +252,22 @@ impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}: {:.4} {} rms → {:.4} {} rms",
+            "{}: {} {} rms → {} {} rms",
             self.operation,
-            self.rms_before.value,
+            four(self.rms_before.value),
             self.rms_before.unit,
-            self.rms_after.value,
+            four(self.rms_after.value),
             self.rms_after.unit
         )
+    }
+}
+
+/// A level with four decimals, or with four digits where these would say nothing.
+fn four(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.3e}")
     }
 }
 
@@ -274,7 +283,7 @@ impl fmt::Display for Operation {
                 f,
                 "stroke {number}, {from_s:.3}–{to_s:.3} s, freed of the gesture below {high_pass_hz} Hz"
             ),
-            Self::MeanTakenAway { mean } => write!(f, "mean of {mean:.4} taken away"),
+            Self::MeanTakenAway { mean } => write!(f, "mean of {} taken away", four(*mean)),
             Self::Gain { gain_db } => write!(f, "gain {gain_db:+.3} dB"),
             Self::RmsOf {
                 of,

@@ -7,7 +7,7 @@ use super::error::require_range;
 use super::{Join, ManipulateError, Manipulated, Operation, about_mean, manipulated};
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
-use crate::quantity::{Decibels, Quantity, Seconds};
+use crate::quantity::{Decibels, Quantity, SampleRate, Seconds};
 use crate::series::{Series, correlation};
 use crate::spectrum::{Symmetry, Window};
 
@@ -42,6 +42,9 @@ const STEP_TOLD: f64 = 1.1;
 const SPECTRUM_TOLD_DB: f64 = 1.0;
 /// Ends that are more opposite than this cancel while one fades into the other.
 const OPPOSITE_TOLD: f64 = -0.3;
+/// The time over which a level is felt as one, and how much more than the texture's own its change may be.
+const LEVEL_S: f64 = 0.1;
+const LEVEL_TOLD_DB: f64 = 1.0;
 /// The longest texture that is made, s and samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
 const MOST_SAMPLES: f64 = 268_435_456.0;
@@ -64,9 +67,14 @@ pub fn looped<Q: Quantity>(
     config: &LoopConfig,
 ) -> Result<Manipulated<Q>, ManipulateError> {
     let rate = x.rate();
-    let longest_s = LONGEST_S.min(MOST_SAMPLES / rate.hz());
-    let range = (1.0 / rate.hz(), longest_s);
-    require_range("a length", duration.0, range, " s", "make it shorter")?;
+    let range = (1.0 / rate.hz(), longest_s(rate));
+    require_range(
+        "a length",
+        duration.0,
+        range,
+        " s",
+        "ask for one in between",
+    )?;
     let wanted = rate.samples_in(duration);
     let (mean, samples) = about_mean(x)?;
     let duration_s = rate.duration_of(wanted).0;
@@ -125,11 +133,45 @@ pub fn looped<Q: Quantity>(
             spectrum_db: join.spectrum_db,
         });
     }
+    let window = (LEVEL_S * rate.hz()) as usize;
+    doubts.extend(level_jumps(&samples, period, fade, window));
     let operation = Operation::Looped {
         duration_s,
         join: Some(join),
     };
     manipulated(x, out, operation, doubts)
+}
+
+/// The longest texture that is made at `rate`, s.
+pub(super) fn longest_s(rate: SampleRate) -> f64 {
+    LONGEST_S.min(MOST_SAMPLES / rate.hz())
+}
+
+/// The doubt about a level that jumps at the join by more than it changes anywhere else over the same time.
+fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Option<Doubt> {
+    let window = window.min(period.saturating_sub(fade) / 4).max(1);
+    let mut sums = Vec::with_capacity(samples.len() + 1);
+    sums.push(0.0);
+    let mut sum = 0.0;
+    for sample in samples {
+        sum += sample * sample;
+        sums.push(sum);
+    }
+    // 120 dB below the whole nothing is felt of what is there.
+    let floor = 1e-12 * sum / samples.len() as f64;
+    let level_db = |from: usize| {
+        let power = (sums[from + window] - sums[from]) / window as f64;
+        Decibels::from_power(power.max(floor)).0
+    };
+    let jump_db = level_db(fade) - level_db(period - window);
+    // What the ends of a join are apart: the fade and half a window on either side.
+    let apart = window + fade;
+    let last = (samples.len() - window).checked_sub(apart)?;
+    let own_db = (0..=last)
+        .step_by((window / 8).max(1))
+        .map(|from| (level_db(from + apart) - level_db(from)).abs())
+        .fold(0.0, f64::max);
+    (jump_db.abs() > own_db + LEVEL_TOLD_DB).then_some(Doubt::LevelJumps { jump_db, own_db })
 }
 
 /// One way of joining.

@@ -83,7 +83,7 @@ impl LiteratureConfig {
 /// ST-SIM and its two parts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StSim {
-    /// The index, 1 for equal signals; `None` where the temporal similarity is negative and has no real power 2/3.
+    /// The index, 1 for equal signals, above it where the test excites more; `None` where the temporal similarity is negative and has no real power 2/3.
     pub value: Option<f64>,
     /// Similarity of the normalised blocks, −1–1.
     pub temporal: f64,
@@ -274,6 +274,7 @@ pub fn literature(
     let (r, d) = (scaled(reference)?, scaled(test)?);
     let st_sim = st_sim(&r, &d, config.curve)?;
     let doubts = match st_sim.value {
+        Some(value) if value > 1.0 => vec![Doubt::IndexBeyondRange { value }],
         Some(_) => Vec::new(),
         None => vec![Doubt::NoRealIndex {
             temporal: st_sim.temporal,

@@ -206,8 +206,9 @@ pub struct Score {
 /// share is compared; or else all of each.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
-/// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and for each band the largest over the sum of the
-/// louder's excitations, so that a spectrum just at threshold reaches it nowhere. With d the difference in dB of a
+/// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and
+/// for each band the largest of either over the larger of the two sums, so that two spectra of which neither is above
+/// threshold reach it nowhere. With d the difference in dB of a
 /// band and w its share of the louder's excitation: spectrum = Σ w|d|/JND; level = |difference of the sums|/JND;
 /// balance = |Δ mean of ln f, weighed by excitation|/ln(1 + Weber fraction). The score is the largest of the three, 0 when
 /// neither is felt. Limits: 1.96 standard errors of the means over segments, and below also what absolute values of
@@ -219,7 +220,7 @@ pub struct Score {
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::Estimate`] when either is shorter than a segment.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than a segment.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -351,6 +352,16 @@ fn refuse(
             highest: rate.nyquist(),
         });
     }
+    let needed = rate.duration_of(config.welch.segment);
+    for (what, x) in [("the reference", reference), ("the test", test)] {
+        if x.samples().len() < config.welch.segment {
+            return Err(ScoreError::TooShort {
+                what,
+                needed,
+                found: x.duration(),
+            });
+        }
+    }
     for (what, jnd) in [
         ("in level, in dB", config.level_jnd.0),
         ("in frequency, as a share", config.frequency_jnd_share),
@@ -379,8 +390,8 @@ fn band_scores(
         .zip(&b.bands)
         .map(|(a, b)| a.max(*b))
         .collect();
-    let sum: f64 = louder.iter().sum();
-    let floor = louder.iter().copied().fold(0.0, f64::max) / sum;
+    // Where the strongest band stands when the louder of the two is just at threshold: 1 or more where neither is felt.
+    let floor = louder.iter().copied().fold(0.0, f64::max) / a.total.max(b.total);
     let felt: f64 = louder.iter().filter(|e| **e > floor).sum();
     let error_db = |x: &Excitation, band: usize| {
         if x.bands[band] > floor {
@@ -543,6 +554,18 @@ pub enum ScoreError {
         band: Band,
         /// Where the signals end.
         highest: Hertz,
+    },
+    /// Shorter than a segment of the spectra.
+    #[error(
+        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or join it with itself (manipulate --loop)"
+    )]
+    TooShort {
+        /// Which of the two.
+        what: &'static str,
+        /// A segment.
+        needed: Seconds,
+        /// How long it is.
+        found: Seconds,
     },
     /// The band holds no third octave.
     #[error("cannot score over {band}: third octaves begin at 0.9 Hz; raise the band's end")]

@@ -51,8 +51,8 @@ pub fn clipping<Q: Quantity>(
 }
 
 /// The share of samples that stand in runs of three or more at the same extreme value, as a clipping sensor
-/// leaves them, 0–1. Fewer than three such runs are the crests of a slow signal, and more runs
-/// elsewhere the steps of a coarse converter: 0.
+/// leaves them, 0–1. Fewer than three such runs are the crests of a slow signal, and as many runs
+/// elsewhere the steps of a coarse converter: 0. Silence is one run, however long.
 ///
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
@@ -72,11 +72,11 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
             runs += 1;
             at_limit += run.len();
         } else {
-            elsewhere += run.len();
+            elsewhere += 1;
         }
     }
-    // Steps of a coarse converter hold still everywhere, not only at the limit.
-    if runs < 3 || elsewhere > at_limit {
+    // Steps of a coarse converter hold still again and again everywhere, not only at the limit.
+    if runs < 3 || elsewhere >= runs {
         0.0
     } else {
         at_limit as f64 / samples.len() as f64

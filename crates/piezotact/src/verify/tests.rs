@@ -115,6 +115,15 @@ fn flat_tops_are_counted_and_crests_are_not() {
     let share = clipped.iter().filter(|v| v.abs() >= 0.8).count() as f64 / 5000.0;
     assert!((flat_top_fraction(&clipped) - share).abs() < 1e-12);
     assert_eq!(flat_top_fraction(&[0.0; 10]), 0.0);
+    // Digital silence before and after, longer than all that is clipped.
+    let silence = vec![0.0; 10_000];
+    let found = flat_top_fraction(&[&silence, clipped.as_slice(), &silence].concat());
+    assert!((found - share / 5.0).abs() < 1e-12, "{found}");
+    // A coarse converter holds still on every step, at the limit and elsewhere.
+    for steps in [1.0, 2.0, 5.0, 40.0] {
+        let coarse: Vec<f64> = sine.iter().map(|v| (v * steps).round()).collect();
+        assert_eq!(flat_top_fraction(&coarse), 0.0, "{steps} steps");
+    }
 }
 
 /// A direct path and one echo, the second five samples later: a filter that is known without any transform.

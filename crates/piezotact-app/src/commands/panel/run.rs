@@ -8,7 +8,7 @@ use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::procedure::{
     CharacteriseConfig, Gating, RepeatConfig, excite, play_and_record, repeated,
 };
-use piezotact_bench::{Bench, BenchError, ExcitationConfig, Lying, RunPlan};
+use piezotact_bench::{Bench, BenchError, ExcitationConfig, GateConfig, Lying, RunPlan};
 use piezotact_dataset::{Adopted, PanelFolder, TransferDocument};
 use serde_json::json;
 
@@ -154,10 +154,15 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
 fn campaign(args: &Run) -> String {
     let gate = match args.gate.gating {
         OnOff::Off => "no gate".into(),
-        OnOff::On => format!(
-            "force within {}, coherence from {}, {} attempts",
-            args.gate.force_tolerance, args.gate.least_coherence, args.gate.attempts
-        ),
+        OnOff::On => {
+            let usual = GateConfig::usual();
+            format!(
+                "force within {}, coherence from {}, {} attempts",
+                args.gate.force_tolerance.unwrap_or(usual.force_share),
+                args.gate.least_coherence.unwrap_or(usual.least_coherence),
+                args.gate.attempts
+            )
+        }
     };
     format!(
         "{}: {}, {} s over {}, peak {}, segments of {} samples, drives from seed {}, {gate}",
