@@ -18,7 +18,7 @@ use piezotact::series::{Series, peak, rms};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 use piezotact::verify::{Measured, VerifyConfig, verify};
-use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
 use support::{Folder, shared};
 
 const TEXTSENSE: [&str; 10] = [
@@ -142,6 +142,30 @@ impl Hand {
         hand
     }
 
+    /// Its transfer function, by the Fourier transform of the impulse response, on lines 1 Hz apart; at its strongest full
+    /// scale makes 20 m/s², about as much as the PIEZOTACT's.
+    fn written(&self, path: &std::path::Path, who: &str) {
+        let line = |hz: u32, part: fn(f64) -> f64| -> f64 {
+            let samples = (0..1300).zip(&self.impulse);
+            // Whole turns are left out, so that the angle stays exact.
+            let turn = |i: u32| std::f64::consts::TAU * f64::from((i * hz) % 1300) / 1300.0;
+            20.0 * samples.map(|(i, h)| h * part(turn(i))).sum::<f64>()
+        };
+        let lines = 0..=650;
+        let mut document: TransferDocument = serde_json::from_value(serde_json::json!({
+            "drive_unit": "FS",
+            "response_unit": "m/s2",
+            "rate_hz": 1300.0,
+            "frequency_hz": lines.clone().map(f64::from).collect::<Vec<_>>(),
+            "real": lines.clone().map(|hz| line(hz, f64::cos)).collect::<Vec<_>>(),
+            "imaginary": lines.clone().map(|hz| -line(hz, f64::sin)).collect::<Vec<_>>(),
+            "coherence": vec![1.0; 651],
+        }))
+        .unwrap();
+        document.condition.participant = Some(who.into());
+        write_transfer(path, &document).unwrap();
+    }
+
     /// What the skin does for a drive, with the sensor's noise 60 dB below it.
     fn feel(&self, drive: &[f64], noise: &mut Noise) -> Vec<f64> {
         let mut out = vec![0.0; drive.len()];
@@ -251,4 +275,109 @@ fn textsense_is_rendered_through_measured_hands() {
             );
         }
     }
+}
+
+/// All files through the three hands in a closed loop, with the command alone: characterised and corrected on a bench that
+/// is the measured hand, each at the level that fits. The table is the one of the report.
+#[test]
+fn textsense_is_corrected_on_measured_hands() {
+    let (Some(textures), Some(hands)) = (
+        shared("data/vibration/textsense"),
+        shared("data/frf/skinsource"),
+    ) else {
+        return;
+    };
+    let folder = Folder::new();
+    let files: Vec<String> = TEXTSENSE
+        .iter()
+        .map(|name| textures.join(format!("{name}.wav")).display().to_string())
+        .collect();
+    let mut line: Vec<String> = ["render"].map(String::from).to_vec();
+    line.extend(files);
+    for (model, rank, axis) in [
+        (1, 1.0, "strong"),
+        (2, 1.0, "strong"),
+        (3, 1.0, "strong"),
+        (1, 0.5, "middling"),
+        (2, 0.5, "middling"),
+        (3, 0.5, "middling"),
+    ] {
+        let hand = Hand::load(&hands.join(format!("model-{model}-location-07.f32")), rank);
+        let who = format!("hand-{model}-{axis}");
+        hand.written(&folder.path(&format!("{who}-skin.json")), &who);
+        let bench = format!("measured:{who}-skin.json,noise=0.0005");
+        folder
+            .run(&[
+                "characterise",
+                "--bench",
+                &bench,
+                "--band",
+                "5..580",
+                "--seconds",
+                "30",
+                "--segment",
+                "2600",
+                "--out",
+                &format!("{who}.json"),
+            ])
+            .expect_success();
+        for (option, value) in [("--transfer", format!("{who}.json")), ("--bench", bench)] {
+            line.extend([option.into(), value]);
+        }
+    }
+    let rest = "--scale=200 m/s2|--band|20..550|--mode|texture|--level|fit|--out|drives|--record|felt|--report|report.html|--json";
+    line.extend(rest.split('|').map(String::from));
+    let line: Vec<&str> = line.iter().map(String::as_str).collect();
+    let said = folder.run(&line).json();
+    let all = said["renderings"].as_array().unwrap();
+    assert_eq!(all.len(), 60);
+    for one in all {
+        let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap();
+        let (open, closed) = (&one["loop"]["iterations"][0], &one["loop"]["confirmed"]);
+        let reached_hz: f64 = one["achievable_band_hz"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|band| band[1].as_f64().unwrap() - band[0].as_f64().unwrap())
+            .sum();
+        let called = one["out"].as_str().unwrap();
+        eprintln!(
+            "{called}: {:+.1} dB, {:.2} → {:.2} dB rms of {:.0} % of the band, {:.1} dB at most anywhere, r {:.3}",
+            number(one, "level_db"),
+            number(open, "error_db_rms_achievable"),
+            number(closed, "error_db_rms_achievable"),
+            reached_hz / 5.3,
+            number(closed, "error_db_max"),
+            number(closed, "waveform_correlation")
+        );
+        let error_db = number(closed, "error_db_rms_achievable");
+        assert!(error_db <= 1.0, "{called}: {closed}");
+        assert!(
+            error_db <= number(open, "error_db_rms_achievable") + 0.05,
+            "{called}"
+        );
+        assert!(reached_hz > 0.8 * 530.0, "{called}: {reached_hz} Hz");
+    }
+    let report = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    for part in [
+        "60 of 60 came within",
+        "text9_v4-hand-3-middling",
+        "no finger was touched",
+        "largest line, dB",
+    ] {
+        assert!(report.contains(part), "{part}");
+    }
+    // What was recorded of the best drive can be verified.
+    folder
+        .run(&[
+            "verify",
+            "--target",
+            &textures.join("text9_v1.wav").display().to_string(),
+            "--scale=200 m/s2",
+            "--measured",
+            "felt/text9_v1-hand-1-strong.parquet",
+            "--band",
+            "20..550",
+        ])
+        .expect_success();
 }

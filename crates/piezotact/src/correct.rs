@@ -12,6 +12,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::device::DriveSetup;
+use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
@@ -19,7 +20,7 @@ use crate::render::{
     runs,
 };
 use crate::series::{Series, SeriesError, peak};
-use crate::spectrum::{Spectrum, WelchConfig};
+use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
 use heard::Heard;
@@ -91,6 +92,8 @@ const LEAST_SHARE: f64 = 0.05;
 const UNDISTURBED: f64 = 0.8;
 /// A line that keeps this much, all but half a decibel, counts as reached.
 const KEPT: f64 = 0.944;
+/// A drive whose crests are pressed further than to this correlation is another one.
+const LIKE: f64 = 0.95;
 /// Between samples a drive is a little higher than on them.
 const BETWEEN: f64 = 0.97;
 /// Halvings between a level that fits and one that does not.
@@ -114,6 +117,8 @@ pub struct Correction<O: Quantity> {
     corrected: Vec<bool>,
     /// Whether the inverse reaches a line.
     achievable: Vec<bool>,
+    /// The parts of the band that the inverse reaches, and those that it gives up.
+    inverse_reaches: (Vec<Band>, Vec<Band>),
     /// The drive's lines before anything was measured.
     first: Vec<Complex<f64>>,
     /// The drive's lines as they are asked for, before anything limits them.
@@ -176,7 +181,7 @@ impl<O: Quantity> Correction<O> {
         let mut transform = RealTransform::new(n);
         let inverse = transform.forward(&response);
         let band = render.inverse.band;
-        let (reached, ..) = achievable(function, render)?;
+        let (reached, given_up, _) = achievable(function, render)?;
         let lines_hz: Vec<f64> = (0..=n / 2)
             .map(|k| k as f64 * rate.hz() / n as f64)
             .collect();
@@ -195,6 +200,7 @@ impl<O: Quantity> Correction<O> {
                     && function.coherence_at(hz) >= config.least_coherence
             }),
             achievable: lines(&|hz| reached.iter().any(|band| band.contains(hz))),
+            inverse_reaches: (reached, given_up),
             config: config.clone(),
             render: render.clone(),
             welch: WelchConfig {
@@ -240,6 +246,9 @@ impl<O: Quantity> Correction<O> {
     /// for the drive to fit), and those that were given up.
     #[must_use]
     pub fn reached(&self) -> (Vec<Band>, Vec<Band>) {
+        if self.turned_down().is_none() {
+            return self.inverse_reaches.clone();
+        }
         let lines = self.lines(|k| self.achievable[k] && self.last.shares[k] >= KEPT);
         let [reached, given_up] = self.runs(&lines);
         (reached, given_up)
@@ -266,11 +275,12 @@ impl<O: Quantity> Correction<O> {
             .collect()
     }
 
-    /// Whether the last drive fits with nothing turned down by more than half a decibel.
+    /// Whether the last drive fits with nothing turned down by more than half a decibel and crests pressed no further than to
+    /// a correlation of 0.95.
     #[must_use]
     pub fn fits(&self) -> bool {
         let mut lines = self.corrected.iter().zip(&self.last.shares);
-        lines.all(|(corrected, share)| !corrected || *share >= KEPT)
+        self.last.likeness >= LIKE && lines.all(|(corrected, share)| !corrected || *share >= KEPT)
     }
 
     /// The largest sample of the drive as it is asked for, full scale = 1.
@@ -279,8 +289,7 @@ impl<O: Quantity> Correction<O> {
         peak(&self.transform.inverse(self.drive.clone()))
     }
 
-    /// The level, re the target, up to which the drive fits with its crests pressed down and nothing turned down, to the tenth
-    /// of a decibel; no more than 0 dB.
+    /// The level, re the target, up to which [`Self::fits`] holds, to the tenth of a decibel; no more than 0 dB.
     #[must_use]
     pub fn fits_at(&mut self) -> Decibels {
         if self.fits_at_gain(1.0) {
@@ -314,7 +323,8 @@ impl<O: Quantity> Correction<O> {
     fn fits_at_gain(&mut self, gain_ratio: f64) -> bool {
         let room = self.room();
         let bins: Vec<Complex<f64>> = self.drive.iter().map(|bin| bin * gain_ratio).collect();
-        crest::pressed(&mut self.transform, &bins, &room).is_some()
+        let pressed = crest::pressed(&mut self.transform, &bins, &room);
+        pressed.is_some_and(|pressed| pressed.likeness >= LIKE)
     }
 
     fn step_hz(&self) -> f64 {
@@ -543,6 +553,30 @@ impl<O: Quantity> Correction<O> {
         let mut aim = self.transform.inverse(lines);
         aim.truncate(self.frame.before + self.frame.target);
         Series::new(aim.split_off(self.frame.before), self.frame.rate())
+    }
+
+    /// The lines of the target that `noise`, estimated as [`Self::welch`] says, hides, so that they are neither corrected nor
+    /// judged fairly; `None` where there are none.
+    ///
+    /// # Errors
+    /// [`VerifyError::Estimate`] when the target is shorter than a segment.
+    pub fn hidden(&self, noise: &Spectrum<O>) -> Result<Option<Doubt>, VerifyError> {
+        let mut plan = WelchPlan::new(&self.welch, self.frame.rate())?;
+        let wanted = plan.estimate::<O>(&[self.target.samples()])?;
+        let band = self.render.inverse.band;
+        let lines: Vec<(f64, bool)> = wanted
+            .frequencies_hz()
+            .into_iter()
+            .zip(wanted.values.iter().zip(&noise.values))
+            .filter(|(hz, _)| band.contains(*hz))
+            .map(|(hz, (wanted, noise))| (hz, *wanted < self.config.noise_ratio * noise))
+            .collect();
+        let hidden = lines.iter().filter(|(_, hidden)| *hidden).count();
+        let [bands, _] = runs(&lines, band, wanted.resolution_hz);
+        Ok((hidden > 0).then(|| Doubt::TargetInNoise {
+            share: hidden as f64 / lines.len() as f64,
+            bands,
+        }))
     }
 
     /// How spectra are estimated here: Hann segments of about 5 Hz.

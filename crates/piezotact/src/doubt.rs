@@ -112,6 +112,13 @@ pub enum Doubt {
         /// The level, re the one asked for, at which nothing has to be, dB.
         fits_at_db: f64,
     },
+    /// Lines of the target that the sensor's noise hides.
+    TargetInNoise {
+        /// Their share of the band's lines, 0–1.
+        share: f64,
+        /// The bands in which they lie.
+        bands: Vec<Band>,
+    },
     /// The crests of a drive were pressed down, and its waveform with them.
     CrestsPressed {
         /// The correlation with the drive as it was asked for.

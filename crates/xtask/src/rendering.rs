@@ -12,7 +12,7 @@ use piezotact::render::{Clipping, Inverse, RenderConfig, RenderError, headroom, 
 use piezotact::series::{Series, mean};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
+use piezotact::verify::{Measured, VerifyConfig, clipping, verify};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
     play_and_record,
@@ -79,58 +79,46 @@ pub(crate) fn run() -> Result<()> {
         let texture = record_texture(&parameters, &reference, sample, 0.03, Seconds(SECONDS))?.0;
         let texture = texture.amplified(Decibels(louder_db));
         let level = piezotact::series::rms(texture.samples());
-        let fits: Vec<f64> = people
-            .iter()
-            .filter_map(|(_, function)| does_not_fit(&texture, function))
-            .collect();
-        let told = match fits.len() {
-            0 => "fits everybody".to_owned(),
-            n => format!(
-                "does not fit {n} of {PEOPLE}, who are offered {:.1} dB on average",
-                mean(&fits)
-            ),
-        };
-        println!("  {name} {louder_db:+.0} dB, {level:.2} m/s² rms: {told}");
+        println!("  {name} {louder_db:+.0} dB, {level:.2} m/s² rms");
         for (label, method) in METHODS {
             let mut felt = Vec::new();
-            let mut refused = 0;
+            let mut offered = Vec::new();
             for (person, function) in &people {
-                let fits = does_not_fit(&texture, function).is_none();
-                if !fits && matches!(method, Method::Closed(_)) {
-                    refused += 1;
-                    continue;
+                match feel(&parameters, person, function, &texture, method)? {
+                    Outcome::Felt(one) => felt.push(one),
+                    Outcome::Refused(fits_at) => offered.push((person, function, fits_at)),
                 }
-                felt.push(feel(&parameters, person, function, &texture, method)?);
             }
-            if felt.is_empty() {
-                println!("    {label:<18} refused before playing for all {refused}");
-                continue;
-            }
-            let of =
-                |value: &dyn Fn(&Felt) -> f64| -> Vec<f64> { felt.iter().map(value).collect() };
-            let most = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let (rms_db, max_db) = (of(&|f| f.rms_db), of(&|f| f.max_db));
-            println!(
-                "    {label:<18} {:>5.2} ({:>5.2}) dB rms  {:>5.1} dB at most  r {:.3}  {:>5.2} % clipped{}",
-                mean(&rms_db),
-                most(&rms_db),
-                most(&max_db),
-                mean(&of(&|f| f.correlation)),
-                100.0 * mean(&of(&|f| f.clipped)),
-                if refused > 0 {
-                    format!("; refused before playing for {refused}")
-                } else {
-                    String::new()
+            told(label, &felt);
+            let mut closed = felt;
+            if !offered.is_empty() {
+                let levels: Vec<f64> = offered.iter().map(|(.., fits_at)| fits_at.0).collect();
+                println!(
+                    "    {label:<18} refused before playing for {} of {PEOPLE}, who are offered {:.1} dB on average; at that level:",
+                    offered.len(),
+                    mean(&levels)
+                );
+                let mut fitting = Vec::new();
+                for (person, function, fits_at) in offered {
+                    let softer = texture.clone().amplified(fits_at);
+                    match feel(&parameters, person, function, &softer, method)? {
+                        Outcome::Felt(one) => fitting.push(one),
+                        Outcome::Refused(still) => short.push(format!(
+                            "{name} {louder_db:+.0} dB, {label}, {}: {still} still does not fit",
+                            person.pseudonym()
+                        )),
+                    }
                 }
-            );
-            if matches!(method, Method::Closed(_))
-                && (most(&rms_db) > ASKED.0 || most(&max_db) > ASKED.1)
-            {
-                short.push(format!(
-                    "{name} {louder_db:+.0} dB, {label}: {:.2} dB rms, {:.1} dB at most",
-                    most(&rms_db),
-                    most(&max_db)
-                ));
+                told("", &fitting);
+                closed.extend(fitting);
+            }
+            if matches!(method, Method::Closed(_)) {
+                let (rms_db, max_db) = (most(&closed, |f| f.rms_db), most(&closed, |f| f.max_db));
+                if rms_db > ASKED.0 || max_db > ASKED.1 {
+                    short.push(format!(
+                        "{name} {louder_db:+.0} dB, {label}: {rms_db:.2} dB rms, {max_db:.1} dB at most"
+                    ));
+                }
             }
         }
     }
@@ -146,6 +134,32 @@ pub(crate) fn run() -> Result<()> {
         ASKED.0, ASKED.1
     );
     Ok(())
+}
+
+/// What came of one method for one person.
+enum Outcome {
+    Felt(Felt),
+    /// It was refused before anything played; the level that is offered.
+    Refused(Decibels),
+}
+
+fn most(felt: &[Felt], of: fn(&Felt) -> f64) -> f64 {
+    felt.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn told(label: &str, felt: &[Felt]) {
+    if felt.is_empty() {
+        return;
+    }
+    let average = |of: fn(&Felt) -> f64| mean(&felt.iter().map(of).collect::<Vec<f64>>());
+    println!(
+        "    {label:<18} {:>5.2} ({:>5.2}) dB rms  {:>5.1} dB at most  r {:.3}  {:>5.2} % clipped",
+        average(|f| f.rms_db),
+        most(felt, |f| f.rms_db),
+        most(felt, |f| f.max_db),
+        average(|f| f.correlation),
+        100.0 * average(|f| f.clipped),
+    );
 }
 
 fn bench_of(parameters: &TwinParameters, person: &Participant) -> Bench {
@@ -187,24 +201,13 @@ fn rendering() -> Result<RenderConfig> {
     ))
 }
 
-/// The level at which a texture that does not fit a device would, dB.
-fn does_not_fit(
-    texture: &Series<Acceleration>,
-    function: &TransferFunction<Drive, Acceleration>,
-) -> Option<f64> {
-    match render(texture, function, &rendering().ok()?) {
-        Err(RenderError::ExceedsFullScale { fits_at, .. }) => Some(fits_at.0),
-        _ => None,
-    }
-}
-
 fn feel(
     parameters: &TwinParameters,
     person: &Participant,
     function: &TransferFunction<Drive, Acceleration>,
     texture: &Series<Acceleration>,
     method: Method,
-) -> Result<Felt> {
+) -> Result<Outcome> {
     let mut config = rendering()?;
     let mut bench = bench_of(parameters, person);
     let verification = match method {
@@ -245,32 +248,19 @@ fn feel(
                 run: run_plan("loop"),
             };
             let looped = closed_loop(&mut bench, texture, function, &loop_config, &mut |_| {});
-            let mut looped = looped
-                .map_err(|error: BenchError| anyhow::anyhow!("{}: {error}", person.pseudonym()))?;
-            looped.iterations.swap_remove(looped.best).verification
+            match looped {
+                Ok(looped) => looped.confirmed,
+                Err(BenchError::Render(RenderError::ExceedsFullScale { fits_at, .. })) => {
+                    return Ok(Outcome::Refused(fits_at));
+                }
+                Err(error) => anyhow::bail!("{}: {error}", person.pseudonym()),
+            }
         }
     };
-    Ok(Felt {
-        rms_db: verification
-            .error_db_rms_achievable
-            .unwrap_or(verification.error_db_rms),
-        max_db: largest(&verification),
+    Ok(Outcome::Felt(Felt {
+        rms_db: verification.judged_error_db(),
+        max_db: verification.error_db_max_achievable(),
         correlation: verification.waveform_correlation,
         clipped: verification.clipped_fraction,
-    })
-}
-
-/// The largest error within the achievable band, dB.
-fn largest(verification: &Verification) -> f64 {
-    let reached = |hz: f64| {
-        let bands = &verification.achievable_band_hz;
-        bands.is_empty() || bands.iter().any(|band| band.contains(hz))
-    };
-    let errors = verification
-        .error_frequency_hz
-        .iter()
-        .zip(&verification.error_db);
-    errors
-        .filter(|(hz, _)| reached(**hz))
-        .fold(0.0, |most: f64, (_, e)| most.max(e.abs()))
+    }))
 }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
-use piezotact_bench::procedure::Looped;
+use piezotact_bench::procedure::{LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
 use crate::failure::Outcome;
@@ -99,22 +99,19 @@ fn table(page: &Page<'_>) -> Markup {
                     tr {
                         th { "texture and finger" }
                         th.n { "level, dB" }
-                        th.n { "open, dB rms" }
-                        th.n { "closed, dB rms" }
-                        th.n { "largest line open, dB" }
-                        th.n { "closed, dB" }
+                        th.n { "dB rms" }
+                        th.n { "largest line, dB" }
                         th.n { "level error, dB" }
-                        th.n { "correlation open" }
-                        th.n { "closed" }
-                        th.n { "of the band reached" }
+                        th.n { "correlation" }
+                        th.n { "reached" }
                         th.n { "at the limit" }
-                        th.n { "corrections" }
-                        th { "why it ended" }
+                        th.n { "steps" }
+                        th { "ended" }
                     }
                     @for row in page.rows { (line(row)) }
                 }
             }
-            p.soft { "dB rms and largest line: over the part of the band that the inverse reaches. Open: the first drive. Closed: the best drive, measured once more by a measurement that neither corrected nor chose it. Correlation: of the waveforms. Level: re the texture." }
+            p.soft { "Before the arrow the open loop's drive; after it the best of the closed loop, measured once more by a measurement that neither corrected nor chose it. dB rms and largest line: over the part of the band that is reached, in green where within the limits. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when it got no better twice in a row, when it got clearly worse, or when a measurement could not be believed." }
         }
     }
 }
@@ -129,19 +126,31 @@ fn line(row: &Row<'_>) -> Markup {
         tr {
             td { (row.called) }
             td.n { (format!("{:+.1}", row.level_db).replace('-', "−").replace("+0.0", "0")) }
-            td.n { (format!("{:.2}", open.judged_error_db())) }
-            td.n class=(if is_close(row) { "n near" } else { "n" }) { (format!("{:.2}", closed.judged_error_db())) }
-            td.n { (format!("{:.1}", open.error_db_max_achievable())) }
-            td.n { (format!("{:.1}", closed.error_db_max_achievable())) }
+            td class=(if is_close(row) { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
+            td.n { (then(open.error_db_max_achievable(), closed.error_db_max_achievable(), 1)) }
             td.n { (difference_db(closed.level_error_db)) }
-            td.n { (format!("{:.3}", open.waveform_correlation).replace('-', "−")) }
-            td.n { (format!("{:.3}", closed.waveform_correlation).replace('-', "−")) }
+            td.n { (then(open.waveform_correlation, closed.waveform_correlation, 3)) }
             td.n { (format!("{:.0} %", reached * 100.0)) }
             td.n { (format!("{:.2} %", closed.clipped_fraction.max(row.looped.iterations[row.looped.best].held) * 100.0)) }
             td.n { (row.looped.best) }
-            td { (row.looped.end.to_string()) }
+            td { (ended(&row.looped.end)) }
         }
     }
+}
+
+/// Why a loop ended, in two words: the doubts say the rest.
+fn ended(end: &LoopEnd) -> &'static str {
+    match end {
+        LoopEnd::Done => "as asked",
+        LoopEnd::NoBetter => "no better",
+        LoopEnd::Worse => "worse",
+        LoopEnd::Broken(_) => "broken off",
+    }
+}
+
+/// A number of the open loop and what became of it.
+fn then(open: f64, closed: f64, decimals: usize) -> String {
+    format!("{open:.decimals$} → {closed:.decimals$}").replace('-', "−")
 }
 
 fn refused(page: &Page<'_>) -> Markup {

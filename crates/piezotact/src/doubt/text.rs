@@ -117,6 +117,13 @@ impl fmt::Display for Doubt {
                     -fits_at_db
                 )
             }
+            Self::TargetInNoise { share, bands } => {
+                write!(f, "{} of the band (", percent(*share))?;
+                list(f, bands)?;
+                f.write_str(
+                    ") hold less than four times the sensor's noise: errors there are the noise's, and were not corrected; render louder, or take a quieter sensor",
+                )
+            }
             Self::CrestsPressed { correlation } => write!(
                 f,
                 "so that the drive fits, its crests were pressed down (correlation {correlation:.2} with what was asked for): the spectrum is kept, sudden bursts are softer; lower the level where they matter"

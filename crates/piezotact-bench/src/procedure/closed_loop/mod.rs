@@ -146,6 +146,10 @@ pub fn closed_loop(
         noise: None,
     };
     let noise = listener.listen(correction.welch())?.clone();
+    let hidden = correction
+        .hidden(&noise)
+        .map_err(|error| impossible("a target with a spectrum", &error))?;
+    first.doubts.extend(hidden);
     let judge = |felt: &Felt| judged(&target, felt, &reached, config);
 
     let mut iterations: Vec<Iteration> = Vec::new();
