@@ -57,12 +57,14 @@ struct Felt {
     max_db: f64,
     correlation: f64,
     clipped: f64,
+    /// The share of the band that is reached, over which the errors are: 0–1.
+    reached: f64,
 }
 
 /// Measures and prints the table.
 pub(crate) fn run() -> Result<()> {
     println!(
-        "\nR1 rendering on the twin: {PEOPLE} people, textures of {SECONDS} s over 20–1000 Hz; dB rms (largest over people) / dB at most / waveform correlation / clipped"
+        "\nR1 rendering on the twin: {PEOPLE} people, textures of {SECONDS} s over 20–1000 Hz; dB rms (largest over people) / dB at most / waveform correlation / clipped / share of the band that is reached, over which the errors are"
     );
     let parameters = TwinParameters::built_in();
     let people: Vec<(Participant, TransferFunction<Drive, Acceleration>)> = (1..=PEOPLE)
@@ -153,12 +155,13 @@ fn told(label: &str, felt: &[Felt]) {
     }
     let average = |of: fn(&Felt) -> f64| mean(&felt.iter().map(of).collect::<Vec<f64>>());
     println!(
-        "    {label:<18} {:>5.2} ({:>5.2}) dB rms  {:>5.1} dB at most  r {:.3}  {:>5.2} % clipped",
+        "    {label:<18} {:>5.2} ({:>5.2}) dB rms  {:>5.1} dB at most  r {:.3}  {:>5.2} % clipped  {:>3.0} % of the band",
         average(|f| f.rms_db),
         most(felt, |f| f.rms_db),
         most(felt, |f| f.max_db),
         average(|f| f.correlation),
         100.0 * average(|f| f.clipped),
+        100.0 * average(|f| f.reached),
     );
 }
 
@@ -257,10 +260,13 @@ fn feel(
             }
         }
     };
+    let width = |bands: &[Band]| bands.iter().map(|b| b.high().0 - b.low().0).sum::<f64>();
+    let reached = width(&verification.achievable_band_hz);
     Ok(Outcome::Felt(Felt {
         rms_db: verification.judged_error_db(),
         max_db: verification.error_db_max_achievable(),
         correlation: verification.waveform_correlation,
         clipped: verification.clipped_fraction,
+        reached: reached / width(&[verification.band_hz]),
     }))
 }

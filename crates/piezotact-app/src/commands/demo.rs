@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use piezotact::device::AmplifierGain;
+use piezotact::manipulate::Lineage;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
@@ -22,7 +23,7 @@ use serde_json::json;
 
 use super::characterise::characterise;
 use super::play::{Keeping, play};
-use super::render::write_drive;
+use super::render::{lineage, write_drive};
 use super::verify::{verdict, verification_json};
 use super::{open_bench, run_plan};
 use crate::cli::{Demo, Finger};
@@ -39,6 +40,8 @@ const PARTICIPANT: u64 = 1;
 const TEXTURE_RATE_HZ: u32 = 5_000;
 const DRIVE_RATE_HZ: u32 = 48_000;
 const TARGET: &str = "target.wav";
+/// The transfer function that is rendered with.
+const TRANSFER: &str = "tf.json";
 
 pub(crate) fn run(args: &Demo) -> Outcome {
     let out = &args.out;
@@ -62,7 +65,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
     let (recorded, target) = texture(&out.join(TARGET), args.seed)?;
     say("2/5 characterising the device with the finger on it");
-    let function = transfer_function(&mut bench, args.seed, &out.join("tf.json"))?;
+    let function = transfer_function(&mut bench, args.seed, &out.join(TRANSFER))?;
     say("3/5 rendering: the drive that makes the resting finger feel that texture");
     let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
     let rendering = Rendering::of(&drive, TARGET, level.0);
@@ -225,6 +228,14 @@ fn rendered(
         }
         other => (other?, Decibels(0.0)),
     };
+    let mut drive = drive;
+    let softer = target.clone().amplified(level);
+    drive.provenance.lineage = Some(lineage(
+        Lineage::of(TARGET),
+        TRANSFER,
+        level.0,
+        (&softer, &drive),
+    ));
     write_drive(
         path,
         &drive,

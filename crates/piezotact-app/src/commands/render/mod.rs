@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::manipulate::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
-use piezotact::recording::Recording;
 use piezotact::render::{
     self, Clipping, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_gain,
@@ -225,8 +224,10 @@ impl Job<'_> {
             .steps
             .insert(0, format!("target {}", self.target.display()));
         let target = texture.amplified(Decibels(level));
-        let made_of = &contents.recording;
-        drive.provenance.lineage = Some(self.lineage(args, level, (made_of, &target), &drive));
+        let so_far = contents.recording.provenance.lineage.clone();
+        let so_far = so_far.unwrap_or_else(|| Lineage::of(name(self.target)));
+        let lineage = lineage(so_far, &name(self.transfer), level, (&target, &drive));
+        drive.provenance.lineage = Some(lineage);
         let rendering = Rendering::of(&drive, &name(self.target), level);
         write_drive(&self.out, &drive, args.rate, rendering.clone())?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
@@ -241,26 +242,23 @@ impl Job<'_> {
             corrected,
         })
     }
+}
 
-    /// What the texture was made from, with its rendering as the last steps.
-    fn lineage(
-        &self,
-        args: &Render,
-        level_db: f64,
-        (recording, target): (&Recording, &Series<Acceleration>),
-        drive: &RenderedDrive,
-    ) -> Lineage {
-        let so_far = recording.provenance.lineage.clone();
-        let operation = Operation::Rendered {
-            transfer: name(self.transfer),
-            gain: drive.setup.as_ref().map(|setup| setup.gain),
-            level_db,
-            band_hz: args.band,
-        };
-        so_far
-            .unwrap_or_else(|| Lineage::of(name(self.target)))
-            .then(Step::between(operation, target, &drive.drive))
-    }
+/// What a texture was made from, `so_far`, with its rendering through the transfer function of the name
+/// `transfer` as the last step.
+pub(crate) fn lineage(
+    so_far: Lineage,
+    transfer: &str,
+    level_db: f64,
+    (target, drive): (&Series<Acceleration>, &RenderedDrive),
+) -> Lineage {
+    let operation = Operation::Rendered {
+        transfer: transfer.into(),
+        gain: drive.setup.as_ref().map(|setup| setup.gain),
+        level_db,
+        band_hz: drive.config.inverse.band,
+    };
+    so_far.then(Step::between(operation, target, &drive.drive))
 }
 
 fn config_of(args: &Render) -> Outcome<RenderConfig> {
