@@ -4,6 +4,7 @@
 
 mod excitation;
 mod gate;
+mod halves;
 pub mod measured;
 pub mod procedure;
 mod random;

@@ -11,6 +11,7 @@ use piezotact::resample::Resampler;
 use piezotact::series::rms;
 use piezotact::transfer::TransferFunction;
 
+use crate::halves::halves;
 use crate::random::Random;
 use crate::traits::{Bench, BenchError, RunPlan};
 
@@ -134,7 +135,7 @@ impl MeasuredBench {
     /// Its two halves.
     #[must_use]
     pub fn into_bench(self) -> Bench {
-        world::halves(self)
+        halves(self)
     }
 
     fn name(&self) -> String {
@@ -176,7 +177,7 @@ impl MeasuredBench {
     }
 
     /// Refuses another load or angle than the transfer function was measured at.
-    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn answers_as(&self, run: &RunPlan) -> Result<(), BenchError> {
         let Condition {
             load_n, angle_deg, ..
         } = self.function.condition;

@@ -1,11 +1,8 @@
 //! The world behind the two halves of the twin: what is played on one is felt and measured on the other.
 
-use std::cell::RefCell;
 use std::f64::consts::TAU;
-use std::rc::Rc;
 
 use num_complex::Complex;
-use piezotact::Series;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Drive, Hertz, Quantity, SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition, Touch};
@@ -20,10 +17,11 @@ use super::protocol::{ANGLES_DEG, load_possible, within};
 use super::sensors::{Accelerometer, ForceCell, HeldForce, at_rest};
 use super::session::{CALIBRATION, CHUNK, rate as acquisition_rate};
 use super::varying::{AtLoad, VaryingResponse};
+use crate::halves::{Run, World, halves};
+use crate::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
 use crate::random::Random;
 use crate::traits::{
-    Acquire, AcquireDescription, Bench, BenchError, Chunk, Play, PlayDescription, PlayReport,
-    RunPlan, SensorCalibration,
+    AcquireDescription, Bench, BenchError, Chunk, PlayDescription, RunPlan, SensorCalibration,
 };
 
 /// The rate of the sound output, Hz.
@@ -56,16 +54,7 @@ impl TwinBench {
     /// Its two halves.
     #[must_use]
     pub fn into_bench(self) -> Bench {
-        let world = Rc::new(RefCell::new(World {
-            bench: self,
-            loaded: None,
-            asked: None,
-            run: None,
-        }));
-        Bench {
-            player: Box::new(Player(Rc::clone(&world))),
-            acquirer: Box::new(Acquirer(world)),
-        }
+        halves(self)
     }
 
     fn random(&self, name: &str) -> Random {
@@ -85,22 +74,14 @@ fn rate(hz: f64) -> SampleRate {
     SampleRate::new(hz).unwrap_or_else(|_| unreachable!("a constant rate above zero"))
 }
 
-struct World {
-    bench: TwinBench,
-    loaded: Option<Vec<f64>>,
-    asked: Option<RunPlan>,
-    run: Option<Run>,
-}
-
 /// One run: everything that happens from the first acquired sample to the last.
-struct Run {
+pub(crate) struct Pressed {
     drive: Vec<f64>,
     force_n: Vec<f64>,
     response: VaryingResponse<PressedDevice>,
     accelerometer: Accelerometer,
     cell: ForceCell,
     at: usize,
-    played: usize,
 }
 
 /// The device with a finger on it, from the actuator's voltage to the nail's acceleration.
@@ -119,25 +100,73 @@ impl AtLoad for PressedDevice {
     }
 }
 
-impl World {
-    /// What follows from the drive that is loaded, for the run that was asked for.
-    fn begin(&mut self) -> Result<(), BenchError> {
-        let run = self.asked.as_ref().ok_or(BenchError::Order {
-            asked: "start",
-            before: "made ready",
-        })?;
-        let bench = &self.bench;
-        let played = self.loaded.take().unwrap_or_default();
+impl World for TwinBench {
+    type Run = Pressed;
+
+    fn output(&self) -> PlayDescription {
+        PlayDescription {
+            name: self.name(),
+            kind: BenchKind::Twin,
+            rate: rate(OUTPUT_RATE_HZ),
+            gain: Some(self.output.setup().gain),
+        }
+    }
+
+    fn input(&self) -> AcquireDescription {
+        AcquireDescription {
+            name: self.name(),
+            kind: BenchKind::Twin,
+            rate: acquisition_rate(),
+            channels: vec![
+                (DRIVE_CHANNEL.into(), Drive::UNIT),
+                (ACCELERATION_CHANNEL.into(), Unit::MetrePerSecondSquared),
+                (FORCE_CHANNEL.into(), Unit::Newton),
+            ],
+            condition: Condition {
+                participant: Some(self.participant.pseudonym()),
+                touch: Some(Touch::Resting),
+                ..Condition::default()
+            },
+            seed: Some(self.participant.seed),
+            steps: vec![self.parameters.provenance()],
+        }
+    }
+
+    fn setup(&self) -> Option<DriveSetup> {
+        Some(self.output.setup().clone())
+    }
+
+    fn at_rest(&self) -> SensorCalibration {
+        let mut accelerometer = Accelerometer::new(
+            &self.parameters.accelerometer,
+            RATE_HZ,
+            self.random("accelerometer at rest"),
+        );
+        let mut cell = ForceCell::new(
+            &self.parameters.force_cell,
+            self.random("force cell at rest"),
+        );
+        let acceleration: Vec<f64> = (0..CALIBRATION).map(|_| accelerometer.read(0.0)).collect();
+        let force: Vec<f64> = (0..CALIBRATION).map(|_| cell.read(0.0)).collect();
+        at_rest(&[vec![0.0], acceleration, force])
+    }
+
+    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+        load_possible(run)?;
+        within("an angle in degrees", run.angle.0, ANGLES_DEG)
+    }
+
+    fn begin(&self, played: &[f64], run: &RunPlan) -> Result<Pressed, BenchError> {
         let to_acquisition = Resampler::new(rate(OUTPUT_RATE_HZ), rate(RATE_HZ), PASSBAND)
             .map_err(|error| BenchError::Impossible {
                 expected: "rates that go together".into(),
                 found: error.to_string(),
                 todo: "report this".into(),
             })?;
-        let voltage = bench.output.voltage(
-            &played,
+        let voltage = self.output.voltage(
+            played,
             rate(OUTPUT_RATE_HZ),
-            &mut bench.random(&format!("output {}", run.label)),
+            &mut self.random(&format!("output {}", run.label)),
         );
         let lead = (LEAD_S * RATE_HZ) as usize;
         let acquired = |samples: &[f64]| {
@@ -146,49 +175,47 @@ impl World {
             all.resize(all.len() + (REST_S * RATE_HZ) as usize, 0.0);
             all
         };
-        let (drive, voltage) = (acquired(&played), acquired(&voltage));
+        let (drive, voltage) = (acquired(played), acquired(&voltage));
         let mut held = HeldForce::new(
-            &bench.parameters.hand,
+            &self.parameters.hand,
             run.load.map_or(0.0, |load| load.0),
             RATE_HZ,
-            bench.random(&format!("force {}", run.label)),
+            self.random(&format!("force {}", run.label)),
         );
         let force_n: Vec<f64> = drive.iter().map(|_| held.next()).collect();
-        let person = &bench.participant;
+        let person = &self.participant;
         let mut response = VaryingResponse::new(PressedDevice {
             finger: person.finger.clone(),
             placement: Placement::of(
-                &bench.parameters,
+                &self.parameters,
                 person.number,
                 person.seed,
                 run.put_down_for(),
             ),
             angle_deg: run.angle.0,
-            latency_s: bench.parameters.actuator.latency_s,
+            latency_s: self.parameters.actuator.latency_s,
         });
         response.feed(&voltage, &force_n);
-        self.run = Some(Run {
+        Ok(Pressed {
             response,
             accelerometer: Accelerometer::new(
-                &bench.parameters.accelerometer,
+                &self.parameters.accelerometer,
                 RATE_HZ,
-                bench.random(&format!("accelerometer {}", run.label)),
+                self.random(&format!("accelerometer {}", run.label)),
             )
-            .calibrated(bench.participant.seed),
+            .calibrated(self.participant.seed),
             cell: ForceCell::new(
-                &bench.parameters.force_cell,
-                bench.random(&format!("force cell {}", run.label)),
+                &self.parameters.force_cell,
+                self.random(&format!("force cell {}", run.label)),
             ),
             drive,
             force_n,
             at: 0,
-            played: played.len(),
-        });
-        Ok(())
+        })
     }
 }
 
-impl Run {
+impl Run for Pressed {
     fn next(&mut self) -> Option<Chunk> {
         let end = (self.at + CHUNK).min(self.drive.len());
         if self.at == end {
@@ -209,138 +236,5 @@ impl Run {
         ];
         self.at = end;
         Some(Chunk { channels })
-    }
-}
-
-struct Player(Rc<RefCell<World>>);
-
-impl Play for Player {
-    fn describe(&self) -> PlayDescription {
-        let world = self.0.borrow();
-        PlayDescription {
-            name: world.bench.name(),
-            kind: BenchKind::Twin,
-            rate: rate(OUTPUT_RATE_HZ),
-            gain: Some(world.bench.output.setup().gain),
-        }
-    }
-
-    fn calibrate(&mut self) -> Result<Option<DriveSetup>, BenchError> {
-        Ok(Some(self.0.borrow().bench.output.setup().clone()))
-    }
-
-    fn ready(&mut self, drive: &Series<Drive>, _run: &RunPlan) -> Result<(), BenchError> {
-        let description = self.describe();
-        if drive.rate() != description.rate {
-            return Err(BenchError::Rate {
-                drive: drive.rate(),
-                output: description.rate,
-                name: description.name,
-            });
-        }
-        self.0.borrow_mut().loaded = Some(drive.samples().to_vec());
-        Ok(())
-    }
-
-    fn start(&mut self) -> Result<(), BenchError> {
-        let mut world = self.0.borrow_mut();
-        if world.loaded.is_none() {
-            return Err(BenchError::Order {
-                asked: "play",
-                before: "made ready",
-            });
-        }
-        world.begin()
-    }
-
-    fn wait(&mut self) -> Result<PlayReport, BenchError> {
-        let world = self.0.borrow();
-        let run = world.run.as_ref().ok_or(BenchError::Order {
-            asked: "wait",
-            before: "started",
-        })?;
-        Ok(PlayReport {
-            played: run.played,
-            underruns: 0,
-        })
-    }
-
-    fn stop(&mut self) {
-        let mut world = self.0.borrow_mut();
-        world.loaded = None;
-        world.run = None;
-    }
-}
-
-struct Acquirer(Rc<RefCell<World>>);
-
-impl Acquire for Acquirer {
-    fn describe(&self) -> AcquireDescription {
-        let world = self.0.borrow();
-        AcquireDescription {
-            name: world.bench.name(),
-            kind: BenchKind::Twin,
-            rate: acquisition_rate(),
-            channels: vec![
-                ("drive".into(), Drive::UNIT),
-                ("acceleration".into(), Unit::MetrePerSecondSquared),
-                ("normal_force".into(), Unit::Newton),
-            ],
-            condition: Condition {
-                participant: Some(world.bench.participant.pseudonym()),
-                touch: Some(Touch::Resting),
-                ..Condition::default()
-            },
-            seed: Some(world.bench.participant.seed),
-            steps: vec![world.bench.parameters.provenance()],
-        }
-    }
-
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
-        let world = self.0.borrow();
-        let bench = &world.bench;
-        let mut accelerometer = Accelerometer::new(
-            &bench.parameters.accelerometer,
-            RATE_HZ,
-            bench.random("accelerometer at rest"),
-        );
-        let mut cell = ForceCell::new(
-            &bench.parameters.force_cell,
-            bench.random("force cell at rest"),
-        );
-        let acceleration: Vec<f64> = (0..CALIBRATION).map(|_| accelerometer.read(0.0)).collect();
-        let force: Vec<f64> = (0..CALIBRATION).map(|_| cell.read(0.0)).collect();
-        Ok(at_rest(&[vec![0.0], acceleration, force]))
-    }
-
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
-        load_possible(run)?;
-        within("an angle in degrees", run.angle.0, ANGLES_DEG)?;
-        self.0.borrow_mut().asked = Some(run.clone());
-        Ok(())
-    }
-
-    fn start(&mut self) -> Result<(), BenchError> {
-        // Acquisition starts first; the world begins with its lead when the player starts.
-        match self.0.borrow().asked {
-            Some(_) => Ok(()),
-            None => Err(BenchError::Order {
-                asked: "acquire",
-                before: "made ready",
-            }),
-        }
-    }
-
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
-        let mut world = self.0.borrow_mut();
-        let run = world.run.as_mut().ok_or(BenchError::Order {
-            asked: "wait",
-            before: "started",
-        })?;
-        Ok(run.next())
-    }
-
-    fn stop(&mut self) {
-        self.0.borrow_mut().asked = None;
     }
 }
