@@ -74,16 +74,33 @@ fn summary(page: &Page<'_>) -> Markup {
     let open = |row: &Row<'_>| row.looped.iterations[0].verification.judged_error_db();
     let closed = |row: &Row<'_>| row.looped.confirmed.judged_error_db();
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
+    let all = page.rows.len() + page.refused.len();
+    let told = match (all, close) {
+        (1, 1) => format!(
+            "It came within {} dB rms and {} dB of its target over what is reached",
+            CLOSE_DB.0, CLOSE_DB.1
+        ),
+        (1, _) => format!(
+            "It did not come within {} dB rms and {} dB of its target over what is reached",
+            CLOSE_DB.0, CLOSE_DB.1
+        ),
+        _ => format!(
+            "{close} of {all} came within {} dB rms and {} dB of their target over what is reached",
+            CLOSE_DB.0, CLOSE_DB.1
+        ),
+    };
     html! {
         section class=(if close == page.rows.len() && page.refused.is_empty() { "verdict" } else { "verdict failed" }) {
-            strong { (format!(
-                "{close} of {} came within {} dB rms and {} dB of their target over what the inverse reaches",
-                page.rows.len() + page.refused.len(), CLOSE_DB.0, CLOSE_DB.1
-            )) }
+            strong { (told) }
             div.numbers {
-                (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
-                (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
-                (number(format!("{:.2} dB", most(&closed)), "rms error closed, largest"))
+                @if let [only] = page.rows {
+                    (number(format!("{:.2} dB", open(only)), "rms error open"))
+                    (number(format!("{:.2} dB", closed(only)), "rms error closed"))
+                } @else {
+                    (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
+                    (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
+                    (number(format!("{:.2} dB", most(&closed)), "rms error closed, largest"))
+                }
                 (number(format!("{:.1} dB", most(&|row| row.looped.confirmed.error_db_max_achievable())), "error of one line, largest"))
             }
         }

@@ -125,9 +125,10 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     let mut jobs = Vec::new();
     for (i, transfer) in args.transfer.iter().enumerate() {
         for target in &args.targets {
-            let called = match (several, people) {
-                (true, 1) => stem(target),
-                _ => format!("{}-{}", stem(target), stem(transfer)),
+            let called = if people == 1 {
+                stem(target)
+            } else {
+                format!("{}-{}", stem(target), stem(transfer))
             };
             jobs.push(Job {
                 target,
