@@ -3,7 +3,7 @@
 
 mod support;
 
-use support::Folder;
+use support::{Folder, wav};
 
 const BENCH: &str = "twin:participant=2,seed=7";
 
@@ -154,4 +154,155 @@ fn a_loop_needs_a_bench_and_says_whose_finger_it_is() {
         "{}",
         done.err()
     );
+}
+
+/// Several textures and people in one go: what is wrong with one is told and the others are done, in files, report and JSON.
+#[test]
+fn several_are_rendered_in_one_go() {
+    let folder = ready();
+    let other = "twin:participant=3,seed=7";
+    let done = folder.run(&[
+        "characterise",
+        "--bench",
+        other,
+        "--seconds",
+        "20",
+        "--out",
+        "tf3.json",
+    ]);
+    done.expect_success();
+    let soft = (0..10_000_u32).map(|i| {
+        let t = f64::from(i);
+        0.2 * (0.3 * t).sin() * (0.071 * t).cos() + 0.1 * (0.9 * t + (0.013 * t).sin()).sin()
+    });
+    std::fs::write(folder.path("soft.wav"), wav(soft, 5_000)).unwrap();
+    let silent = std::iter::repeat_n(0.0, 5_000);
+    std::fs::write(folder.path("silent.wav"), wav(silent, 5_000)).unwrap();
+    let line = format!(
+        "render d/target.wav soft.wav silent.wav --scale 2m/s2 --transfer tf.json --transfer tf3.json --bench {BENCH} --bench {other} --mode texture --level fit --iterations 1 --out all --record felt --report r.html"
+    );
+    let words: Vec<&str> = line.split(' ').collect();
+    let run = folder.run(&words);
+    run.expect_failure(1, &["2 of 6", "silence"]);
+    let said = folder
+        .run(&[words.as_slice(), &["--json"]].concat())
+        .json_and_code()
+        .0;
+    let (done, refused) = (&said["renderings"], &said["refused"]);
+    assert_eq!(done.as_array().unwrap().len(), 4, "{said}");
+    assert_eq!(refused.as_array().unwrap().len(), 2, "{said}");
+    assert!(refused[0]["called"] == "silent-tf" && refused[1]["transfer"] == "tf3.json");
+    for one in done.as_array().unwrap() {
+        let called = one["called"].as_str().unwrap();
+        assert!(folder.path(&format!("all/{called}.wav.json")).is_file());
+        let level_db = one["level_db"].as_f64().unwrap();
+        assert!((-40.0..=0.0).contains(&level_db), "{called} {level_db}");
+        let confirmed = &one["loop"]["confirmed"];
+        assert!(
+            confirmed["error_db_rms_achievable"].as_f64().unwrap() < 1.0,
+            "{one}"
+        );
+        // What is told of it is what `verify` finds in its recording.
+        let target = one["target"].as_str().unwrap();
+        let verified = folder
+            .run(&[
+                "verify",
+                "--target",
+                target,
+                "--scale",
+                "2m/s2",
+                "--measured",
+                &format!("felt/{called}.parquet"),
+                "--json",
+            ])
+            .json_and_code()
+            .0;
+        for key in ["error_db_rms", "level_error_db", "waveform_correlation"] {
+            let (a, b) = (
+                confirmed[key].as_f64().unwrap(),
+                verified[key].as_f64().unwrap(),
+            );
+            assert!(
+                (a - b).abs() < 0.02,
+                "{called}, {key}: {a} told, {b} verified"
+            );
+        }
+        assert!(verified["passed"].as_bool().unwrap(), "{verified}");
+    }
+    let report = std::fs::read_to_string(folder.path("r.html")).unwrap();
+    for part in [
+        "4 of 6 came within",
+        "Not rendered",
+        "silent-tf3",
+        "soft-tf3",
+        "Digital twin",
+    ] {
+        assert!(report.contains(part), "{part}");
+    }
+    let info = folder.run(&["info", "all/soft-tf3.wav"]);
+    assert!(
+        info.out().contains("corrected in a closed loop") && info.out().contains("participant P03"),
+        "{}",
+        info.out()
+    );
+    // What cannot be meant is said before anything plays, and leaves nothing behind.
+    let twice = "render soft.wav soft.wav --scale 2m/s2 --transfer tf.json --out twice";
+    folder
+        .run(&twice.split(' ').collect::<Vec<_>>())
+        .expect_failure(2, &["written twice"]);
+    assert!(!folder.path("twice").exists());
+    for (options, part) in [
+        ("--load 0.4", "--mode"),
+        (
+            "--allow-clipping --mode texture --bench twin",
+            "cannot be used with",
+        ),
+        ("--level loud", "or fit"),
+        (
+            "--mode replicate --bench twin --phase minimum",
+            "linear phase",
+        ),
+        ("--report r.html", "--mode"),
+    ] {
+        let line =
+            format!("render soft.wav --scale 2m/s2 --transfer tf.json --out x.wav {options}");
+        folder
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .expect_failure(2, &[part]);
+    }
+    folder
+        .run(&[
+            "render",
+            "soft.wav",
+            "--transfer",
+            "tf.json",
+            "--out",
+            "x.flac",
+        ])
+        .expect_failure(2, &[".wav"]);
+}
+
+/// A drive for part of the band does not pass for all of it, and what was not rendered is said.
+#[test]
+fn part_of_a_band_is_not_all_of_it() {
+    let folder = ready();
+    let narrow = format!(
+        "--band 300..400 --level -6 --mode texture --bench {BENCH} --iterations 1 --record narrow.parquet --json"
+    );
+    let said = render(&folder, &narrow).json();
+    let doubts = said["doubts"].to_string();
+    assert!(doubts.contains("lies outside 300"), "{doubts}");
+    let line = [
+        "verify",
+        "--target",
+        "d/target.wav",
+        "--measured",
+        "narrow.parquet",
+    ];
+    let failed = folder.run(&line);
+    assert!(failed.err().contains("is judged"), "{}", failed.err());
+    failed.expect_failure(3, &[]);
+    folder
+        .run(&[line.as_slice(), &["--band", "300..400"]].concat())
+        .expect_success();
 }

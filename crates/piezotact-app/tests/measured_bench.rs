@@ -97,8 +97,11 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
     let said = run(&folder, &format!("{render} {bench}")).json();
     let each = said["loop"]["iterations"].as_array().unwrap();
     let error = |i: usize| each[i]["error_db_rms_achievable"].as_f64().unwrap();
-    let best = said["loop"]["best"].as_u64().unwrap() as usize;
-    assert!(error(best) <= error(0) && error(best) < 0.5, "{said}");
+    let confirmed = said["loop"]["confirmed"]["error_db_rms_achievable"].as_f64();
+    assert!(
+        confirmed.unwrap() <= error(0) + 0.05 && confirmed.unwrap() < 0.5,
+        "{said}"
+    );
     assert!(doubts(&said).contains("no finger was touched"), "{said}");
 
     let play = format!("play drive.wav {bench} --record felt.parquet --json");

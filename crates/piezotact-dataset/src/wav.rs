@@ -93,7 +93,8 @@ pub(crate) fn fingerprint(path: &Path, bytes: &[u8]) -> Result<String, ReadError
     Ok(fingerprint.text())
 }
 
-/// The running fingerprint of samples as they are stored: FNV-1a over words of eight bytes, and over the bytes of a rest.
+/// The running fingerprint of samples as they are stored: as FNV-1a, but over words of eight bytes (and over the bytes of a
+/// rest), with the upper half folded onto the lower after each.
 struct Fingerprint(u64);
 
 impl Fingerprint {
@@ -107,11 +108,13 @@ impl Fingerprint {
         let words = words.iter().map(|word| u64::from_le_bytes(*word));
         for word in words.chain(rest.iter().map(|byte| u64::from(*byte))) {
             self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+            // Down again: multiplied alone, the highest bit, a sign, would reach no other.
+            self.0 ^= self.0 >> 32;
         }
     }
 
     fn text(&self) -> String {
-        format!("fnv1a64:{:016x}", self.0)
+        format!("fold64:{:016x}", self.0)
     }
 }
 

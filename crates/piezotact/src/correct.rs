@@ -275,12 +275,10 @@ impl<O: Quantity> Correction<O> {
             .collect()
     }
 
-    /// Whether the last drive fits with nothing turned down by more than half a decibel and crests pressed no further than to
-    /// a correlation of 0.95.
+    /// Whether the last drive fits with nothing turned down and crests pressed no further than to a correlation of 0.95.
     #[must_use]
     pub fn fits(&self) -> bool {
-        let mut lines = self.corrected.iter().zip(&self.last.shares);
-        self.last.likeness >= LIKE && lines.all(|(corrected, share)| !corrected || *share >= KEPT)
+        self.last.likeness >= LIKE && self.last.shares.iter().all(|share| *share >= 1.0)
     }
 
     /// The largest sample of the drive as it is asked for, full scale = 1.

@@ -277,6 +277,34 @@ pub enum Doubt {
         /// The share of the band's lines left out, 0–1.
         share: f64,
     },
+    /// A verification judges part of the band alone.
+    PartJudged {
+        /// The share of the band's lines that are judged, 0–1.
+        share: f64,
+        /// What the drive was made to reach.
+        judged: Vec<Band>,
+        /// The band that was asked for.
+        band: Band,
+    },
+    /// The measurement holds power where the target has none.
+    PowerAdded {
+        /// That power over the target's.
+        ratio: f64,
+    },
+    /// A loop ended further from its target than the limit.
+    TargetMissed {
+        /// The rms error of the spectrum that is left, dB.
+        error_db_rms: f64,
+        /// The limit, dB.
+        limit_db: f64,
+    },
+    /// Much of a texture's power lies outside the band that is rendered.
+    PowerOutsideBand {
+        /// The share of its power, 0–1.
+        share: f64,
+        /// The band.
+        band: Band,
+    },
     /// The measurement ends before the target does.
     Cut {
         /// How much of the target was compared, in s.

@@ -169,6 +169,7 @@ pub fn render<O: Quantity>(
         });
     }
     doubts.extend(turned_down);
+    doubts.extend(plan.outside(&padded, rate, band)?);
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.peak > headroom.limit {
         match config.clipping {

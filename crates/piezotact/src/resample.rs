@@ -210,6 +210,23 @@ pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>,
     if x.rate() == to {
         return Ok(x.clone());
     }
+    resample_over(x, to, Hertz(0.9 * x.rate().nyquist().0.min(to.nyquist().0)))
+}
+
+/// As [`resample`], with everything up to `passband` unchanged, below half the lower of the two rates.
+///
+/// Source: as [`resample`].
+///
+/// # Errors
+/// Those of [`resample`]; [`ResampleError::Passband`] when the passband reaches beyond.
+pub fn resample_over<Q: Quantity>(
+    x: &Series<Q>,
+    to: SampleRate,
+    passband: Hertz,
+) -> Result<Series<Q>, ResampleError> {
+    if x.rate() == to {
+        return Ok(x.clone());
+    }
     let wanted = x.duration().0 * to.hz();
     if wanted > MOST_SAMPLES {
         return Err(ResampleError::TooLong {
@@ -218,7 +235,6 @@ pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>,
             to,
         });
     }
-    let passband = Hertz(0.9 * x.rate().nyquist().0.min(to.nyquist().0));
     let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
     Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
 }

@@ -234,8 +234,12 @@ fn looped(mode: Mode, level: f64, seed: u64) -> Missed {
     for _ in 0..=10 {
         let drive = correction.drive().unwrap();
         assert!(peak(drive.samples()) <= 1.0);
-        let judged = played(&drive, lead, length, &mut noise);
-        let missed = Missed::of(correction.target().samples(), &judged);
+        // As the loop does: two measurements teach, the second of which judged.
+        let [first, second] = [0, 1].map(|_| {
+            Series::<Acceleration>::new(answer(drive.samples(), &mut noise), rate()).unwrap()
+        });
+        let judged = &second.samples()[lead..lead + length];
+        let missed = Missed::of(correction.target().samples(), judged);
         let found = match mode {
             Mode::Replicate => missed.nmse_db,
             Mode::Texture => missed.rms_db,
@@ -243,9 +247,7 @@ fn looped(mode: Mode, level: f64, seed: u64) -> Missed {
         if best.as_ref().is_none_or(|(least, _)| found < *least) {
             best = Some((found, drive.clone()));
         }
-        let response = answer(drive.samples(), &mut noise);
-        let response = Series::<Acceleration>::new(response, rate()).unwrap();
-        correction.learn(&[&response], &quiet).unwrap();
+        correction.learn(&[&first, &second], &quiet).unwrap();
     }
     let (_, drive) = best.unwrap();
     let again = played(&drive, lead, length, &mut noise);

@@ -252,7 +252,7 @@ fn feel(
             };
             let looped = closed_loop(&mut bench, texture, function, &loop_config, &mut |_| {});
             match looped {
-                Ok(looped) => looped.confirmed,
+                Ok(looped) => looped.told().clone(),
                 Err(BenchError::Render(RenderError::ExceedsFullScale { fits_at, .. })) => {
                     return Ok(Outcome::Refused(fits_at));
                 }

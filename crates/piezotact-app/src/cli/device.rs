@@ -247,7 +247,7 @@ pub(crate) struct Render {
     pub(crate) mode: Option<ModeName>,
     /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE.
-    /// May be repeated, one for each --transfer.
+    /// May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected.
     #[arg(long, requires = "mode")]
     pub(crate) bench: Vec<BenchSpec>,
     /// How often the loop corrects at most, 6 unless stated; every drive is played twice, and the best once more.
@@ -261,8 +261,8 @@ pub(crate) struct Render {
     /// Writes a report of the loop: how close every texture came, open and closed.
     #[arg(long, requires = "mode", value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Writes a drive that clips, instead of refusing it.
-    #[arg(long)]
+    /// Writes a drive that clips, instead of refusing it; not in a closed loop, which never plays what the device cannot.
+    #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     /// Prints a summary as JSON.
     #[arg(long)]

@@ -99,7 +99,9 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             setup.load_f * 1e9
         );
     }
-    for doubt in &recording.doubts {
+    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.doubts);
+    let of_the_drive = of_the_drive.filter(|doubt| !recording.doubts.contains(doubt));
+    for doubt in recording.doubts.iter().chain(of_the_drive) {
         let _never_fails = write!(text, "\n  doubt: {doubt}");
     }
     print(&text)

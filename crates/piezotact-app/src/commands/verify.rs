@@ -310,6 +310,7 @@ fn judge(
             .any(|doubt| matches!(doubt, Doubt::Clipped { what: other, .. } if other == what))
     };
     doubts.retain(|doubt| !matches!(doubt, Doubt::Clipped { what, .. } if what.starts_with("the drive") || said(what)));
+    doubts.retain(|doubt| !verification.doubts.contains(doubt));
     verification.doubts.splice(0..0, doubts);
     Ok(Judged {
         verification,

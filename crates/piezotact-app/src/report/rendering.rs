@@ -1,8 +1,12 @@
 //! The report of renderings that were corrected in a closed loop.
 
+use std::collections::BTreeSet;
+
 use maud::{Markup, html};
+use piezotact::correct::Mode;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
+use piezotact::series::mean;
 use piezotact_bench::procedure::{LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
@@ -13,101 +17,164 @@ use crate::output::{difference_db, headroom_text};
 const CLOSE_DB: (f64, f64) = (1.0, 3.0);
 
 /// One texture on one finger.
-pub(crate) struct Row<'a> {
-    pub(crate) called: &'a str,
-    pub(crate) level_db: f64,
-    pub(crate) drive: &'a RenderedDrive,
-    pub(crate) looped: &'a Looped,
+struct Row<'a> {
+    called: &'a str,
+    level_db: f64,
+    drive: &'a RenderedDrive,
+    looped: &'a Looped,
 }
 
-/// What a report of renderings shows.
-pub(crate) struct Page<'a> {
-    pub(crate) rows: &'a [Row<'a>],
+/// What a report of renderings shows, as it grows: of each what it says, not what was recorded.
+pub(crate) struct Page {
+    band: Band,
+    /// How many are asked for.
+    asked: usize,
+    aim: Option<Mode>,
+    called: Vec<String>,
+    benches: BTreeSet<&'static str>,
+    figures: Vec<Figures>,
+    lines: Vec<Markup>,
+    sections: Vec<Markup>,
+    origins: Vec<Markup>,
     /// Those that could not be rendered, and why.
-    pub(crate) refused: &'a [(String, String)],
-    pub(crate) band: Band,
+    refused: Vec<(String, String)>,
 }
 
-/// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
-    let title = match page.rows {
-        [only] => format!("Rendering of {} in a closed loop", only.called),
-        rows => format!(
-            "Rendering in a closed loop: {} textures and fingers",
-            rows.len()
-        ),
-    };
-    let body = html! {
-        h1 { (title) }
-        p.soft { (bench_line(page)) }
-        (summary(page))
-        (table(page))
-        (refused(page))
-        @for row in page.rows { (one(row)?) }
-        (method(page))
-    };
-    Ok(broad_document(&title, &body))
+/// The numbers of one rendering that are summed up.
+struct Figures {
+    open_db: f64,
+    closed_db: f64,
+    most_db: f64,
+    close: bool,
 }
 
-fn bench_line(page: &Page<'_>) -> String {
-    let mut kinds: Vec<&str> = page
-        .rows
-        .iter()
-        .map(|row| bench_told(row.looped.recording.provenance.bench).unwrap_or(UNKNOWN_BENCH))
-        .collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds.join(" ")
+impl Page {
+    /// A report of renderings over `band`, of which `asked` are asked for.
+    pub(crate) fn of(band: Band, asked: usize) -> Self {
+        Self {
+            band,
+            asked,
+            aim: None,
+            called: Vec::new(),
+            benches: BTreeSet::new(),
+            figures: Vec::new(),
+            lines: Vec::new(),
+            sections: Vec::new(),
+            origins: Vec::new(),
+            refused: Vec::new(),
+        }
+    }
+
+    /// Adds a rendering.
+    pub(crate) fn add(
+        &mut self,
+        called: &str,
+        level_db: f64,
+        drive: &RenderedDrive,
+        looped: &Looped,
+    ) -> Outcome {
+        let row = Row {
+            called,
+            level_db,
+            drive,
+            looped,
+        };
+        self.aim = drive.aim;
+        self.called.push(called.into());
+        let bench = looped.recording.provenance.bench;
+        self.benches
+            .insert(bench_told(bench).unwrap_or(UNKNOWN_BENCH));
+        self.figures.push(Figures {
+            open_db: looped.iterations[0].verification.judged_error_db(),
+            closed_db: looped.told().judged_error_db(),
+            most_db: looped.told().error_db_max_achievable(),
+            close: is_close(&row),
+        });
+        self.lines.push(line(&row));
+        self.sections.push(one(&row)?);
+        self.origins.push(html! {
+            tr { th { (called) } td { ol { @for step in &drive.provenance.steps { li { (step) } } } } }
+        });
+        Ok(())
+    }
+
+    /// Adds one that could not be rendered.
+    pub(crate) fn refuse(&mut self, called: &str, why: String) {
+        self.refused.push((called.into(), why));
+    }
+
+    /// The report as HTML text.
+    pub(crate) fn html(&self) -> String {
+        let title = match self.called.as_slice() {
+            [only] if self.asked == 1 => format!("Rendering of {only} in a closed loop"),
+            _ => format!(
+                "Rendering in a closed loop: {} textures and fingers",
+                self.asked
+            ),
+        };
+        let benches: Vec<&str> = self.benches.iter().copied().collect();
+        let body = html! {
+            h1 { (title) }
+            p.soft { (benches.join(" ")) }
+            (summary(self))
+            (table(self))
+            (refused(self))
+            @for section in &self.sections { (section) }
+            (method(self))
+        };
+        broad_document(&title, &body)
+    }
 }
 
 fn is_close(row: &Row<'_>) -> bool {
-    let v = &row.looped.confirmed;
-    v.judged_error_db() <= CLOSE_DB.0 && v.error_db_max_achievable() <= CLOSE_DB.1
+    let v = row.looped.told();
+    row.looped.confirmed.is_some()
+        && v.judged_error_db() <= CLOSE_DB.0
+        && v.error_db_max_achievable() <= CLOSE_DB.1
 }
 
-fn summary(page: &Page<'_>) -> Markup {
-    let close = page.rows.iter().filter(|row| is_close(row)).count();
-    let most = |of: &dyn Fn(&Row<'_>) -> f64| page.rows.iter().map(of).fold(0.0, f64::max);
-    let mean = |of: &dyn Fn(&Row<'_>) -> f64| {
-        page.rows.iter().map(of).sum::<f64>() / page.rows.len().max(1) as f64
-    };
-    let open = |row: &Row<'_>| row.looped.iterations[0].verification.judged_error_db();
-    let closed = |row: &Row<'_>| row.looped.confirmed.judged_error_db();
+fn summary(page: &Page) -> Markup {
+    let close = page.figures.iter().filter(|figures| figures.close).count();
+    let of = |of: fn(&Figures) -> f64| -> Vec<f64> { page.figures.iter().map(of).collect() };
+    let (open, closed, most) = (of(|f| f.open_db), of(|f| f.closed_db), of(|f| f.most_db));
+    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
-    let all = page.rows.len() + page.refused.len();
-    let told = match (all, close) {
-        (1, 1) => format!(
-            "It came within {} dB rms and {} dB of its target over what is reached",
-            CLOSE_DB.0, CLOSE_DB.1
-        ),
-        (1, _) => format!(
-            "It did not come within {} dB rms and {} dB of its target over what is reached",
-            CLOSE_DB.0, CLOSE_DB.1
-        ),
-        _ => format!(
-            "{close} of {all} came within {} dB rms and {} dB of their target over what is reached",
-            CLOSE_DB.0, CLOSE_DB.1
-        ),
+    let within = format!(
+        "within {} dB rms and {} dB on every line",
+        CLOSE_DB.0, CLOSE_DB.1
+    );
+    let told = match (page.asked, close) {
+        (1, 1) => format!("It came {within} of its target, over what is reached"),
+        (1, _) => format!("It did not come {within} of its target, over what is reached"),
+        (all, _) => format!("{close} of {all} came {within} of their target, over what is reached"),
     };
     html! {
-        section class=(if close == page.rows.len() && page.refused.is_empty() { "verdict" } else { "verdict failed" }) {
+        section class=(if close == page.asked { "verdict" } else { "verdict failed" }) {
             strong { (told) }
             div.numbers {
-                @if let [only] = page.rows {
-                    (number(format!("{:.2} dB", open(only)), "rms error open"))
-                    (number(format!("{:.2} dB", closed(only)), "rms error closed"))
-                } @else {
-                    (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
-                    (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
-                    (number(format!("{:.2} dB", most(&closed)), "rms error closed, largest"))
+                @match page.figures.as_slice() {
+                    [] => {}
+                    [only] => {
+                        (number(format!("{:.2} dB", only.open_db), "rms error open"))
+                        (number(format!("{:.2} dB", only.closed_db), "rms error closed"))
+                        (number(format!("{:.1} dB", only.most_db), "error of one line, largest"))
+                    }
+                    _ => {
+                        (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
+                        (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
+                        (number(format!("{:.2} dB", largest(&closed)), "rms error closed, largest"))
+                        (number(format!("{:.1} dB", largest(&most)), "error of one line, largest"))
+                    }
                 }
-                (number(format!("{:.1} dB", most(&|row| row.looped.confirmed.error_db_max_achievable())), "error of one line, largest"))
+            }
+            @if page.lines.len() + page.refused.len() < page.asked {
+                p { (format!("Not all was done yet when this was written: {} of {}.", page.lines.len() + page.refused.len(), page.asked)) }
             }
         }
     }
 }
 
-fn table(page: &Page<'_>) -> Markup {
+fn table(page: &Page) -> Markup {
     html! {
         section {
             h2 { "How close each came" }
@@ -125,17 +192,17 @@ fn table(page: &Page<'_>) -> Markup {
                         th.n { "steps" }
                         th { "ended" }
                     }
-                    @for row in page.rows { (line(row)) }
+                    @for line in &page.lines { (line) }
                 }
             }
-            p.soft { "Before the arrow the open loop's drive; after it the best of the closed loop, measured once more by a measurement that neither corrected nor chose it. dB rms and largest line: over the part of the band that is reached, in green where within the limits. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when it got no better twice in a row, when it got clearly worse, or when a measurement could not be believed." }
+            p.soft { "Before the arrow the open loop's drive; after it the best of the closed loop, measured once more by a measurement that neither corrected nor chose it. dB rms and largest line: over the part of the band that its drive reaches, in green where within the limits; what was turned down for a drive to fit is not in it. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when it got no better twice in a row, when it got clearly worse, or when a measurement could not be believed." }
         }
     }
 }
 
 fn line(row: &Row<'_>) -> Markup {
     let open = &row.looped.iterations[0].verification;
-    let closed = &row.looped.confirmed;
+    let closed = row.looped.told();
     let width = |bands: &[Band]| bands.iter().map(|b| b.high().0 - b.low().0).sum::<f64>();
     let band = row.drive.config.inverse.band;
     let reached = width(&row.drive.achievable) / width(&[band]);
@@ -150,7 +217,7 @@ fn line(row: &Row<'_>) -> Markup {
             td.n { (format!("{:.0} %", reached * 100.0)) }
             td.n { (format!("{:.2} %", closed.clipped_fraction.max(row.looped.iterations[row.looped.best].held) * 100.0)) }
             td.n { (row.looped.best) }
-            td { (ended(&row.looped.end)) }
+            td { (ended(&row.looped.end)) @if row.looped.confirmed.is_none() { ", not measured once more" } }
         }
     }
 }
@@ -170,13 +237,13 @@ fn then(open: f64, closed: f64, decimals: usize) -> String {
     format!("{open:.decimals$} → {closed:.decimals$}").replace('-', "−")
 }
 
-fn refused(page: &Page<'_>) -> Markup {
+fn refused(page: &Page) -> Markup {
     html! {
         @if !page.refused.is_empty() {
             section {
                 h2 { "Not rendered" }
                 table {
-                    @for (called, why) in page.refused { tr { th { (called) } td { (why) } } }
+                    @for (called, why) in &page.refused { tr { th { (called) } td { (why) } } }
                 }
             }
         }
@@ -193,8 +260,8 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
                 (format!("{}. ", headroom_text(&row.drive.headroom)))
                 @if bands.is_empty() { "Nothing of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
-            (figure(&figures::open_and_closed(open, &row.looped.confirmed)?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
-            (figure(&figures::error(&row.looped.confirmed)?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
+            (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
+            (figure(&figures::error(row.looped.told())?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
             @if !row.drive.doubts.is_empty() {
                 ul.doubts { @for doubt in &row.drive.doubts { li { (doubt) } } }
             }
@@ -202,21 +269,18 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
     })
 }
 
-fn method(page: &Page<'_>) -> Markup {
-    let aim = page.rows.first().and_then(|row| row.drive.aim);
+fn method(page: &Page) -> Markup {
     html! {
         section {
             h2 { "How it was done" }
-            @if let Some(aim) = aim {
+            @if let Some(aim) = page.aim {
                 p { (format!(
                     "Aim: {}. Judged over {}. Every drive was played twice with the finger lying as it lay: the second measurement judged it, both together corrected it. The loop kept the best, stopped when it got no better, and measured that one once more.",
                     aim.told(), page.band
                 )) }
             }
             table {
-                @for row in page.rows {
-                    tr { th { (row.called) } td { ol { @for step in &row.drive.provenance.steps { li { (step) } } } } }
-                }
+                @for origin in &page.origins { (origin) }
             }
             p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
         }

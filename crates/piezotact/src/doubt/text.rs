@@ -118,10 +118,10 @@ impl fmt::Display for Doubt {
                 )
             }
             Self::TargetInNoise { share, bands } => {
-                write!(f, "{} of the band (", percent(*share))?;
+                write!(f, "the target's lines in {} of the band (", percent(*share))?;
                 list(f, bands)?;
                 f.write_str(
-                    ") hold less than four times the sensor's noise: errors there are the noise's, and were not corrected; render louder, or take a quieter sensor",
+                    ") are so soft there that the sensor's noise hides them: much of the error is the noise's, and little of it can be corrected; render louder, or take a quieter sensor",
                 )
             }
             Self::CrestsPressed { correlation } => write!(
@@ -237,6 +237,25 @@ impl fmt::Display for Doubt {
             Self::NoTargetPower { share } => write!(
                 f,
                 "{} of the band holds next to no target power and was left out of the error: narrow the band to the texture",
+                percent(*share)
+            ),
+            Self::PartJudged { share, judged, band } => {
+                write!(f, "{} of {band} is judged: the drive was made to reach ", percent(*share))?;
+                list(f, judged)?;
+                f.write_str(" alone, and what is felt elsewhere is missing or wrong")
+            }
+            Self::PowerAdded { ratio } => write!(
+                f,
+                "where the target holds next to no power the measurement holds {} of the target's: something is felt that was not meant; look for distortion, mains and other sources",
+                percent(*ratio)
+            ),
+            Self::TargetMissed { error_db_rms, limit_db } => write!(
+                f,
+                "the best drive of the loop misses its target by {error_db_rms:.1} dB rms (limit {limit_db} dB): the device may not answer in all of the band; look at the lines in the report, and characterise again"
+            ),
+            Self::PowerOutsideBand { share, band } => write!(
+                f,
+                "{} of the texture's power lies outside {band} and is not rendered: widen the band where the device answers, or take out what is no texture",
                 percent(*share)
             ),
             Self::Cut { compared_s, target_s } => write!(

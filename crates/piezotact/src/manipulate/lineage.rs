@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::correct::Mode;
 use crate::device::AmplifierGain;
 use crate::quantity::{Band, Measure, Quantity};
 use crate::series::{Series, standard_deviation};
@@ -129,6 +130,9 @@ pub enum Operation {
         level_db: f64,
         /// The band that was rendered.
         band_hz: Band,
+        /// What a closed loop corrected it for; none in an open loop.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        aim: Option<Mode>,
     },
 }
 
@@ -340,12 +344,17 @@ impl fmt::Display for Operation {
                 gain,
                 level_db,
                 band_hz,
+                aim,
             } => {
                 write!(f, "rendered over {band_hz} with {transfer}")?;
                 if let Some(gain) = gain {
                     write!(f, ", amplifier gain {gain}")?;
                 }
-                write!(f, ", level {level_db:+.1} dB")
+                write!(f, ", level {level_db:+.1} dB")?;
+                match aim {
+                    Some(aim) => write!(f, ", corrected in a closed loop {}", aim.told()),
+                    None => Ok(()),
+                }
             }
         }
     }

@@ -4,6 +4,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{RenderError, share_of_least_error};
+use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::spectrum::{WelchConfig, WelchPlan};
@@ -213,6 +214,34 @@ impl InversePlan {
             transform: RealTransform::new(samples),
             lines: Vec::new(),
         }
+    }
+
+    /// How much of `target`'s power at `rate` lies outside `band`, where that is a tenth or more.
+    ///
+    /// # Errors
+    /// [`RenderError::Length`] when the target has another length than the plan.
+    pub(crate) fn outside(
+        &mut self,
+        target: &[f64],
+        rate: SampleRate,
+        band: Band,
+    ) -> Result<Option<Doubt>, RenderError> {
+        let n = self.transform.length();
+        if target.len() != n {
+            return Err(RenderError::Length {
+                expected: n,
+                found: target.len(),
+            });
+        }
+        let (mut inside, mut all) = (0.0, 0.0);
+        for (k, bin) in self.transform.forward(target).iter().enumerate().skip(1) {
+            all += bin.norm_sqr();
+            if band.contains(k as f64 * rate.hz() / n as f64) {
+                inside += bin.norm_sqr();
+            }
+        }
+        let share = 1.0 - inside / f64::max(all, f64::MIN_POSITIVE);
+        Ok((share >= 0.1).then_some(Doubt::PowerOutsideBand { share, band }))
     }
 
     /// The drive whose response is `target`; see [`invert`].

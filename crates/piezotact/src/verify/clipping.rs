@@ -66,17 +66,21 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
     if low >= high {
         return 0.0;
     }
-    let (mut runs, mut at_limit, mut elsewhere) = (0, 0, 0);
-    for run in samples.chunk_by(|a, b| a == b).filter(|run| run.len() >= 3) {
-        if run[0] <= low || run[0] >= high {
-            runs += 1;
-            at_limit += run.len();
-        } else {
-            elsewhere += 1;
-        }
+    let held = || samples.chunk_by(|a, b| a == b).filter(|run| run.len() >= 3);
+    let is_limit = |run: &&[f64]| run[0] <= low || run[0] >= high;
+    let (mut runs, mut at_limit, mut longest) = (0, 0, 0);
+    for run in held().filter(is_limit) {
+        runs += 1;
+        at_limit += run.len();
+        longest = longest.max(run.len());
     }
-    // Steps of a coarse converter hold still again and again everywhere, not only at the limit.
-    if runs < 3 || elsewhere >= runs {
+    // Steps of a coarse converter hold still everywhere, not only at the limit; silence holds still once, and counts as no
+    // longer than a crest.
+    let elsewhere: usize = held()
+        .filter(|run| !is_limit(run))
+        .map(|run| run.len().min(longest))
+        .sum();
+    if runs < 3 || elsewhere > at_limit {
         0.0
     } else {
         at_limit as f64 / samples.len() as f64

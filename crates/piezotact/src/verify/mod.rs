@@ -143,6 +143,9 @@ pub struct Verification {
     pub psd_unit: String,
     /// The rate at which they were compared, Hz.
     pub rate_hz: f64,
+    /// The power of the measurement on lines of the band without target, over the target's in the band.
+    #[serde(default)]
+    pub added_power: f64,
     /// How the spectra were estimated.
     pub welch: WelchConfig,
     /// The number of segments averaged.
@@ -187,6 +190,24 @@ impl Verification {
         } else {
             String::new()
         };
+        let added = if self.added_power > MOST_ADDED {
+            format!(
+                ", {:.0} % of the target's power added where it has none (limit {:.0} %)",
+                self.added_power * 100.0,
+                MOST_ADDED * 100.0
+            )
+        } else {
+            String::new()
+        };
+        let part = if self.judged_share() < LEAST_JUDGED {
+            format!(
+                ", {:.0} % of the band judged (limit {:.0} %)",
+                self.judged_share() * 100.0,
+                LEAST_JUDGED * 100.0
+            )
+        } else {
+            String::new()
+        };
         let level = if self.level_db == 0.0 {
             String::new()
         } else {
@@ -198,7 +219,7 @@ impl Verification {
             "the spectrum alone was meant".into()
         };
         format!(
-            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} ({waveform_limit}){clipped}{level}",
+            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} ({waveform_limit}){clipped}{added}{part}{level}",
             if self.passed { "passed" } else { "failed" },
             self.judged_error_db(),
             self.judged_band(),
@@ -223,6 +244,36 @@ impl Verification {
                 self.band_hz
             ),
         }
+    }
+
+    /// The rms error over the lines within `bands`, dB; over all that are compared when none lies there.
+    #[must_use]
+    pub fn error_db_rms_over(&self, bands: &[Band]) -> f64 {
+        let lines = self.error_frequency_hz.iter().zip(&self.error_db);
+        let within: Vec<f64> = lines
+            .filter(|(hz, _)| bands.iter().any(|band| band.contains(**hz)))
+            .map(|(_, error)| *error)
+            .collect();
+        if within.is_empty() {
+            self.error_db_rms
+        } else {
+            rms(&within)
+        }
+    }
+
+    /// The share of the compared lines that are judged, 0–1.
+    #[must_use]
+    pub fn judged_share(&self) -> f64 {
+        if self.error_db_rms_achievable.is_none() {
+            return 1.0;
+        }
+        let reached = |hz: &&f64| {
+            self.achievable_band_hz
+                .iter()
+                .any(|band| band.contains(**hz))
+        };
+        let judged = self.error_frequency_hz.iter().filter(reached).count();
+        judged as f64 / self.error_frequency_hz.len().max(1) as f64
     }
 
     /// The largest absolute error of a line that is judged, dB: over the achievable part where one was declared.
@@ -260,6 +311,13 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
         .max(1e-16)
         .log10()
 }
+
+/// A verification that judges less of the band than this does not pass, and from this much less than all it is a doubt.
+const LEAST_JUDGED: f64 = 0.5;
+const TOLD_SHARE: f64 = 0.05;
+/// More power than this where the target has none, over the target's, is a doubt; more than that does not pass.
+const ADDED_TOLD: f64 = 0.01;
+const MOST_ADDED: f64 = 0.1;
 
 /// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
 const NO_POWER_DB: f64 = -50.0;
@@ -349,7 +407,24 @@ pub fn verify<Q: Quantity>(
     let full_target = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
 
+    let judged_share = if reached.is_empty() {
+        1.0
+    } else {
+        reached.len() as f64 / lines.compared.len() as f64
+    };
+    let in_band: f64 = target_psd.values.iter().sum();
+    let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut doubts = target_psd.doubts.clone();
+    if judged_share < 1.0 - TOLD_SHARE {
+        doubts.push(Doubt::PartJudged {
+            share: judged_share,
+            judged: config.achievable.clone(),
+            band: config.band,
+        });
+    }
+    if added_power > ADDED_TOLD {
+        doubts.push(Doubt::PowerAdded { ratio: added_power });
+    }
     if config.level.0 != 0.0 {
         doubts.push(Doubt::LevelChanged {
             level_db: config.level.0,
@@ -378,6 +453,8 @@ pub fn verify<Q: Quantity>(
     let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
         && waveform_correlation >= config.limits.waveform_correlation
         && measured.clipping.fraction <= config.limits.clipped_fraction
+        && judged_share >= LEAST_JUDGED
+        && added_power <= MOST_ADDED
         && compared.len() * 2 >= target.samples().len();
     let mean_error_db =
         lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
@@ -404,6 +481,7 @@ pub fn verify<Q: Quantity>(
         delay_s: aligned.delay.0,
         clipped_fraction: measured.clipping.fraction,
         level_db: config.level.0,
+        added_power,
         psd_unit: Q::UNIT.of_psd(),
         rate_hz: rate.hz(),
         welch: config.welch.clone(),
@@ -439,6 +517,8 @@ pub(crate) struct LineErrors {
     pub(crate) compared: Vec<(f64, f64)>,
     /// How many lines hold none.
     pub(crate) without_target: usize,
+    /// The sum of the measured values on those.
+    pub(crate) added: f64,
 }
 
 pub(crate) fn errors_in_band(
@@ -477,6 +557,11 @@ pub(crate) fn errors_in_band(
         .collect();
     Ok(LineErrors {
         without_target: lines.len() - compared.len(),
+        added: lines
+            .iter()
+            .filter(|(_, t, _)| *t < least)
+            .map(|(.., m)| m)
+            .sum(),
         compared,
     })
 }

@@ -119,6 +119,12 @@ fn flat_tops_are_counted_and_crests_are_not() {
     let silence = vec![0.0; 10_000];
     let found = flat_top_fraction(&[&silence, clipped.as_slice(), &silence].concat());
     assert!((found - share / 5.0).abs() < 1e-12, "{found}");
+    // Silence that flickers between two steps of a converter.
+    let flicker: Vec<f64> = (0..5_000_u64)
+        .map(|i| if i * i * 7919 % 1000 < 300 { 1e-3 } else { 0.0 })
+        .collect();
+    let found = flat_top_fraction(&[&flicker, clipped.as_slice(), &clipped].concat());
+    assert!((found - share * 2.0 / 3.0).abs() < 1e-12, "{found}");
     // A coarse converter holds still on every step, at the limit and elsewhere.
     for steps in [1.0, 2.0, 5.0, 40.0] {
         let coarse: Vec<f64> = sine.iter().map(|v| (v * steps).round()).collect();

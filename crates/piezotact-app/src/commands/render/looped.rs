@@ -74,10 +74,15 @@ pub(super) fn run(
     let looped = closed_loop(&mut bench, target, asked.function, &loop_config, &mut told)
         .map_err(Error::Bench)?;
     say(&format!(
-        "closed loop: {:.2} dB rms open, {:.2} dB rms closed (iteration {}, measured once more); {}",
+        "closed loop: {:.2} dB rms open, {:.2} dB rms closed (iteration {}, {}); {}",
         looped.iterations[0].verification.judged_error_db(),
-        looped.confirmed.judged_error_db(),
+        looped.told().judged_error_db(),
         looped.best,
+        if looped.confirmed.is_some() {
+            "measured once more"
+        } else {
+            "not measured once more"
+        },
         looped.end
     ));
     Ok(Corrected { looped })
@@ -88,7 +93,7 @@ fn came(iteration: &Iteration) -> String {
     format!(
         "{:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
         v.judged_error_db(),
-        v.error_db_max,
+        v.error_db_max_achievable(),
         v.waveform_correlation,
         v.waveform_nmse_db
     )
@@ -101,6 +106,7 @@ impl Corrected {
                 "error_db_rms": v.error_db_rms,
                 "error_db_rms_achievable": v.error_db_rms_achievable,
                 "error_db_max": v.error_db_max,
+                "error_db_max_achievable": v.error_db_max_achievable(),
                 "level_error_db": v.level_error_db,
                 "waveform_correlation": v.waveform_correlation,
                 "waveform_nmse_db": v.waveform_nmse_db,
@@ -123,7 +129,7 @@ impl Corrected {
             "best": self.looped.best,
             "ended": self.looped.end.to_string(),
             "iterations": each,
-            "confirmed": of(&self.looped.confirmed),
+            "confirmed": self.looped.confirmed.as_ref().map(of),
         })
     }
 

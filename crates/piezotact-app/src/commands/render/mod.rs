@@ -13,7 +13,6 @@ use piezotact::render::{
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact_bench::procedure::Looped;
 use piezotact_bench::{BenchError, BenchSpec};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -32,55 +31,54 @@ const SOFTEST_DB: f64 = -120.0;
 
 pub(crate) fn run(args: &Render) -> Outcome {
     let jobs = jobs(args)?;
-    let mut done = Vec::new();
-    let mut failed = Vec::new();
     let several = jobs.len() > 1;
+    let mut page = report::rendering::Page::of(args.band, jobs.len());
+    let mut done: Vec<Value> = Vec::new();
+    let mut failed: Vec<Value> = Vec::new();
     for job in &jobs {
         if several {
             say(&format!("{}:", job.called));
         }
         match job.done(args) {
             Ok(one) => {
-                if !args.json {
-                    told(&one)?;
+                if args.json {
+                    done.push(one.json(job, args)?);
+                } else {
+                    one.told()?;
                 }
-                done.push(one);
+                if let (Some(_), Some(corrected)) = (&args.report, &one.corrected) {
+                    page.add(&job.called, one.level_db, &one.drive, &corrected.looped)?;
+                }
             }
-            // What is wrong with one texture is not wrong with the next.
-            Err(Failure::Data(error)) if several => {
+            // What is wrong with one texture or person is not wrong with the next.
+            Err(Failure::Data(error) | Failure::Usage(error)) if several => {
                 let why = sentence(&error);
                 say(&format!("error: {why}"));
-                failed.push((job.called.clone(), why));
+                failed.push(json!({ "called": job.called, "target": job.target, "transfer": job.transfer, "why": why }));
+                page.refuse(&job.called, why);
             }
             Err(failure) => return Err(failure),
         }
-    }
-    if let Some(path) = &args.report {
-        let rows: Vec<report::rendering::Row<'_>> = done.iter().filter_map(Done::row).collect();
-        let page = report::rendering::Page {
-            rows: &rows,
-            refused: &failed,
-            band: args.band,
-        };
-        write_text(path, &report::rendering::render(&page)?)?;
+        // After every one: an interrupted run leaves the report of what is done.
+        if let Some(path) = &args.report {
+            write_text(path, &page.html())?;
+        }
     }
     if args.json {
-        let all: Vec<Value> = done
-            .iter()
-            .map(|one| one.json(args))
-            .collect::<Outcome<_>>()?;
-        match all.as_slice() {
+        match done.as_slice() {
             [only] if !several => print_json(only)?,
-            _ => print_json(&json!({ "renderings": all }))?,
+            all => print_json(&json!({ "renderings": all, "refused": failed }))?,
         }
     } else if let Some(path) = &args.report {
         print(&format!("report: {}", path.display()))?;
     }
-    match failed.len() {
-        0 => Ok(()),
-        some => Err(Failure::Data(anyhow!(
-            "{some} of {} could not be rendered; the others were written",
-            jobs.len()
+    match (failed.len(), jobs.len()) {
+        (0, _) => Ok(()),
+        (some, all) if some == all => {
+            Err(Failure::Data(anyhow!("none of {all} could be rendered")))
+        }
+        (some, all) => Err(Failure::Data(anyhow!(
+            "{some} of {all} could not be rendered; the others were written"
         ))),
     }
 }
@@ -158,29 +156,58 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
         })
         .chain(args.report.clone())
         .collect();
-    if several {
-        for folder in [Some(&args.out), args.record.as_ref()]
-            .into_iter()
-            .flatten()
-        {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                anyhow!(
-                    "{}: expected a folder for {} drives: {error}",
-                    folder.display(),
-                    jobs.len()
-                )
-            })?;
+    let made = if several {
+        folders(&[Some(args.out.as_path()), args.record.as_deref()])?
+    } else {
+        if !ends_in(&args.out, "wav") {
+            return Err(usage(anyhow!(
+                "{}: expected the name of a WAV file, ending in .wav",
+                args.out.display()
+            )));
+        }
+        Vec::new()
+    };
+    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+    let checked = outputs(&read, &written);
+    if checked.is_err() {
+        for folder in made {
+            // Only one that holds nothing goes.
+            let _kept = std::fs::remove_dir(folder);
         }
     }
-    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
-    outputs(&read, &written)?;
-    Ok(jobs)
+    checked.map(|()| jobs)
+}
+
+fn ends_in(path: &Path, ending: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
+/// Makes the folders for several drives and recordings; those that were not there.
+fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
+    let mut made = Vec::new();
+    for folder in wanted.iter().flatten() {
+        if ends_in(folder, "wav") || ends_in(folder, "parquet") || folder.is_file() {
+            return Err(usage(anyhow!(
+                "{}: expected a folder for several textures or people, found the name of a file",
+                folder.display()
+            )));
+        }
+        if !folder.is_dir() {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                anyhow!(
+                    "{}: expected a folder that can be made, found: {error}",
+                    folder.display()
+                )
+            })?;
+            made.push(folder.to_path_buf());
+        }
+    }
+    Ok(made)
 }
 
 /// One texture rendered for one finger.
 struct Done {
-    called: String,
-    target: PathBuf,
     out: PathBuf,
     level_db: f64,
     drive: RenderedDrive,
@@ -235,8 +262,6 @@ impl Job<'_> {
             corrected.keep(path, rendering)?;
         }
         Ok(Done {
-            called: self.called.clone(),
-            target: self.target.to_path_buf(),
             out: self.out.clone(),
             level_db: level,
             drive,
@@ -258,6 +283,7 @@ pub(crate) fn lineage(
         gain: drive.setup.as_ref().map(|setup| setup.gain),
         level_db,
         band_hz: drive.config.inverse.band,
+        aim: drive.aim,
     };
     so_far.then(Step::between(operation, target, &drive.drive))
 }
@@ -346,9 +372,14 @@ impl Asked<'_> {
         // To the tenth below: rounded up it would not fit.
         let level = ((level_db + fits_at.0) * 10.0 + 1e-6).floor() / 10.0;
         let failure = Failure::Data(anyhow!(
-            "{}: {error}: --level {level:.1} fits{}, --level fit finds it, --inverse drive-limited turns down what costs most, --allow-clipping cuts what is beyond",
+            "{}: {error}: --level {level:.1} fits{}, --level fit finds it, --inverse drive-limited turns down what costs most{}",
             self.job.target.display(),
-            self.other_gain(target).unwrap_or_default()
+            self.other_gain(target).unwrap_or_default(),
+            if self.args.mode.is_none() {
+                ", --allow-clipping cuts what is beyond"
+            } else {
+                ""
+            }
         ));
         Refused {
             failure,
@@ -376,34 +407,36 @@ impl Asked<'_> {
     }
 }
 
-/// What was written, in words.
-fn told(done: &Done) -> Outcome {
-    let drive = &done.drive;
-    say_doubts(&drive.doubts);
-    let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
-    let bands = if bands.is_empty() {
-        "nothing".into()
-    } else {
-        bands.join(", ")
-    };
-    let level = if done.level_db == 0.0 {
-        String::new()
-    } else {
-        format!(" at {:+.1} dB", done.level_db)
-    };
-    print(&format!(
-        "wrote {}{level}: {}; achievable {bands}",
-        done.out.display(),
-        headroom_text(&drive.headroom),
-    ))
-}
-
 impl Done {
-    fn json(&self, args: &Render) -> Outcome<Value> {
+    /// What was written, in words.
+    fn told(&self) -> Outcome {
+        let drive = &self.drive;
+        say_doubts(&drive.doubts);
+        let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
+        let bands = if bands.is_empty() {
+            "nothing".into()
+        } else {
+            bands.join(", ")
+        };
+        let level = if self.level_db == 0.0 {
+            String::new()
+        } else {
+            format!(" at {:+.1} dB", self.level_db)
+        };
+        print(&format!(
+            "wrote {}{level}: {}; achievable {bands}",
+            self.out.display(),
+            headroom_text(&drive.headroom),
+        ))
+    }
+
+    fn json(&self, job: &Job<'_>, args: &Render) -> Outcome<Value> {
         let drive = &self.drive;
         let gains = drive.setup.as_ref();
         Ok(json!({
-            "target": self.target,
+            "called": job.called,
+            "target": job.target,
+            "transfer": job.transfer,
             "out": self.out,
             "rate_hz": args.rate,
             "level_db": self.level_db,
@@ -416,16 +449,6 @@ impl Done {
             "condition": drive.condition,
             "doubts": doubts_json(&drive.doubts)?,
         }))
-    }
-
-    fn row(&self) -> Option<report::rendering::Row<'_>> {
-        let looped: &Looped = &self.corrected.as_ref()?.looped;
-        Some(report::rendering::Row {
-            called: &self.called,
-            level_db: self.level_db,
-            drive: &self.drive,
-            looped,
-        })
     }
 }
 

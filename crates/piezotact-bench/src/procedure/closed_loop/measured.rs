@@ -2,9 +2,9 @@
 
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Drive, Force, SampleRate, Seconds};
+use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
 use piezotact::recording::Recording;
-use piezotact::resample::resample;
+use piezotact::resample::resample_over;
 use piezotact::series::{Series, mean, standard_deviation};
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::verify::{Clipping, clipping};
@@ -66,6 +66,19 @@ pub(super) struct Listener<'a> {
     pub(super) noise: Option<Spectrum<Acceleration>>,
 }
 
+/// `response` at `rate`, with all of the band that is corrected unchanged.
+pub(super) fn brought_to(
+    response: &Series<Acceleration>,
+    rate: SampleRate,
+    config: &LoopConfig,
+) -> Result<Series<Acceleration>, BenchError> {
+    let inverse = &config.render.inverse;
+    let lower = response.rate().nyquist().0.min(rate.nyquist().0);
+    let passband = Hertz((inverse.band.high().0 * (1.0 + inverse.edge_ratio)).min(0.995 * lower));
+    resample_over(response, rate, passband)
+        .map_err(|error| impossible("rates that go together", &error))
+}
+
 impl Listener<'_> {
     fn run(&self, label: &str) -> RunPlan {
         let run = &self.config.run;
@@ -89,7 +102,7 @@ impl Listener<'_> {
     }
 
     fn at_rate(&self, response: &Series<Acceleration>) -> Result<Series<Acceleration>, BenchError> {
-        resample(response, self.rate).map_err(|error| impossible("rates that go together", &error))
+        brought_to(response, self.rate, self.config)
     }
 
     /// Listens to the response to silence, as `welch` estimates its PSD.
@@ -99,8 +112,21 @@ impl Listener<'_> {
     ) -> Result<&Spectrum<Acceleration>, BenchError> {
         let rate = self.bench.player.describe().rate;
         let silence = Series::<Drive>::new(vec![0.0; rate.samples_in(Seconds(SILENCE_S))], rate)?;
-        let (_, response) = self.play(&silence, "silence")?;
-        let response = self.at_rate(&response)?;
+        let mut attempt = 1;
+        let response = loop {
+            let (recording, response) =
+                self.play(&silence, &format!("silence, attempt {attempt}"))?;
+            let clipping = clipping(&response, None, None);
+            match self.undisturbed(&recording, &clipping) {
+                Ok(()) => break self.at_rate(&response)?,
+                Err(why) if attempt >= ATTEMPTS => {
+                    return Err(BenchError::Broken(format!(
+                        "while the noise was listened to, {why}"
+                    )));
+                }
+                Err(_again) => attempt += 1,
+            }
+        };
         let noise = WelchPlan::new(welch, self.rate)
             .and_then(|mut plan| plan.estimate::<Acceleration>(&[response.samples()]))
             .map_err(|error| impossible("a spectrum of the noise", &error))?;
@@ -125,30 +151,36 @@ impl Listener<'_> {
         Err(Broken::Unbelievable(why))
     }
 
-    fn believable(&self, felt: &Felt) -> Result<(), String> {
+    /// Whether a run went as it should, whatever was felt of it.
+    fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), String> {
         let incomplete = |doubt: &&Doubt| {
             matches!(
                 doubt,
                 Doubt::PlaybackIncomplete { .. } | Doubt::Interrupted { .. }
             )
         };
-        if let Some(doubt) = felt.recording.doubts.iter().find(incomplete) {
+        if let Some(doubt) = recording.doubts.iter().find(incomplete) {
             return Err(doubt.to_string());
         }
-        self.held(&felt.recording)?;
-        if felt.clipping.fraction > 0.0 {
+        self.held(recording)?;
+        if clipping.fraction > 0.0 {
             return Err(format!(
                 "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
-                felt.clipping.fraction * 100.0
+                clipping.fraction * 100.0
             ));
         }
+        Ok(())
+    }
+
+    fn believable(&self, felt: &Felt) -> Result<(), String> {
+        self.undisturbed(&felt.recording, &felt.clipping)?;
         let noise = self.noise.as_ref().map_or(0.0, |noise| {
             (noise.values.iter().sum::<f64>() * noise.resolution_hz).sqrt()
         });
         let level = standard_deviation(felt.response.samples());
         if level < SILENT_RATIO * noise {
             return Err(format!(
-                "the response ({level:.4} m/s² rms) is no louder than its noise ({noise:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
+                "the response ({level:.4} m/s² rms) is less than twice its noise ({noise:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
             ));
         }
         Ok(())

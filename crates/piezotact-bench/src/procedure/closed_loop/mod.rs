@@ -7,18 +7,18 @@ use std::fmt;
 use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Correction, Mode, Step};
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Drive};
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::Recording;
 use piezotact::render::{
     Clipping, Inverse, RenderConfig, RenderError, RenderedDrive, achievable, headroom, render,
 };
-use piezotact::resample::resample;
 use piezotact::series::Series;
+use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 
 use crate::traits::{Bench, BenchError, RunPlan};
-use measured::{Broken, Felt, Listener};
+use measured::{Broken, Felt, Listener, brought_to};
 
 /// How a texture is rendered in a closed loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,10 +54,20 @@ pub struct Iteration {
     pub step: Option<Step>,
 }
 
+impl Looped {
+    /// What is told of the best drive: what was found when it was measured once more, or else when it was judged.
+    #[must_use]
+    pub fn told(&self) -> &Verification {
+        let judged = &self.iterations[self.best].verification;
+        self.confirmed.as_ref().unwrap_or(judged)
+    }
+}
+
 /// Why a loop ended.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum LoopEnd {
     /// It was corrected as often as asked.
+    #[default]
     Done,
     /// It got no better twice in a row.
     NoBetter,
@@ -89,20 +99,23 @@ pub struct Looped {
     pub end: LoopEnd,
     /// The best drive.
     pub rendered: RenderedDrive,
-    /// What was found when the best drive was measured once more, by a measurement that did not choose it.
-    pub confirmed: Verification,
-    /// What was recorded then.
+    /// What was found when the best drive was measured once more, by a measurement that did not choose it; none when that
+    /// could not be believed.
+    pub confirmed: Option<Verification>,
+    /// What was recorded then, or else when it was judged.
     pub recording: Recording,
 }
 
 /// A spectrum has to get better by so much to be no luck, and is clearly worse by so much, dB.
 const SPECTRUM_DB: (f64, f64) = (0.005, 1.0);
-/// The same of a waveform, which differs by more each time.
-const WAVEFORM_DB: (f64, f64) = (0.2, 3.0);
+/// A waveform, which differs by more each time, is clearly worse by so much, dB.
+const WORSE_WAVEFORM_DB: f64 = 3.0;
 /// Waveforms so close to the best are as good, and their spectra decide, dB.
 const ALIKE_DB: f64 = 0.5;
 /// So often in a row it may get no better.
 const PATIENCE: usize = 2;
+/// A share of samples at the limit that is worth a doubt: a sample in ten thousand is held by rounding.
+const HELD_TOLD: f64 = 1e-4;
 /// Below this correlation with what was asked for, pressing crests is worth a doubt.
 const UNLIKE: f64 = 0.98;
 
@@ -121,13 +134,18 @@ pub fn closed_loop(
     config: &LoopConfig,
     told: &mut dyn FnMut(&Iteration),
 ) -> Result<Looped, BenchError> {
-    let (target, converted) = at_a_common_rate(target, bench)?;
+    let (target, converted) = at_a_common_rate(target, bench, config)?;
     let mut first = opened(&target, function, config)?;
     first.doubts.extend(converted);
     // A transfer function that does not say its device is used on this one.
     let mut function = function.clone();
     if function.drive.is_none() {
         function.drive = bench.player.calibrate()?;
+        if function.drive.is_some() {
+            first
+                .doubts
+                .retain(|doubt| !matches!(doubt, Doubt::DeviceNotDescribed));
+        }
     }
     first.setup.clone_from(&function.drive);
     let (reached, ..) = achievable(&function, &config.render)?;
@@ -145,89 +163,76 @@ pub fn closed_loop(
         rate: target.rate(),
         noise: None,
     };
-    let noise = listener.listen(correction.welch())?.clone();
+    let correction_welch = correction.welch().clone();
+    let noise = listener.listen(&correction_welch)?.clone();
     let hidden = correction
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
     first.doubts.extend(hidden);
-    let judge = |felt: &Felt| judged(&target, felt, &reached, config);
+    let judge = |felt: &Felt, achieved: &[Band]| {
+        judged(&target, felt, (achieved, correction_welch.clone()), config)
+    };
 
-    let mut iterations: Vec<Iteration> = Vec::new();
-    let mut best: Option<Best> = None;
-    let mut since_best = 0;
-    let mut end = LoopEnd::Done;
+    let mut course = Course::default();
     for number in 0..=config.iterations {
-        let mut both = || -> Result<(Series<Acceleration>, Felt, Verification), Broken> {
+        let fit = Fit::of(&correction);
+        let mut both = || -> Result<(Felt, Felt, Verification), Broken> {
             let first = listener.feel(&drive, &format!("iteration {number}, first"))?;
-            let felt = listener.feel(&drive, &format!("iteration {number}, second"))?;
-            let verification = judge(&felt)?;
-            Ok((first.response, felt, verification))
+            judge(&first, &fit.achieved)?;
+            let second = listener.feel(&drive, &format!("iteration {number}, second"))?;
+            let verification = judge(&second, &fit.achieved)?;
+            Ok((first, second, verification))
         };
-        let (learned, felt, verification) = match both() {
+        let (first, second, verification) = match both() {
             Ok(both) => both,
-            Err(broken) if best.is_some() => {
-                end = LoopEnd::Broken(broken.to_string());
+            Err(broken) if course.best.is_some() => {
+                course.end = LoopEnd::Broken(broken.to_string());
                 break;
             }
             Err(Broken::Bench(error)) => return Err(error),
             Err(Broken::Unbelievable(why)) => return Err(BenchError::Broken(why)),
         };
-        let judging = felt.response.clone();
-        let aim_db = aim_of(&verification, config.correct.mode);
-        let best_db = best
-            .as_ref()
-            .map_or(f64::INFINITY, |best| iterations[best.number].aim_db);
-        iterations.push(Iteration {
+        let heard = [first.response, second.response.clone()];
+        let aim_db = aim_of(&verification, config.correct.mode, &reached);
+        let iteration = Iteration {
             number,
             aim_db,
             verification,
             held: correction.held(),
             step: None,
-        });
-        let spectrum_db = iterations[number].verification.judged_error_db();
-        let best_spectrum_db = best.as_ref().map_or(f64::INFINITY, |best| {
-            iterations[best.number].verification.judged_error_db()
-        });
-        let (better_db, worse_db) = match config.correct.mode {
-            Mode::Texture => SPECTRUM_DB,
-            Mode::Replicate => WAVEFORM_DB,
         };
-        // The strong lines make a waveform; of two that are alike the one whose weak lines are right too is better.
-        let least_db = iterations
-            .iter()
-            .map(|i| i.aim_db)
-            .fold(f64::INFINITY, f64::min);
-        let alike = config.correct.mode == Mode::Replicate
-            && aim_db < least_db + ALIKE_DB
-            && spectrum_db < best_spectrum_db - SPECTRUM_DB.0;
-        if aim_db < best_db - better_db || alike {
-            best = Some(Best {
-                number,
-                drive: drive.clone(),
-                felt,
-                fit: Fit::of(&mut correction),
-            });
-            since_best = 0;
-        } else {
-            since_best += 1;
+        let best = || Best {
+            number,
+            drive: drive.clone(),
+            felt: second,
+            fit,
+        };
+        course.judge(iteration, config.correct.mode, &reached, best);
+        if course.end == LoopEnd::Done && number < config.iterations {
+            let step = correction
+                .learn(&[&heard[0], &heard[1]], &noise)
+                .map_err(|error| error.to_string());
+            let next = correction.drive().map_err(|error| error.to_string());
+            match (step, next) {
+                (Ok(step), Ok(next)) => {
+                    course.iterations[number].step = Some(step);
+                    drive = next;
+                }
+                (Err(why), _) | (_, Err(why)) => course.end = LoopEnd::Broken(why),
+            }
         }
-        if aim_db > best_db + worse_db {
-            end = LoopEnd::Worse;
-        } else if since_best >= PATIENCE {
-            end = LoopEnd::NoBetter;
-        }
-        if end == LoopEnd::Done && number < config.iterations {
-            let step = correction.learn(&[&learned, &judging], &noise);
-            iterations[number].step =
-                Some(step.map_err(|error| impossible("a measurement with a spectrum", &error))?);
-            drive = correction.drive()?;
-        }
-        told(&iterations[number]);
-        if end != LoopEnd::Done {
+        told(&course.iterations[number]);
+        if course.end != LoopEnd::Done {
             break;
         }
     }
-    let Some(best) = best else {
+    let Course {
+        iterations,
+        best: Some(best),
+        end,
+        ..
+    } = course
+    else {
         return Err(BenchError::Broken("no drive could be judged".into()));
     };
     // What is told of the best is measured once more: of several measurements the smallest is partly luck.
@@ -235,38 +240,50 @@ pub fn closed_loop(
         &best.drive,
         &format!("iteration {}, once more", best.number),
     );
-    let confirmed = again.and_then(|felt| Ok((judge(&felt)?, felt)));
-    let (confirmed, felt, unconfirmed) = match confirmed {
-        Ok((verification, felt)) => (verification, felt, None),
-        Err(broken) => (
-            iterations[best.number].verification.clone(),
-            best.felt,
-            Some(Doubt::LoopStopped {
-                best: best.number,
-                why: format!("the best drive could not be measured once more: {broken}"),
-            }),
-        ),
-    };
+    let again = again.and_then(|felt| Ok((judge(&felt, &best.fit.achieved)?, felt)));
+    let fits_at = best.fit.turned_down.as_ref().map(|_| correction.fits_at());
     let mut rendered = finished(
         first,
         best.drive,
         config,
-        &best.fit,
+        best.fit.doubts(fits_at),
         (&iterations[best.number], &end),
     );
-    rendered.provenance = rendered.provenance.then(format!(
-        "measured once more at {:.2} dB rms, NMSE {:.1} dB, on the {}",
-        confirmed.judged_error_db(),
-        confirmed.waveform_nmse_db,
-        bench.player.describe().name
-    ));
-    let condition = felt.recording.condition.clone();
-    let others = function.condition.doubts_when_measured(&condition);
-    let new = others
+    (rendered.achievable, rendered.given_up) = (best.fit.achieved, best.fit.given_up);
+    let (confirmed, recording) = match again {
+        Ok((verification, felt)) => {
+            rendered.provenance = rendered.provenance.then(format!(
+                "measured once more at {:.2} dB rms, NMSE {:.1} dB, on the {}",
+                verification.judged_error_db(),
+                verification.waveform_nmse_db,
+                bench.player.describe().name
+            ));
+            (Some(verification), felt.recording)
+        }
+        Err(broken) => {
+            rendered.doubts.push(Doubt::LoopStopped {
+                best: best.number,
+                why: format!("the best drive could not be measured once more: {broken}"),
+            });
+            (None, best.felt.recording)
+        }
+    };
+    let condition = recording.condition.clone();
+    let shown = confirmed
+        .as_ref()
+        .unwrap_or(&iterations[best.number].verification);
+    let limit_db = shown.limits.error_db_rms;
+    let missed = (shown.judged_error_db() > limit_db).then(|| Doubt::TargetMissed {
+        error_db_rms: shown.judged_error_db(),
+        limit_db,
+    });
+    let new = function
+        .condition
+        .doubts_when_measured(&condition)
         .into_iter()
-        .chain(unconfirmed)
-        .chain(felt.recording.doubts.iter().cloned())
-        .chain(confirmed.doubts.iter().cloned());
+        .chain(missed)
+        .chain(recording.doubts.iter().cloned())
+        .chain(shown.doubts.iter().cloned());
     for doubt in new {
         if !rendered.doubts.contains(&doubt) {
             rendered.doubts.push(doubt);
@@ -280,8 +297,60 @@ pub fn closed_loop(
         end,
         rendered,
         confirmed,
-        recording: felt.recording,
+        recording,
     })
+}
+
+/// How a loop went so far.
+#[derive(Default)]
+struct Course {
+    iterations: Vec<Iteration>,
+    best: Option<Best>,
+    since_best: usize,
+    end: LoopEnd,
+}
+
+impl Course {
+    /// Takes `iteration` into account, and `best` when it is the best so far.
+    fn judge(
+        &mut self,
+        iteration: Iteration,
+        mode: Mode,
+        reached: &[Band],
+        best: impl FnOnce() -> Best,
+    ) {
+        let spectrum_db = |i: &Iteration| i.verification.error_db_rms_over(reached);
+        let so_far = self.best.as_ref().map(|best| &self.iterations[best.number]);
+        let aims = self.iterations.iter().map(|i| i.aim_db);
+        let least_db = aims.fold(f64::INFINITY, f64::min);
+        let aim_db = iteration.aim_db;
+        let (better, worse) = match (mode, so_far) {
+            (_, None) => (true, false),
+            (Mode::Texture, Some(so_far)) => (
+                aim_db < so_far.aim_db - SPECTRUM_DB.0,
+                aim_db > so_far.aim_db + SPECTRUM_DB.1,
+            ),
+            // The strong lines make a waveform; of those that are alike the one whose weak lines are right too is best.
+            (Mode::Replicate, Some(so_far)) => (
+                aim_db < least_db - ALIKE_DB
+                    || aim_db < least_db + ALIKE_DB
+                        && spectrum_db(&iteration) < spectrum_db(so_far) - SPECTRUM_DB.0,
+                aim_db > so_far.aim_db + WORSE_WAVEFORM_DB,
+            ),
+        };
+        self.iterations.push(iteration);
+        if better {
+            self.best = Some(best());
+            self.since_best = 0;
+        } else {
+            self.since_best += 1;
+        }
+        if worse {
+            self.end = LoopEnd::Worse;
+        } else if self.since_best >= PATIENCE {
+            self.end = LoopEnd::NoBetter;
+        }
+    }
 }
 
 /// The best drive so far.
@@ -296,37 +365,40 @@ struct Best {
 struct Fit {
     achieved: Vec<Band>,
     given_up: Vec<Band>,
-    doubts: Vec<Doubt>,
+    /// The bands that were turned down for it, and their share of the lines.
+    turned_down: Option<(Vec<Band>, f64)>,
+    likeness: f64,
+    held: f64,
 }
 
 impl Fit {
-    fn of(correction: &mut Correction<Acceleration>) -> Self {
-        let mut doubts = Vec::new();
-        let turned_down = correction.turned_down();
-        if let Some((bands, share)) = turned_down {
-            doubts.push(Doubt::TurnedDown {
-                bands,
-                share,
-                fits_at_db: correction.fits_at().0,
-            });
-        }
-        if correction.likeness() < UNLIKE {
-            doubts.push(Doubt::CrestsPressed {
-                correlation: correction.likeness(),
-            });
-        }
-        if correction.held() > 0.0 {
-            doubts.push(Doubt::Clipped {
-                what: "the corrected drive".into(),
-                fraction: correction.held(),
-            });
-        }
+    fn of(correction: &Correction<Acceleration>) -> Self {
         let (achieved, given_up) = correction.reached();
         Self {
             achieved,
             given_up,
-            doubts,
+            turned_down: correction.turned_down(),
+            likeness: correction.likeness(),
+            held: correction.held(),
         }
+    }
+
+    /// What is to be said of it; `fits_at` is the level at which nothing has to be turned down.
+    fn doubts(&self, fits_at: Option<Decibels>) -> Vec<Doubt> {
+        let turned_down = self.turned_down.clone().zip(fits_at);
+        let turned_down = turned_down.map(|((bands, share), fits_at)| Doubt::TurnedDown {
+            bands,
+            share,
+            fits_at_db: fits_at.0,
+        });
+        let pressed = (self.likeness < UNLIKE).then_some(Doubt::CrestsPressed {
+            correlation: self.likeness,
+        });
+        let held = (self.held > HELD_TOLD).then(|| Doubt::Clipped {
+            what: "the corrected drive".into(),
+            fraction: self.held,
+        });
+        turned_down.into_iter().chain(pressed).chain(held).collect()
     }
 }
 
@@ -342,13 +414,13 @@ fn impossible(expected: &str, error: &dyn fmt::Display) -> BenchError {
 fn at_a_common_rate(
     target: &Series<Acceleration>,
     bench: &Bench,
+    config: &LoopConfig,
 ) -> Result<(Series<Acceleration>, Option<Doubt>), BenchError> {
     let (from, to) = (target.rate(), bench.acquirer.describe().rate);
     if from.hz() <= to.hz() {
         return Ok((target.clone(), None));
     }
-    let lower =
-        resample(target, to).map_err(|error| impossible("rates that go together", &error))?;
+    let lower = brought_to(target, to, config)?;
     let doubt = Doubt::RateConverted {
         what: "the target".into(),
         from_hz: from.hz(),
@@ -370,9 +442,11 @@ fn opened(
     }
     let mut first = render(target, function, &open)?;
     first.config = config.render.clone();
-    first
-        .doubts
-        .retain(|doubt| !matches!(doubt, Doubt::Clipped { .. } | Doubt::SlewLimited { .. }));
+    // What clipped while the transfer function was measured stays.
+    first.doubts.retain(|doubt| match doubt {
+        Doubt::Clipped { what, .. } => !what.starts_with("the drive ("),
+        other => !matches!(other, Doubt::SlewLimited { .. }),
+    });
     Ok(first)
 }
 
@@ -388,25 +462,29 @@ fn refused(correction: &mut Correction<Acceleration>, setup: Option<&DriveSetup>
     }
 }
 
-/// What the loop makes small, dB.
-fn aim_of(verification: &Verification, mode: Mode) -> f64 {
+/// What the loop makes small, dB, over what the inverse `reached`: the same for every drive of a loop.
+fn aim_of(verification: &Verification, mode: Mode, reached: &[Band]) -> f64 {
     match mode {
-        Mode::Texture => verification.judged_error_db(),
+        Mode::Texture => verification.error_db_rms_over(reached),
         Mode::Replicate => verification.waveform_nmse_db,
     }
 }
 
-/// How close what was felt came to `target`, over what the inverse `reached`: the same for every drive of a loop.
+/// How close what was felt came to `target`, over what its drive `achieved`.
 fn judged(
     target: &Series<Acceleration>,
     felt: &Felt,
-    reached: &[Band],
+    (achieved, welch): (&[Band], WelchConfig),
     config: &LoopConfig,
 ) -> Result<Verification, Broken> {
-    let verify_config = VerifyConfig {
-        achievable: reached.to_vec(),
+    let mut verify_config = VerifyConfig {
+        achievable: achieved.to_vec(),
+        welch,
         ..VerifyConfig::over(config.judged, target.rate().hz())
     };
+    if config.correct.mode == Mode::Texture {
+        verify_config.limits = verify_config.limits.of_the_spectrum_alone();
+    }
     let measured = Measured {
         response: &felt.response,
         clipping: felt.clipping.clone(),
@@ -425,12 +503,12 @@ fn finished(
     first: RenderedDrive,
     drive: Series<Drive>,
     config: &LoopConfig,
-    fit: &Fit,
+    fit: Vec<Doubt>,
     (best, end): (&Iteration, &LoopEnd),
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
     let mut doubts = first.doubts;
-    doubts.extend(fit.doubts.iter().cloned());
+    doubts.extend(fit);
     doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
     if matches!(end, LoopEnd::Worse | LoopEnd::Broken(_)) {
         doubts.push(Doubt::LoopStopped {
@@ -442,8 +520,6 @@ fn finished(
         drive,
         headroom,
         aim: Some(config.correct.mode),
-        achievable: fit.achieved.clone(),
-        given_up: fit.given_up.clone(),
         provenance: first.provenance.then(format!(
             "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}",
             config.correct.mode.name(),
