@@ -51,8 +51,8 @@ pub fn clipping<Q: Quantity>(
 }
 
 /// The share of samples that stand in runs of three or more at the same extreme value, as a clipping sensor
-/// leaves them, 0–1. Fewer than three such runs are the crests of a slow signal, and as many runs
-/// elsewhere the steps of a coarse converter: 0. Silence is one run, however long.
+/// leaves them, 0–1. Fewer than three such runs are the crests of a slow signal; more samples that hold still
+/// elsewhere, or no more than eight values at all, are the steps of a coarse converter: 0. Silence counts as one crest.
 ///
 /// Source: three equal neighbours at the extreme do not happen again and again unless something limits.
 #[must_use]
@@ -80,11 +80,25 @@ pub fn flat_top_fraction(samples: &[f64]) -> f64 {
         .filter(|run| !is_limit(run))
         .map(|run| run.len().min(longest))
         .sum();
-    if runs < 3 || elsewhere > at_limit {
+    if runs < 3 || elsewhere > at_limit || !takes_more_than(FEW_STEPS, samples) {
         0.0
     } else {
         at_limit as f64 / samples.len() as f64
     }
+}
+
+/// A signal of no more steps than these of a converter stands at its limits without having been clipped.
+const FEW_STEPS: usize = 8;
+
+/// Whether `samples` take more than `count` values.
+fn takes_more_than(count: usize, samples: &[f64]) -> bool {
+    let mut seen: Vec<f64> = Vec::with_capacity(count + 1);
+    samples.iter().any(|sample| {
+        if !seen.contains(sample) {
+            seen.push(*sample);
+        }
+        seen.len() > count
+    })
 }
 
 /// How many samples equal the one before.
