@@ -159,12 +159,6 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     let made = if several {
         folders(&[Some(args.out.as_path()), args.record.as_deref()])?
     } else {
-        if !ends_in(&args.out, "wav") {
-            return Err(usage(anyhow!(
-                "{}: expected the name of a WAV file, ending in .wav",
-                args.out.display()
-            )));
-        }
         Vec::new()
     };
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
@@ -175,7 +169,14 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             let _kept = std::fs::remove_dir(folder);
         }
     }
-    checked.map(|()| jobs)
+    checked?;
+    if !several && !ends_in(&args.out, "wav") {
+        return Err(usage(anyhow!(
+            "{}: expected the name of a WAV file, ending in .wav",
+            args.out.display()
+        )));
+    }
+    Ok(jobs)
 }
 
 fn ends_in(path: &Path, ending: &str) -> bool {
