@@ -132,6 +132,8 @@ pub struct Correction<O: Quantity> {
 struct Fit {
     /// What is left of every line, as a share of what was asked, 0–1.
     shares: Vec<f64>,
+    /// How strongly lines were turned down for it; none where nothing had to be.
+    strength: Option<f64>,
     /// Its lines.
     lines: Vec<Complex<f64>>,
     /// The share of samples that had to be held at the limit, 0–1.
@@ -213,6 +215,7 @@ impl<O: Quantity> Correction<O> {
             inverse,
             last: Fit {
                 shares: vec![1.0; drive.len()],
+                strength: None,
                 lines: drive.clone(),
                 held: 0.0,
                 likeness: 1.0,
@@ -350,7 +353,8 @@ impl<O: Quantity> Correction<O> {
     /// [`RenderError::Drive`] when what comes out is no signal.
     pub fn drive(&mut self) -> Result<Series<Drive>, RenderError> {
         let room = self.room();
-        let fitted = crest::fitted(&mut self.transform, &self.drive, &room);
+        let strength = self.last.strength;
+        let fitted = crest::fitted(&mut self.transform, &self.drive, &room, strength);
         let lines = self.transform.forward(&fitted.samples);
         let mut samples = self.frame.played(fitted.samples);
         let beyond = samples.iter().filter(|x| x.abs() > self.limit).count();
@@ -361,6 +365,7 @@ impl<O: Quantity> Correction<O> {
             held: beyond as f64 / samples.len().max(1) as f64,
             likeness: fitted.likeness,
             shares: fitted.shares,
+            strength: fitted.strength,
             lines,
         };
         Ok(Series::new(samples, self.render.output_rate)?)

@@ -31,7 +31,7 @@ use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate, Seconds, Unit};
 use crate::recording::{Condition, Provenance};
-use crate::series::Series;
+use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 
 /// Which ratio of spectra estimates the transfer function.
@@ -186,7 +186,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     ///
     /// # Errors
     /// [`TransferError::Lines`] when there are fewer than 2 lines, the two lists differ in length, or the
-    /// axis does not rise; [`TransferError::NotFinite`] with the line that is NaN or infinite;
+    /// axis does not rise; [`TransferError::NotFinite`] with the line that is NaN, infinite or beyond 1e100;
     /// [`TransferError::Zero`] when the device does not answer at all.
     pub fn from_lines(
         response: Vec<Complex<f64>>,
@@ -208,7 +208,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             });
         }
         let finite =
-            |(h, c): (&Complex<f64>, &f64)| h.re.is_finite() && h.im.is_finite() && c.is_finite();
+            |(h, c): (&Complex<f64>, &f64)| is_sample(h.re) && is_sample(h.im) && c.is_finite();
         if let Some(line) = response
             .iter()
             .zip(&coherence)
@@ -488,9 +488,9 @@ pub enum TransferError {
         /// The step found.
         found: f64,
     },
-    /// A line is NaN or infinite.
+    /// A line is NaN, infinite, or so large that its square is.
     #[error(
-        "expected finite values, found none at {frequency_hz:.2} Hz; measure again or cut the band"
+        "expected numbers that a device can answer with, found none at {frequency_hz:.2} Hz (NaN, infinite, or beyond 1e100); measure again or cut the band"
     )]
     NotFinite {
         /// The line's frequency.

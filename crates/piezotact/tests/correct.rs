@@ -267,7 +267,13 @@ const TABLE: [(f64, Errors, Errors); 3] = [
 #[test]
 fn closed_loops_beat_the_table_on_its_own_plant() {
     for (level, table_plain, table) in TABLE {
-        let all = |of: &dyn Fn(u64) -> Missed| Missed::mean(&(1..=5).map(of).collect::<Vec<_>>());
+        let all = |of: &(dyn Fn(u64) -> Missed + Sync)| {
+            std::thread::scope(|scope| {
+                let seeds: Vec<_> = (1..=5).map(|seed| scope.spawn(move || of(seed))).collect();
+                let each: Vec<Missed> = seeds.into_iter().map(|s| s.join().unwrap()).collect();
+                Missed::mean(&each)
+            })
+        };
         let plain = all(&|seed| divided(level, seed).0);
         let asked = divided(level, 1).1;
         let replicate = all(&|seed| looped(Mode::Replicate, level, seed));

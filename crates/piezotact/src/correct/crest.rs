@@ -16,8 +16,14 @@ const WEAK: f64 = 0.1;
 /// How far a line may depart, dB, and what may be missing or added of it, dB re what it should be, when crests are pressed.
 const LEVEL_DB: f64 = 0.3;
 const ERROR_DB: f64 = -20.0;
-/// Halvings between too weak and too strong.
-const HALVINGS: usize = 12;
+/// Every so many rounds what is above the limit has to have fallen to this share of what it was.
+const LOOK: usize = 8;
+const GAINING: f64 = 0.9;
+/// How strongly lines may be turned down, as powers of ten of λ, how finely that is found, and how far from the last strength it
+/// is looked for first.
+const STRENGTHS: (f64, f64) = (-4.0, 8.0);
+const FINE: f64 = 0.01;
+const NEAR: f64 = 0.2;
 
 /// What drives are made to fit into.
 pub(super) struct Room {
@@ -38,41 +44,59 @@ pub(super) struct Fitted {
     pub(super) shares: Vec<f64>,
     /// The correlation with what it would be, had its crests not been pressed down.
     pub(super) likeness: f64,
+    /// How strongly lines were turned down, where they had to be.
+    pub(super) strength: Option<f64>,
 }
 
 /// The drive with the lines `bins`, within `room`: its crests are pressed down as far as costs next to nothing, and what
-/// still does not fit is turned down where it costs most, the cost being a line's own power.
-pub(super) fn fitted(transform: &mut RealTransform, bins: &[Complex<f64>], room: &Room) -> Fitted {
+/// still does not fit is turned down where it costs most, the cost being a line's own power; about as strongly as the `last`
+/// drive was.
+pub(super) fn fitted(
+    transform: &mut RealTransform,
+    bins: &[Complex<f64>],
+    room: &Room,
+    last: Option<f64>,
+) -> Fitted {
     if let Some(Pressed { samples, likeness }) = pressed(transform, bins, room) {
         return Fitted {
             samples,
             shares: vec![1.0; bins.len()],
             likeness,
+            strength: None,
         };
     }
     let cost = costs(bins, room.smooth);
-    let (mut weak, mut strong) = (-4.0f64, 8.0f64);
-    let mut best = None;
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (weak + strong);
-        let strength = 10f64.powf(middle);
+    let mut at = |strength: f64| -> Option<Fitted> {
         let shares: Vec<f64> = cost
             .iter()
-            .map(|cost| share_of_least_error(strength * cost))
+            .map(|cost| share_of_least_error(10f64.powf(strength) * cost))
             .collect();
         let turned: Vec<Complex<f64>> = bins
             .iter()
             .zip(&shares)
             .map(|(bin, share)| bin * *share)
             .collect();
-        match pressed(transform, &turned, room) {
-            Some(Pressed { samples, likeness }) => {
+        let Pressed { samples, likeness } = pressed(transform, &turned, room)?;
+        Some(Fitted {
+            samples,
+            shares,
+            likeness,
+            strength: Some(strength),
+        })
+    };
+    // One drive of a loop needs about what the last one did.
+    let near = last.map(|last| (last - NEAR, last + NEAR));
+    let mut best = near.and_then(|(_, strong)| at(strong));
+    let (mut weak, mut strong) = match (near, &best) {
+        (Some(near), Some(_)) => near,
+        _ => STRENGTHS,
+    };
+    while strong - weak > FINE {
+        let middle = 0.5 * (weak + strong);
+        match at(middle) {
+            Some(fitted) => {
                 strong = middle;
-                best = Some(Fitted {
-                    samples,
-                    shares,
-                    likeness,
-                });
+                best = Some(fitted);
             }
             None => weak = middle,
         }
@@ -85,6 +109,7 @@ pub(super) fn fitted(transform: &mut RealTransform, bins: &[Complex<f64>], room:
             samples: samples.iter().map(|x| x * share).collect(),
             shares: vec![share; bins.len()],
             likeness: 1.0,
+            strength: None,
         }
     })
 }
@@ -106,7 +131,8 @@ pub(super) fn pressed(
     room: &Room,
 ) -> Option<Pressed> {
     let mut samples = transform.inverse(bins.to_vec());
-    if peak(&samples) <= room.limit {
+    let mut highest = peak(&samples);
+    if highest <= room.limit {
         return Some(Pressed {
             samples,
             likeness: 1.0,
@@ -141,8 +167,16 @@ pub(super) fn pressed(
             }
         }
         samples = transform.inverse(lines);
-        if peak(&samples) <= room.limit {
+        let now = peak(&samples);
+        if now <= room.limit {
             break;
+        }
+        if round % LOOK == LOOK - 1 {
+            // What hardly falls any more will not come below.
+            if now - room.limit > GAINING * (highest - room.limit) {
+                return None;
+            }
+            highest = now;
         }
     }
     if peak(&samples) > room.limit || !kept(transform, &samples, bins, room) {
