@@ -298,7 +298,7 @@ pub fn write_wav(
     rate_hz: u32,
     format: SampleFormat,
 ) -> Result<(), WriteError> {
-    prepare_wav(path, channels, rate_hz, format)?.0.commit()
+    prepare_wav(path, channels, (rate_hz, format), None)?.commit()
 }
 
 /// Writes a WAV file with its sidecar: both are whole on the disk before either takes its place, the sidecar
@@ -328,7 +328,9 @@ pub fn write_wav_with_doubts(
     sidecar: &Sidecar,
     doubts: &[Doubt],
 ) -> Result<(), WriteError> {
-    let (wav, samples) = prepare_wav(path, channels, rate_hz, format)?;
+    let mut samples = Fingerprint::new();
+    let wav = prepare_wav(path, channels, (rate_hz, format), Some(&mut samples))?;
+    let samples = samples.text();
     let written = Written {
         sidecar,
         doubts,
@@ -338,12 +340,13 @@ pub fn write_wav_with_doubts(
     wav.commit()
 }
 
+/// A WAV file ready to take its place; its samples are added to `fingerprint`.
 fn prepare_wav(
     path: &Path,
     channels: &[&[f64]],
-    rate_hz: u32,
-    format: SampleFormat,
-) -> Result<(Prepared, String), WriteError> {
+    (rate_hz, format): (u32, SampleFormat),
+    mut fingerprint: Option<&mut Fingerprint>,
+) -> Result<Prepared, WriteError> {
     let wrong = |expected: &str, found: String, todo: &str| {
         WriteError::content(path, expected, found, todo)
     };
@@ -393,8 +396,7 @@ fn prepare_wav(
     let float = format.step_ratio().is_none();
     let (bytes, count) = (format.bytes() as u32, channels.len() as u32);
     let pad = size % 2;
-    let mut fingerprint = Fingerprint::new();
-    let prepared = Prepared::new(path, |out| {
+    Prepared::new(path, |out| {
         let mut head = Vec::with_capacity(58);
         head.extend(b"RIFF");
         let fact = if float { 12 } else { 0 };
@@ -429,12 +431,13 @@ fn prepare_wav(
                     width,
                 );
             }
-            fingerprint.add(block);
+            if let Some(fingerprint) = fingerprint.as_deref_mut() {
+                fingerprint.add(block);
+            }
             out.write_all(block).map_err(WriteError::io(path))?;
         }
         out.write_all(&[0][..pad]).map_err(WriteError::io(path))
-    })?;
-    Ok((prepared, fingerprint.text()))
+    })
 }
 
 /// Frames that are encoded before they are handed to the file: whole words, whatever their width.

@@ -169,7 +169,7 @@ pub fn render<O: Quantity>(
         });
     }
     doubts.extend(turned_down);
-    doubts.extend(plan.outside(&padded, rate, band)?);
+    doubts.extend(plan.outside(&padded, band));
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.peak > headroom.limit {
         match config.clipping {

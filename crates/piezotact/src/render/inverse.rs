@@ -7,6 +7,7 @@ use super::{RenderError, share_of_least_error};
 use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::series::rms;
 use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::transfer::TransferFunction;
 
@@ -194,6 +195,8 @@ impl Limiting {
 pub struct InversePlan {
     transform: RealTransform,
     lines: Vec<Line>,
+    /// The power of the target that was inverted last within the band.
+    in_band: f64,
 }
 
 /// One line that counts.
@@ -213,35 +216,17 @@ impl InversePlan {
         Self {
             transform: RealTransform::new(samples),
             lines: Vec::new(),
+            in_band: 0.0,
         }
     }
 
-    /// How much of `target`'s power at `rate` lies outside `band`, where that is a tenth or more.
-    ///
-    /// # Errors
-    /// [`RenderError::Length`] when the target has another length than the plan.
-    pub(crate) fn outside(
-        &mut self,
-        target: &[f64],
-        rate: SampleRate,
-        band: Band,
-    ) -> Result<Option<Doubt>, RenderError> {
-        let n = self.transform.length();
-        if target.len() != n {
-            return Err(RenderError::Length {
-                expected: n,
-                found: target.len(),
-            });
-        }
-        let (mut inside, mut all) = (0.0, 0.0);
-        for (k, bin) in self.transform.forward(target).iter().enumerate().skip(1) {
-            all += bin.norm_sqr();
-            if band.contains(k as f64 * rate.hz() / n as f64) {
-                inside += bin.norm_sqr();
-            }
-        }
-        let share = 1.0 - inside / f64::max(all, f64::MIN_POSITIVE);
-        Ok((share >= 0.1).then_some(Doubt::PowerOutsideBand { share, band }))
+    /// How much of the power of `target`, the one that was inverted last, lies outside the `band` that it was inverted over,
+    /// where that is a tenth or more.
+    pub(crate) fn outside(&self, target: &[f64], band: Band) -> Option<Doubt> {
+        // By Parseval, over all samples and in the lines of positive frequencies.
+        let power = 0.5 * (target.len() as f64 * rms(target)).powi(2);
+        let share = 1.0 - self.in_band / power.max(f64::MIN_POSITIVE);
+        (share >= 0.1).then_some(Doubt::PowerOutsideBand { share, band })
     }
 
     /// The drive whose response is `target`; see [`invert`].
@@ -279,6 +264,9 @@ impl InversePlan {
         }
         let gains = self.gains(rate, function, config, limiting)?;
         let spectrum = self.transform.forward(target);
+        let inside = |line: &&Line| config.band.contains(line.frequency_hz);
+        let in_band = self.lines.iter().filter(inside);
+        self.in_band = in_band.map(|line| spectrum[line.index].norm_sqr()).sum();
         let mut drive = vec![Complex::default(); spectrum.len()];
         for (line, gain) in self.lines.iter().zip(gains) {
             drive[line.index] = spectrum[line.index] * gain;
