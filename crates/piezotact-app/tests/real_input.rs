@@ -265,13 +265,13 @@ fn textsense_is_rendered_through_measured_hands() {
             assert!(
                 error_db <= 1.0,
                 "hand {model}, axis {rank}, {name}: {}",
-                verified.verdict()
+                verified.sentence()
             );
             // The fades of 20 ms and what is given up cost a little of the waveform.
             assert!(
                 verified.waveform_correlation >= 0.9,
                 "hand {model}, axis {rank}, {name}: {}",
-                verified.verdict()
+                verified.sentence()
             );
         }
     }

@@ -123,23 +123,23 @@ fn individual_transfer_functions_render_and_their_conjugates_fail() {
             wrong.error_db_rms,
             wrong.waveform_correlation
         );
-        assert!(right.passed, "seed {seed}: {}", right.verdict());
+        assert!(right.passed(), "seed {seed}: {}", right.sentence());
         assert!(
-            !wrong.passed,
+            !wrong.passed(),
             "seed {seed}: the conjugate {}",
-            wrong.verdict()
+            wrong.sentence()
         );
         // The spectrum alone would have passed.
         assert!(
             wrong.error_db_rms <= 1.0,
             "seed {seed}: {}",
-            wrong.verdict()
+            wrong.sentence()
         );
         // Near-constant parts of the phase pass for a delay or a polarity, so some resemblance remains.
         assert!(
             wrong.waveform_correlation < 0.9,
             "seed {seed}: {}",
-            wrong.verdict()
+            wrong.sentence()
         );
         errors.push(right.error_db_rms);
     }

@@ -25,35 +25,7 @@ use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
 use heard::Heard;
 
-/// What is to be met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// The waveform.
-    Replicate,
-    /// The power spectrum.
-    Texture,
-}
-
-impl Mode {
-    /// What it is, for people.
-    #[must_use]
-    pub fn told(self) -> &'static str {
-        match self {
-            Self::Replicate => "to replicate the waveform",
-            Self::Texture => "to have the texture's spectrum, its phases free",
-        }
-    }
-
-    /// The name as it is written on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Replicate => "replicate",
-            Self::Texture => "texture",
-        }
-    }
-}
+pub use crate::render::Mode;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -14,6 +14,7 @@
 pub mod compare;
 pub mod convolve;
 pub mod correct;
+pub mod criterion;
 pub mod device;
 pub mod doubt;
 pub mod envelope;

@@ -16,13 +16,42 @@ pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least
 
 use serde::{Deserialize, Serialize};
 
-use crate::correct::Mode;
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
 use crate::series::{Series, peak};
 use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
+
+/// What of a texture is rendered, and so what counts when it is verified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// The waveform.
+    Replicate,
+    /// The power spectrum.
+    Texture,
+}
+
+impl Mode {
+    /// What it is, for people.
+    #[must_use]
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Replicate => "to replicate the waveform",
+            Self::Texture => "to have the texture's spectrum, its phases free",
+        }
+    }
+
+    /// The name as it is written on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Replicate => "replicate",
+            Self::Texture => "texture",
+        }
+    }
+}
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

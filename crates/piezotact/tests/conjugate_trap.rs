@@ -100,11 +100,11 @@ proptest! {
             verify(&target, Measured::alone(&felt), &config).unwrap()
         };
         let (right, wrong) = (judge(Conjugate::No), judge(Conjugate::Yes));
-        prop_assert!(right.passed, "{plant:?}: {}", right.verdict());
+        prop_assert!(right.passed(), "{plant:?}: {}", right.sentence());
         prop_assert!(right.waveform_correlation > 0.999);
-        prop_assert!(!wrong.passed, "{plant:?}: {}", wrong.verdict());
+        prop_assert!(!wrong.passed(), "{plant:?}: {}", wrong.sentence());
         prop_assert!(wrong.waveform_correlation < 0.95);
         // And the spectrum alone would have passed.
-        prop_assert!(wrong.error_db_rms < 1.0, "{plant:?}: {}", wrong.verdict());
+        prop_assert!(wrong.error_db_rms < 1.0, "{plant:?}: {}", wrong.sentence());
     }
 }

@@ -137,7 +137,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         straight.turned_down.waveform_correlation
     ))?;
     print(&format!("report: {}", path.display()))?;
-    print(&verification.verdict())?;
+    print(&verification.sentence())?;
     verdict(&verification)
 }
 

@@ -6,6 +6,7 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::recording::Recording;
+use piezotact::render::Mode;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::series::Series;
 use piezotact::verify::{
@@ -185,12 +186,12 @@ pub(crate) fn run(args: &Verify) -> Outcome {
             ))?;
         }
         for (also, name) in also.iter().zip(&names[1..]) {
-            print(&format!("{name}: {}", also.verification.verdict()))?;
+            print(&format!("{name}: {}", also.verification.sentence()))?;
         }
         if let Some(path) = &args.report {
             print(&format!("report: {}", path.display()))?;
         }
-        print(&judged.verification.verdict())?;
+        print(&judged.verification.sentence())?;
     }
     verdict(&judged.verification)
 }
@@ -293,7 +294,7 @@ fn judge(
         config.achievable.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
         if rendering.spectrum_alone() {
-            config.limits = config.limits.of_the_spectrum_alone();
+            config.mode = Mode::Texture;
         }
     }
     let compared = Measured {
@@ -428,7 +429,7 @@ fn named_json(name: &str, verification: &Verification) -> Outcome<Value> {
 
 /// Whether a verification passed, as an outcome.
 pub(crate) fn verdict(verification: &Verification) -> Outcome {
-    if verification.passed {
+    if verification.passed() {
         Ok(())
     } else {
         Err(Failure::NotPassed)
@@ -440,7 +441,7 @@ pub(crate) fn verification_json(verification: &Verification) -> Outcome<Value> {
     let mut value = serde_json::to_value(verification)?;
     if let Some(fields) = value.as_object_mut() {
         fields.insert("doubts".into(), doubts_json(&verification.doubts)?);
-        fields.insert("verdict".into(), verification.verdict().into());
+        fields.insert("verdict".into(), verification.sentence().into());
     }
     Ok(value)
 }

@@ -20,6 +20,7 @@ pub use tones::{Tones, tones};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Decibels, Hertz, Quantity, QuantityError};
+use crate::render::Mode;
 use crate::resample::ResampleError;
 use crate::series::{Series, SeriesError, rms};
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
@@ -35,6 +36,8 @@ pub struct VerifyConfig {
     pub welch: WelchConfig,
     /// The level at which the target was rendered on purpose, dB; the comparison is made at that level.
     pub level: Decibels,
+    /// Whether the waveform counts, or its spectrum alone.
+    pub mode: Mode,
     /// What counts as passed.
     pub limits: Limits,
 }
@@ -44,22 +47,13 @@ pub struct VerifyConfig {
 pub struct Limits {
     /// The largest spectrum error, dB rms over the band.
     pub error_db_rms: f64,
-    /// The lowest waveform correlation; −1 where the waveform was left free.
+    /// The lowest waveform correlation, where the waveform counts.
     pub waveform_correlation: f64,
     /// The largest share of samples at a limit, 0–1.
     pub clipped_fraction: f64,
 }
 
 impl Limits {
-    /// The same where the waveform was left free.
-    #[must_use]
-    pub fn of_the_spectrum_alone(self) -> Self {
-        Self {
-            waveform_correlation: -1.0,
-            ..self
-        }
-    }
-
     /// 1 dB rms, which is below the 1.58 dB (a fifth in amplitude) that can just be told apart; a correlation
     /// of 0.95; one sample in a thousand at a limit.
     #[must_use]
@@ -82,6 +76,7 @@ impl VerifyConfig {
             achievable: Vec::new(),
             welch: WelchConfig::hann(segment),
             level: Decibels(0.0),
+            mode: Mode::Replicate,
             limits: Limits::individual_transfer_function(),
         }
     }
@@ -105,6 +100,23 @@ impl<'a, Q: Quantity> Measured<'a, Q> {
             clipping: clipping(response, None, None),
         }
     }
+}
+
+/// What a verification concludes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every criterion is met, over all of the target.
+    Passed,
+    /// Every criterion is met over the part that could be judged, which is not all of the target.
+    PassedInPart {
+        /// The share of the target's power that was judged, 0–1.
+        power_share: f64,
+    },
+    /// At least one criterion is not met.
+    NotPassed,
+    /// No criterion is known not to be met, and at least one is not known to be met.
+    NotDecided,
 }
 
 /// How close a measurement came to its target.
@@ -169,8 +181,10 @@ pub struct Verification {
     /// Those of their samples that were compared: what the measurement covers.
     #[serde(skip)]
     pub compared: std::ops::Range<usize>,
-    /// Whether it is within the limits.
-    pub passed: bool,
+    /// What is concluded.
+    pub verdict: Verdict,
+    /// Whether the waveform counts, or its spectrum alone.
+    pub mode: Mode,
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
@@ -178,9 +192,15 @@ pub struct Verification {
 }
 
 impl Verification {
+    /// Whether every criterion is met over all of the target.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.verdict == Verdict::Passed
+    }
+
     /// One line that says whether it passed and why.
     #[must_use]
-    pub fn verdict(&self) -> String {
+    pub fn sentence(&self) -> String {
         let clipped = if self.clipped_fraction > self.limits.clipped_fraction {
             format!(
                 ", {:.1} % of samples at a limit (limit {} %)",
@@ -213,14 +233,17 @@ impl Verification {
         } else {
             format!(", rendered at {:+.1} dB", self.level_db)
         };
-        let waveform_limit = if self.limits.waveform_correlation > -1.0 {
-            format!("limit {}", self.limits.waveform_correlation)
-        } else {
-            "the spectrum alone was meant".into()
+        let waveform_limit = match self.mode {
+            Mode::Replicate => format!("limit {}", self.limits.waveform_correlation),
+            Mode::Texture => "the spectrum alone counts".into(),
         };
         format!(
             "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} ({waveform_limit}){clipped}{added}{part}{level}",
-            if self.passed { "passed" } else { "failed" },
+            if self.passed() {
+                "passed"
+            } else {
+                "not passed"
+            },
             self.judged_error_db(),
             self.judged_band(),
             self.limits.error_db_rms,
@@ -451,7 +474,8 @@ pub fn verify<Q: Quantity>(
     }
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
     let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
-        && waveform_correlation >= config.limits.waveform_correlation
+        && (config.mode == Mode::Texture
+            || waveform_correlation >= config.limits.waveform_correlation)
         && measured.clipping.fraction <= config.limits.clipped_fraction
         && judged_share >= LEAST_JUDGED
         && added_power <= MOST_ADDED
@@ -498,7 +522,12 @@ pub fn verify<Q: Quantity>(
         target: aligned.target_in_band,
         aligned: aligned.measured_in_band,
         compared,
-        passed,
+        verdict: if passed {
+            Verdict::Passed
+        } else {
+            Verdict::NotPassed
+        },
+        mode: config.mode,
         limits: config.limits.clone(),
         doubts,
     })

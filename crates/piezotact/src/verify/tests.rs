@@ -49,9 +49,9 @@ fn delays_are_found_to_a_fraction_of_a_sample_either_way() {
         );
         // A measurement that starts or ends elsewhere lacks a part: what is shared is the same.
         assert!(
-            v.passed && v.waveform_correlation > 0.999,
+            v.passed() && v.waveform_correlation > 0.999,
             "{delay_s}: {}",
-            v.verdict()
+            v.sentence()
         );
     }
 }
@@ -62,7 +62,7 @@ fn a_level_is_a_level_and_not_a_shape() {
     let doubled_db = 20.0 * 2f64.log10();
     assert!((v.level_error_db - doubled_db).abs() < 1e-9);
     assert!((v.error_db_rms - doubled_db).abs() < 1e-9 && v.error_db_rms_level_matched < 1e-9);
-    assert!(!v.passed && (v.waveform_correlation - 1.0).abs() < 1e-9);
+    assert!(!v.passed() && (v.waveform_correlation - 1.0).abs() < 1e-9);
 }
 
 /// Half a sample late, a tone has a trough on a sample beside its crest between two.
@@ -76,7 +76,7 @@ fn a_tone_between_samples_is_not_taken_for_its_inverse() {
         assert!(
             v.waveform_correlation > 0.99,
             "{frequency_hz}: {}",
-            v.verdict()
+            v.sentence()
         );
     }
 }
@@ -84,7 +84,7 @@ fn a_tone_between_samples_is_not_taken_for_its_inverse() {
 #[test]
 fn a_reversed_sign_is_said() {
     let v = judged(&texture(20_000, 0.0, 1.0), &texture(20_000, 0.004, -1.0));
-    assert!(v.waveform_correlation < -0.99 && !v.passed);
+    assert!(v.waveform_correlation < -0.99 && !v.passed());
     assert!(
         v.doubts
             .iter()

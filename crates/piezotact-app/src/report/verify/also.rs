@@ -41,7 +41,7 @@ fn row(label: &str, v: &Verification, told: Told) -> Markup {
             td.n { (difference_db(v.level_error_db)) }
             td.n { (format!("{:.3}", v.waveform_correlation).replace('-', "−")) }
             td.n { (format!("{:.2} %", v.clipped_fraction * 100.0)) }
-            td { @if v.passed { "passed" } @else { "not passed" } }
+            td { @if v.passed() { "passed" } @else { "not passed" } }
         }
     }
 }

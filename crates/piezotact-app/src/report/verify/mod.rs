@@ -91,8 +91,8 @@ fn verdict(page: &Page<'_>) -> Markup {
     let v = page.verification;
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     html! {
-        section class=(if v.passed { "verdict" } else { "verdict failed" }) {
-            strong { (v.verdict()) }
+        section class=(if v.passed() { "verdict" } else { "verdict failed" }) {
+            strong { (v.sentence()) }
             div.numbers {
                 (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error, rms over {}", v.band_hz)))
                 @if let Some(error_db) = v.error_db_rms_achievable {

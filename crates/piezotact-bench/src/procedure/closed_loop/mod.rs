@@ -483,7 +483,7 @@ fn judged(
         ..VerifyConfig::over(config.judged, target.rate().hz())
     };
     if config.correct.mode == Mode::Texture {
-        verify_config.limits = verify_config.limits.of_the_spectrum_alone();
+        verify_config.mode = Mode::Texture;
     }
     let measured = Measured {
         response: &felt.response,
