@@ -12,6 +12,10 @@ pub(crate) enum Failure {
     Data(anyhow::Error),
     /// A verification did not pass; its result has been printed: exit code 3.
     NotPassed,
+    /// A verification passed over part of its target; its result has been printed: exit code 4.
+    PassedInPart,
+    /// A verification could not be decided; its result has been printed: exit code 5.
+    NotDecided,
     /// Whoever reads our output has gone: nobody is left to tell.
     ReaderGone,
 }
@@ -30,11 +34,13 @@ pub(crate) fn usage<E: Into<anyhow::Error>>(error: E) -> Failure {
     Failure::Usage(error.into())
 }
 
-/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed.
+/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed, 4 passed in part, 5 not decided.
 pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(()) | Err(Failure::ReaderGone) => ExitCode::SUCCESS,
         Err(Failure::NotPassed) => ExitCode::from(3),
+        Err(Failure::PassedInPart) => ExitCode::from(4),
+        Err(Failure::NotDecided) => ExitCode::from(5),
         Err(Failure::Data(error)) => {
             say(&format!("piezotact: {}", sentence(&error)));
             ExitCode::from(1)

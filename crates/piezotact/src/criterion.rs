@@ -60,6 +60,11 @@ pub enum Limit {
         /// Not met below this.
         not_met: f64,
     },
+    /// Met up to `reach` on either side of zero, not met beyond.
+    Within {
+        /// The largest size.
+        reach: f64,
+    },
 }
 
 impl Limit {
@@ -86,6 +91,7 @@ impl Limit {
     pub fn value(self) -> f64 {
         match self {
             Self::AtMost { met, .. } | Self::AtLeast { met, .. } => met,
+            Self::Within { reach } => reach,
         }
     }
 
@@ -99,6 +105,9 @@ impl Limit {
         let (met, not_met) = match self {
             Self::AtMost { met, not_met } => (high <= met, low > not_met),
             Self::AtLeast { met, not_met } => (low >= met, high < not_met),
+            Self::Within { reach } => {
+                (low >= -reach && high <= reach, high < -reach || low > reach)
+            }
         };
         match (met, not_met) {
             (true, _) => Outcome::Met,

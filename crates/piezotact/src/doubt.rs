@@ -653,4 +653,7 @@ pub enum Doubt {
         /// Segments in the average.
         segments: usize,
     },
+    /// Of a verification.
+    #[serde(untagged)]
+    Verification(crate::verify::VerifyDoubt),
 }

@@ -10,7 +10,7 @@ mod inverse;
 mod limits;
 
 pub use error::RenderError;
-pub(crate) use frame::Frame;
+pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 

@@ -9,6 +9,7 @@ use piezotact::recording::Recording;
 use piezotact::render::Mode;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::series::Series;
+use piezotact::verify::Verdict;
 use piezotact::verify::{
     self, Changed, Measured, Verification, VerifyConfig, VerifyError, clipping, predicted_straight,
 };
@@ -293,9 +294,12 @@ fn judge(
     if let Some(rendering) = rendering {
         config.achievable.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
-        if rendering.spectrum_alone() {
-            config.mode = Mode::Texture;
-        }
+        let mode = if rendering.spectrum_alone() {
+            Mode::Texture
+        } else {
+            Mode::Replicate
+        };
+        config = config.rendered_as(&rendering.config, mode);
     }
     let compared = Measured {
         response: &response,
@@ -427,12 +431,13 @@ fn named_json(name: &str, verification: &Verification) -> Outcome<Value> {
     Ok(value)
 }
 
-/// Whether a verification passed, as an outcome.
+/// What a verification concludes, as an outcome with its exit code.
 pub(crate) fn verdict(verification: &Verification) -> Outcome {
-    if verification.passed() {
-        Ok(())
-    } else {
-        Err(Failure::NotPassed)
+    match verification.verdict {
+        Verdict::Passed => Ok(()),
+        Verdict::NotPassed => Err(Failure::NotPassed),
+        Verdict::PassedInPart { .. } => Err(Failure::PassedInPart),
+        Verdict::NotDecided => Err(Failure::NotDecided),
     }
 }
 

@@ -489,6 +489,7 @@ impl fmt::Display for Doubt {
             ),
             Self::NoIndices { why } => write!(f, "ST-SIM and SPQI are left out: {why}"),
             Self::WaveformNotCompared { why } => write!(f, "the waveforms are not compared: {why}"),
+            Self::Verification(doubt) => doubt.fmt(f),
             Self::ShortSignal { segments } => write!(
                 f,
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",

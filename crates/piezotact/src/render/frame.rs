@@ -96,7 +96,7 @@ impl Frame {
 }
 
 /// Raised-cosine fades over `fade` samples at both ends, in place.
-fn fade_ends(samples: &mut [f64], fade: usize) {
+pub(crate) fn fade_ends(samples: &mut [f64], fade: usize) {
     let n = samples.len();
     let fade = fade.min(n / 2);
     for i in 0..fade {

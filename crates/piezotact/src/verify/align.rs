@@ -27,6 +27,16 @@ const EDGE_RATIO: f64 = 0.1;
 
 /// `samples` about their mean and limited to `band`, as the waveforms are that are compared.
 pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
+    filtered(samples, rate, |hz| band.weight(hz, EDGE_RATIO))
+}
+
+/// `samples` about their mean and limited to `bands`, whose edges are sharp.
+pub(super) fn in_bands(samples: &[f64], rate: SampleRate, bands: &[Band]) -> Vec<f64> {
+    let inside = |hz: f64| bands.iter().any(|band| band.contains(hz));
+    filtered(samples, rate, |hz| if inside(hz) { 1.0 } else { 0.0 })
+}
+
+fn filtered(samples: &[f64], rate: SampleRate, weight: impl Fn(f64) -> f64) -> Vec<f64> {
     let mean = mean(samples);
     let about_mean: Vec<f64> = samples.iter().map(|sample| sample - mean).collect();
     // As much silence behind it: what leaves one end does not come in at the other.
@@ -34,7 +44,7 @@ pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64>
     let mut transform = fourier::RealTransform::new(n);
     let mut bins = transform.forward(&about_mean);
     for (k, bin) in bins.iter_mut().enumerate() {
-        *bin *= band.weight(k as f64 * rate.hz() / n as f64, EDGE_RATIO);
+        *bin *= weight(k as f64 * rate.hz() / n as f64);
     }
     let mut limited = transform.inverse(bins);
     limited.truncate(samples.len());

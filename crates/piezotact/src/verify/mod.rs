@@ -7,117 +7,40 @@ mod align;
 mod beside;
 mod changed;
 mod clipping;
+mod clock;
+mod config;
+mod error;
+mod events;
+mod judge;
+mod lines;
+mod meant;
 mod straight;
 mod tones;
+mod verdict;
 
 pub(crate) use align::align;
 pub use beside::{Beside, beside};
 pub use changed::{Changed, changed};
 pub use clipping::{Clipping, clipping, flat_top_fraction};
+pub use clock::{Clock, Lost};
+pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
+pub use error::VerifyError;
+pub use judge::VerifyDoubt;
+pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
 pub use straight::{PredictedStraight, predicted_straight};
 pub use tones::{Tones, tones};
+pub use verdict::{Aspect, Verdict};
 
+use crate::criterion::Criterion;
 use crate::doubt::Doubt;
-use crate::quantity::{Band, Decibels, Hertz, Quantity, QuantityError};
+use crate::quantity::{Band, Decibels, Quantity};
 use crate::render::Mode;
-use crate::resample::ResampleError;
-use crate::series::{Series, SeriesError, rms};
-use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, frequency_axis};
-
-/// How a measurement is compared with its target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct VerifyConfig {
-    /// The band over which they are compared.
-    pub band: Band,
-    /// The parts of it that the inverse declared achievable; empty when nothing was declared.
-    pub achievable: Vec<Band>,
-    /// How the spectra are estimated.
-    pub welch: WelchConfig,
-    /// The level at which the target was rendered on purpose, dB; the comparison is made at that level.
-    pub level: Decibels,
-    /// Whether the waveform counts, or its spectrum alone.
-    pub mode: Mode,
-    /// What counts as passed.
-    pub limits: Limits,
-}
-
-/// What counts as passed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
-    /// The largest spectrum error, dB rms over the band.
-    pub error_db_rms: f64,
-    /// The lowest waveform correlation, where the waveform counts.
-    pub waveform_correlation: f64,
-    /// The largest share of samples at a limit, 0–1.
-    pub clipped_fraction: f64,
-}
-
-impl Limits {
-    /// 1 dB rms, which is below the 1.58 dB (a fifth in amplitude) that can just be told apart; a correlation
-    /// of 0.95; one sample in a thousand at a limit.
-    #[must_use]
-    pub fn individual_transfer_function() -> Self {
-        Self {
-            error_db_rms: 1.0,
-            waveform_correlation: 0.95,
-            clipped_fraction: 1e-3,
-        }
-    }
-}
-
-impl VerifyConfig {
-    /// Over `band`, Hann segments of about 5 Hz at `rate_hz`, the limits for an individual transfer function.
-    #[must_use]
-    pub fn over(band: Band, rate_hz: f64) -> Self {
-        let segment = 2f64.powf((rate_hz / 5.0).log2().round()).max(16.0) as usize;
-        Self {
-            band,
-            achievable: Vec::new(),
-            welch: WelchConfig::hann(segment),
-            level: Decibels(0.0),
-            mode: Mode::Replicate,
-            limits: Limits::individual_transfer_function(),
-        }
-    }
-}
-
-/// What was measured while a drive was played.
-#[derive(Clone, Debug)]
-pub struct Measured<'a, Q: Quantity> {
-    /// The response, in the unit of the target, at its rate.
-    pub response: &'a Series<Q>,
-    /// What is known of clipping on the way; see [`clipping`].
-    pub clipping: Clipping,
-}
-
-impl<'a, Q: Quantity> Measured<'a, Q> {
-    /// A response with nothing known of the way it came, but for flat tops of its own.
-    #[must_use]
-    pub fn alone(response: &'a Series<Q>) -> Self {
-        Self {
-            response,
-            clipping: clipping(response, None, None),
-        }
-    }
-}
-
-/// What a verification concludes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "is", rename_all = "snake_case")]
-pub enum Verdict {
-    /// Every criterion is met, over all of the target.
-    Passed,
-    /// Every criterion is met over the part that could be judged, which is not all of the target.
-    PassedInPart {
-        /// The share of the target's power that was judged, 0–1.
-        power_share: f64,
-    },
-    /// At least one criterion is not met.
-    NotPassed,
-    /// No criterion is known not to be met, and at least one is not known to be met.
-    NotDecided,
-}
+use crate::series::{Series, rms};
+use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
+use judge::{Evidence, Judgement};
+use lines::Pair;
+use meant::OnTime;
 
 /// How close a measurement came to its target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -181,6 +104,11 @@ pub struct Verification {
     /// Those of their samples that were compared: what the measurement covers.
     #[serde(skip)]
     pub compared: std::ops::Range<usize>,
+    /// How the clock of the measurement differs from that of the target, and what was corrected for it.
+    #[serde(default)]
+    pub clock: Clock,
+    /// What was looked at, what was found and whether it is met: the verdict follows from these.
+    pub criteria: Vec<Criterion<Aspect>>,
     /// What is concluded.
     pub verdict: Verdict,
     /// Whether the waveform counts, or its spectrum alone.
@@ -192,65 +120,6 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Whether every criterion is met over all of the target.
-    #[must_use]
-    pub fn passed(&self) -> bool {
-        self.verdict == Verdict::Passed
-    }
-
-    /// One line that says whether it passed and why.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        let clipped = if self.clipped_fraction > self.limits.clipped_fraction {
-            format!(
-                ", {:.1} % of samples at a limit (limit {} %)",
-                self.clipped_fraction * 100.0,
-                self.limits.clipped_fraction * 100.0
-            )
-        } else {
-            String::new()
-        };
-        let added = if self.added_power > MOST_ADDED {
-            format!(
-                ", {:.0} % of the target's power added where it has none (limit {:.0} %)",
-                self.added_power * 100.0,
-                MOST_ADDED * 100.0
-            )
-        } else {
-            String::new()
-        };
-        let part = if self.judged_share() < LEAST_JUDGED {
-            format!(
-                ", {:.0} % of the band judged (limit {:.0} %)",
-                self.judged_share() * 100.0,
-                LEAST_JUDGED * 100.0
-            )
-        } else {
-            String::new()
-        };
-        let level = if self.level_db == 0.0 {
-            String::new()
-        } else {
-            format!(", rendered at {:+.1} dB", self.level_db)
-        };
-        let waveform_limit = match self.mode {
-            Mode::Replicate => format!("limit {}", self.limits.waveform_correlation),
-            Mode::Texture => "the spectrum alone counts".into(),
-        };
-        format!(
-            "{}: spectrum error {:.2} dB rms over {} (limit {} dB), waveform correlation {:.3} ({waveform_limit}){clipped}{added}{part}{level}",
-            if self.passed() {
-                "passed"
-            } else {
-                "not passed"
-            },
-            self.judged_error_db(),
-            self.judged_band(),
-            self.limits.error_db_rms,
-            self.waveform_correlation,
-        )
-    }
-
     /// The band that is judged, as text: all of it, or the part that the inverse declared achievable.
     #[must_use]
     pub fn judged_band(&self) -> String {
@@ -319,14 +188,6 @@ impl Verification {
     }
 }
 
-fn ratio_db(measured: f64, target: f64) -> f64 {
-    if target > 0.0 {
-        10.0 * (measured.max(target * 1e-12) / target).log10()
-    } else {
-        0.0
-    }
-}
-
 /// The power of a difference over that of what it should have been, dB. What is equal to the last bit is as good as numbers
 /// are.
 pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
@@ -335,26 +196,24 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
         .log10()
 }
 
-/// A verification that judges less of the band than this does not pass, and from this much less than all it is a doubt.
-const LEAST_JUDGED: f64 = 0.5;
+/// From this much less than all of the band judged it is a doubt.
 const TOLD_SHARE: f64 = 0.05;
-/// More power than this where the target has none, over the target's, is a doubt; more than that does not pass.
+/// More power than this where the target has none, over the target's, is a doubt.
 const ADDED_TOLD: f64 = 0.01;
-const MOST_ADDED: f64 = 0.1;
 
-/// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
-const NO_POWER_DB: f64 = -50.0;
-
-/// How close `measured` came to `target`, two series of one quantity at one rate.
+/// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
-/// Both are limited to the band. The delay is found by cross-correlation, to a fraction of a sample, and
-/// taken away; then the PSDs are compared line by line and the waveforms correlated.
+/// The target is taken as it was to be played: about its mean, at its level, with the fades and the band of its rendering. Both
+/// are limited to the band. The delay is found by cross-correlation, to a fraction of a sample, and taken away, and so are a
+/// drift between two clocks and lost samples where the delay shows them; then the PSDs are compared line by line and the
+/// waveforms sample by sample. What is concluded follows from [`Verification::criteria`].
 ///
 /// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
-/// correlation = Σtm/√(Σt²·Σm²); NMSE = 10·log10(Σ(m − t)²/Σt²).
+/// correlation = Σtm/√(Σt²·Σm²); NMSE = 10·log10(Σ(m − t)²/Σt²). The criteria use the same with the sensor's noise, as it
+/// is before and after the texture, taken away, and 95 % intervals by the jackknife over blocks of time.
 ///
 /// Source: thesis section 4.2 for the comparison of spectra; generalised cross-correlation after Knapp and
-/// Carter (1976) for the delay.
+/// Carter (1976) for the delay; B. Efron and C. Stein (1981), Ann. Stat. 9(3), for the jackknife; decision 0028.
 ///
 /// # Errors
 /// [`VerifyError::Rate`] when the rates differ, [`VerifyError::BandAboveNyquist`],
@@ -365,7 +224,6 @@ pub fn verify<Q: Quantity>(
     measured: Measured<'_, Q>,
     config: &VerifyConfig,
 ) -> Result<Verification, VerifyError> {
-    let target = &target.clone().amplified(config.level);
     let (rate, response) = (target.rate(), measured.response);
     if (response.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
         return Err(VerifyError::Rate {
@@ -379,7 +237,9 @@ pub fn verify<Q: Quantity>(
             highest: rate.nyquist(),
         });
     }
-    let aligned = align(target, response, config.band)?;
+    let asked = target.clone().amplified(config.level);
+    let meant = meant::meant(&asked, config)?;
+    let OnTime { aligned, clock } = meant::on_time(&meant, response, config.band)?;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
         return Err(VerifyError::TooShort {
@@ -393,7 +253,6 @@ pub fn verify<Q: Quantity>(
     let level_error_db = Decibels::from_amplitude_ratio(level_measured / level_target).0;
     let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
     let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
-
     let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
     let waveform_nmse_db = nmse_db(rms(&missed), level_target);
 
@@ -427,10 +286,11 @@ pub fn verify<Q: Quantity>(
         .map(|(_, error)| *error)
         .collect();
 
-    let full_target = plan.estimate::<Q>(&[&target.samples()[compared.clone()]])?;
+    let full_target = plan.estimate::<Q>(&[&meant.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
+    let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
-    let judged_share = if reached.is_empty() {
+    let judged_share = if config.achievable.is_empty() {
         1.0
     } else {
         reached.len() as f64 / lines.compared.len() as f64
@@ -472,14 +332,37 @@ pub fn verify<Q: Quantity>(
             correlation: waveform_correlation,
         });
     }
+    let floor = meant::floor(&meant, response, &aligned, config.band);
+    let judged_bands: Vec<Band> = if config.achievable.is_empty() {
+        vec![config.band]
+    } else {
+        config
+            .achievable
+            .iter()
+            .filter_map(|band| band.common(config.band))
+            .collect()
+    };
+    let waveforms = meant::judged_waveforms(&aligned, &judged_bands, rate, config.band);
+    let Judgement { criteria, more } = judge::judge(&Evidence {
+        pair: &Pair::of(wanted, got, &config.welch, rate)?,
+        asked_psd: &full_asked.values,
+        outside: [&full_target.values, &full_measured.values],
+        waveforms: [
+            &waveforms[0][compared.clone()],
+            &waveforms[1][compared.clone()],
+        ],
+        floor: floor.as_ref(),
+        judged: &judged_bands,
+        covered: compared.len() as f64 / target.samples().len() as f64,
+        clipped: measured.clipping.fraction,
+        clock: &clock,
+        felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
+        rate,
+        config,
+    });
+    doubts.extend(more);
+    let verdict = Verdict::of(&criteria, config.limits.least_judged);
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
-    let passed = error_db_rms_achievable.unwrap_or(error_db_rms) <= config.limits.error_db_rms
-        && (config.mode == Mode::Texture
-            || waveform_correlation >= config.limits.waveform_correlation)
-        && measured.clipping.fraction <= config.limits.clipped_fraction
-        && judged_share >= LEAST_JUDGED
-        && added_power <= MOST_ADDED
-        && compared.len() * 2 >= target.samples().len();
     let mean_error_db =
         lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
     Ok(Verification {
@@ -522,150 +405,13 @@ pub fn verify<Q: Quantity>(
         target: aligned.target_in_band,
         aligned: aligned.measured_in_band,
         compared,
-        verdict: if passed {
-            Verdict::Passed
-        } else {
-            Verdict::NotPassed
-        },
+        clock,
+        criteria,
+        verdict,
         mode: config.mode,
         limits: config.limits.clone(),
         doubts,
     })
-}
-
-pub(crate) fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
-        (sum + value * value, count + 1)
-    });
-    (sum / count.max(1) as f64).sqrt()
-}
-
-/// The errors of the lines of a band.
-pub(crate) struct LineErrors {
-    /// Frequency in Hz and error in dB of every line with target power.
-    pub(crate) compared: Vec<(f64, f64)>,
-    /// How many lines hold none.
-    pub(crate) without_target: usize,
-    /// The sum of the measured values on those.
-    pub(crate) added: f64,
-}
-
-pub(crate) fn errors_in_band(
-    target: &[f64],
-    measured: &[f64],
-    resolution_hz: f64,
-    band: Band,
-) -> Result<LineErrors, VerifyError> {
-    let lines: Vec<(f64, f64, f64)> = target
-        .iter()
-        .zip(measured)
-        .enumerate()
-        .map(|(k, (t, m))| (k as f64 * resolution_hz, *t, *m))
-        .filter(|(frequency_hz, ..)| band.contains(*frequency_hz))
-        .collect();
-    if lines.is_empty() {
-        return Err(VerifyError::NoLine {
-            band,
-            resolution_hz,
-        });
-    }
-    let strongest = lines
-        .iter()
-        .fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
-    if strongest <= 0.0 {
-        return Err(VerifyError::Silent {
-            what: "the target",
-            band,
-        });
-    }
-    let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
-    let compared: Vec<(f64, f64)> = lines
-        .iter()
-        .filter(|(_, t, _)| *t >= least)
-        .map(|(f, t, m)| (*f, ratio_db(*m, *t)))
-        .collect();
-    Ok(LineErrors {
-        without_target: lines.len() - compared.len(),
-        added: lines
-            .iter()
-            .filter(|(_, t, _)| *t < least)
-            .map(|(.., m)| m)
-            .sum(),
-        compared,
-    })
-}
-
-/// Why a measurement cannot be compared with its target.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum VerifyError {
-    /// The rates differ.
-    #[error(
-        "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; bring both to one rate"
-    )]
-    Rate {
-        /// The target's rate.
-        target_hz: f64,
-        /// The measurement's rate.
-        measured_hz: f64,
-    },
-    /// The band reaches beyond the signals.
-    #[error("cannot compare over {band}: the signals end at {highest}; lower the band's end")]
-    BandAboveNyquist {
-        /// The band asked for.
-        band: Band,
-        /// Where the signals end.
-        highest: Hertz,
-    },
-    /// The band falls between two lines.
-    #[error(
-        "cannot compare over {band}: it holds no line of the spectra, which have one every {resolution_hz:.2} Hz; take a wider band"
-    )]
-    NoLine {
-        /// The band.
-        band: Band,
-        /// The step between lines, Hz.
-        resolution_hz: f64,
-    },
-    /// Too little in common.
-    #[error(
-        "expected {expected} samples that target and measurement share, found {found}; check that they belong together"
-    )]
-    TooShort {
-        /// A segment.
-        expected: usize,
-        /// What they share.
-        found: usize,
-    },
-    /// Nothing there.
-    #[error(
-        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
-    )]
-    Silent {
-        /// Which of the two.
-        what: &'static str,
-        /// The band.
-        band: Band,
-    },
-    /// The transfer function does not reach the band.
-    #[error(
-        "expected a transfer function that says something in {band}, found none; compare over another band, or measure it there"
-    )]
-    OutOfReach {
-        /// The band asked for.
-        band: Band,
-    },
-    /// The spectra cannot be estimated.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// A drive cannot be brought to the rate of the comparison.
-    #[error(transparent)]
-    Resample(#[from] ResampleError),
-    /// What was computed is no signal.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
-    /// A rate or a band that cannot be.
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
 }
 
 #[cfg(test)]

@@ -477,14 +477,12 @@ fn judged(
     (achieved, welch): (&[Band], WelchConfig),
     config: &LoopConfig,
 ) -> Result<Verification, Broken> {
-    let mut verify_config = VerifyConfig {
+    let verify_config = VerifyConfig {
         achievable: achieved.to_vec(),
         welch,
         ..VerifyConfig::over(config.judged, target.rate().hz())
-    };
-    if config.correct.mode == Mode::Texture {
-        verify_config.mode = Mode::Texture;
     }
+    .rendered_as(&config.render, config.correct.mode);
     let measured = Measured {
         response: &felt.response,
         clipping: felt.clipping.clone(),

@@ -1,0 +1,440 @@
+//! Two clocks: how the delay of a measurement changes over time, as a drift or as lost samples, and the measurement on the
+//! clock of its target.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fourier::{RealTransform, fast_length};
+use crate::quantity::{Band, SampleRate};
+use crate::series::mean;
+
+/// Samples that a recording lost, or repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lost {
+    /// When, on the time of the target, s.
+    pub at_s: f64,
+    /// How many, at the rate of the comparison; below zero where samples were repeated.
+    pub samples: f64,
+}
+
+/// How the delay of a measurement changes over time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Clock {
+    /// How much slower the clock of the target runs than that of the measurement, parts per million; the delay grows by it.
+    /// Absent where no drift is shown.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub drift_ppm: Option<f64>,
+    /// Samples that the recording lost.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub lost: Vec<Lost>,
+    /// The rms of the delay about what drift and lost samples explain, s; absent where the delay could not be followed.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub wander_s: Option<f64>,
+    /// The delay at the target's first sample, samples.
+    #[serde(skip)]
+    begin: f64,
+}
+
+impl Clock {
+    /// Whether the measurement has to be brought onto another clock.
+    pub(super) fn differs(&self) -> bool {
+        self.drift_ppm.is_some() || !self.lost.is_empty()
+    }
+
+    /// The same where nothing was corrected for.
+    pub(super) fn uncorrected(self) -> Self {
+        Self {
+            drift_ppm: None,
+            lost: Vec::new(),
+            ..self
+        }
+    }
+
+    /// The delay at the target's first sample, s.
+    pub(super) fn begins_s(&self, rate_hz: f64) -> f64 {
+        self.begin / rate_hz
+    }
+
+    /// The delay at sample `i` of the target, in samples.
+    fn delay_at(&self, i: f64, rate_hz: f64) -> f64 {
+        let lost = self
+            .lost
+            .iter()
+            .filter(|lost| lost.at_s * rate_hz <= i)
+            .map(|lost| -lost.samples)
+            .sum::<f64>();
+        self.begin + self.drift_ppm.unwrap_or(0.0) * 1e-6 * i + lost
+    }
+}
+
+/// The shortest window in which a delay is looked for, s.
+const WINDOW_S: f64 = 0.25;
+/// A window holds so many periods of the lowest frequency.
+const PERIODS: f64 = 6.0;
+/// A delay is looked for so far around the one of the window before, s.
+const SEARCH_S: f64 = 0.01;
+/// A window follows its target from this correlation on.
+const FOLLOWS: f64 = 0.6;
+/// A window with less than this share of the mean power says nothing of delays.
+const LEAST_POWER: f64 = 0.02;
+/// Fewer windows than this show no course of the delay.
+const FEWEST: usize = 5;
+/// Two clocks that differ by more are no clocks, parts per million.
+const MOST_PPM: f64 = 500.0;
+/// Fewer samples than this are not lost but a delay that wanders.
+const LEAST_LOST: f64 = 0.7;
+/// A jump longer than this is a pause, and no samples lost, s.
+const LONGEST_LOST_S: f64 = 0.01;
+/// No more places than this where samples are lost are looked for.
+const MOST_PLACES: usize = 4;
+/// A delay that scatters by less than this about its line, in samples, is a steady one.
+const STEADY: f64 = 0.15;
+/// A place where samples are lost leaves less than this share of the squares that were there without it.
+const LEFT_OF_SQUARES: f64 = 0.3;
+
+/// The delay of one window.
+#[derive(Clone, Copy, Debug)]
+struct Local {
+    /// The middle of the window, samples of the target.
+    at: f64,
+    /// How much later the measurement is there, samples.
+    delay: f64,
+    weight: f64,
+}
+
+/// How the delay of `measured`, which is on the time of `target` but for that, changes over the samples of `target`. Both
+/// are limited to `band`; `sign` is −1 for a measurement with the sign reversed.
+///
+/// Source: the delay by cross-correlation of windows of 0.25 s or six periods, found from one window to the next; a line for
+/// two clocks and steps for lost samples by least squares, each only where it explains what is there.
+pub(super) fn clock(
+    target: &[f64],
+    measured: &[f64],
+    rate: SampleRate,
+    band: Band,
+    sign: f64,
+) -> Clock {
+    let locals = followed(target, measured, rate, band, sign);
+    if locals.len() < FEWEST {
+        return Clock::default();
+    }
+    let most = LONGEST_LOST_S * rate.hz();
+    let mut steps: Vec<f64> = Vec::new();
+    let mut fit = Fit::of(&locals, &steps);
+    // Samples are lost where a step makes a steady delay of one that is none.
+    for _ in 0..MOST_PLACES {
+        if fit.spread < STEADY {
+            break;
+        }
+        let places = locals
+            .windows(2)
+            .map(|pair| 0.5 * (pair[0].at + pair[1].at));
+        let better = places
+            .filter(|place| !steps.contains(place))
+            .map(|place| {
+                let mut with: Vec<f64> = steps.clone();
+                with.push(place);
+                with.sort_by(f64::total_cmp);
+                (Fit::of(&locals, &with), with)
+            })
+            .min_by(|a, b| a.0.squares.total_cmp(&b.0.squares));
+        match better {
+            Some((next, with)) if next.squares < LEFT_OF_SQUARES * fit.squares => {
+                (fit, steps) = (next, with);
+            }
+            _ => break,
+        }
+    }
+    let counted = |jump: &f64| (LEAST_LOST..=most).contains(&jump.abs());
+    if !(fit.spread < STEADY && fit.jumps.iter().all(counted)) {
+        // What wanders is no clock that loses samples; a line may still explain it.
+        steps.clear();
+        fit = Fit::of(&locals, &steps);
+    }
+    let ppm = fit.slope * 1e6;
+    let length = target.len() as f64;
+    let shown = fit.slope.abs() > 3.0 * fit.slope_error
+        && (fit.slope * length).abs() > STEADY
+        && ppm.abs() <= MOST_PPM;
+    let lost = steps.iter().zip(&fit.jumps).map(|(at, jump)| Lost {
+        at_s: at / rate.hz(),
+        // A sample that was lost makes what follows come earlier.
+        samples: whole(-jump),
+    });
+    Clock {
+        drift_ppm: shown.then_some(ppm),
+        lost: lost.collect(),
+        wander_s: Some(fit.spread / rate.hz()),
+        begin: fit.begin,
+    }
+}
+
+/// Samples are lost whole, where neither recording changed its rate.
+fn whole(samples: f64) -> f64 {
+    if (samples - samples.round()).abs() < 0.2 {
+        samples.round()
+    } else {
+        samples
+    }
+}
+
+/// The delays of the windows of `target` that `measured` follows, in the order of time.
+fn followed(
+    target: &[f64],
+    measured: &[f64],
+    rate: SampleRate,
+    band: Band,
+    sign: f64,
+) -> Vec<Local> {
+    let length = ((WINDOW_S.max(PERIODS / band.low().0.max(1.0))) * rate.hz()) as usize;
+    let search = ((SEARCH_S * rate.hz()) as usize).max(2);
+    let hop = length / 2;
+    if length < 16 || target.len() < 3 * length || measured.len() < target.len() {
+        return Vec::new();
+    }
+    let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+    let least = LEAST_POWER * power(target) * length as f64 / target.len() as f64;
+    let mut transform = RealTransform::new(fast_length(2 * length + 2 * search + 1));
+    let count = (target.len() - length) / hop + 1;
+    // The delay of window `w`, looked for around `around`, and its correlation.
+    let mut at = |w: usize, around: f64| -> Option<(f64, f64)> {
+        let from = w * hop;
+        let cut = &target[from..from + length];
+        let own = power(cut);
+        if own < least {
+            return None;
+        }
+        let begin = from as i64 + around.round() as i64 - search as i64;
+        let wide: Vec<f64> = (begin..begin + (length + 2 * search) as i64)
+            .map(|i| {
+                let sample = usize::try_from(i).ok().and_then(|i| measured.get(i));
+                sign * sample.copied().unwrap_or(0.0)
+            })
+            .collect();
+        let (a, b) = (transform.forward(cut), transform.forward(&wide));
+        let cross = a.iter().zip(&b).map(|(a, b)| a.conj() * b).collect();
+        let products = transform.inverse(cross);
+        // The power of the measurement under the window at every lag.
+        let mut under = power(&wide[..length]);
+        let normed: Vec<f64> = (0..=2 * search)
+            .map(|lag| {
+                if lag > 0 {
+                    under += wide[length + lag - 1].powi(2) - wide[lag - 1].powi(2);
+                }
+                products[lag] / (own * under.max(1e-12 * own)).sqrt()
+            })
+            .collect();
+        let largest = normed.iter().copied().fold(0.0, f64::max);
+        if largest < FOLLOWS {
+            return None;
+        }
+        // Of crests as high as each other the nearest: a comb has one every period.
+        let middle = search as f64 + around - around.round();
+        let crest = (1..2 * search)
+            .filter(|&k| normed[k] >= normed[k - 1] && normed[k] >= normed[k + 1])
+            .filter(|&k| normed[k] > 0.9 * largest)
+            .min_by(|&a, &b| {
+                (a as f64 - middle)
+                    .abs()
+                    .total_cmp(&(b as f64 - middle).abs())
+            })?;
+        let (before, on, after) = (normed[crest - 1], normed[crest], normed[crest + 1]);
+        let bend = before - 2.0 * on + after;
+        let part = if bend < 0.0 {
+            0.5 * (before - after) / bend
+        } else {
+            0.0
+        };
+        let delay = around.round() + crest as f64 + part - search as f64;
+        Some((delay, on.min(1.0)))
+    };
+    let Some((start, first)) = (0..count)
+        .filter_map(|w| Some((w, at(w, 0.0)?)))
+        .max_by(|a, b| a.1.1.total_cmp(&b.1.1))
+    else {
+        return Vec::new();
+    };
+    let local = |w: usize, (delay, correlation): (f64, f64)| Local {
+        at: w as f64 * hop as f64 + 0.5 * length as f64,
+        delay,
+        weight: correlation.powi(2) / (1.001 - correlation.powi(2)),
+    };
+    let mut found = vec![local(start, first)];
+    let mut near = first.0;
+    for w in start + 1..count {
+        if let Some(next) = at(w, near) {
+            near = next.0;
+            found.push(local(w, next));
+        }
+    }
+    near = first.0;
+    for w in (0..start).rev() {
+        if let Some(next) = at(w, near) {
+            near = next.0;
+            found.push(local(w, next));
+        }
+    }
+    found.sort_by(|a, b| a.at.total_cmp(&b.at));
+    found
+}
+
+/// A line with steps through delays.
+struct Fit {
+    /// Samples of delay a sample.
+    slope: f64,
+    slope_error: f64,
+    /// The delay at the first sample.
+    begin: f64,
+    /// How far the delay jumps at each place, samples.
+    jumps: Vec<f64>,
+    /// What is left, weighed.
+    squares: f64,
+    /// The rms of what is left, samples.
+    spread: f64,
+}
+
+impl Fit {
+    /// The line of one slope through `locals`, which jumps at `steps`; a window on a step is left out.
+    fn of(locals: &[Local], steps: &[f64]) -> Self {
+        let sides = steps.len() + 1;
+        let side = |at: f64| steps.iter().filter(|step| **step <= at).count();
+        let hop = locals
+            .windows(2)
+            .map(|pair| pair[1].at - pair[0].at)
+            .fold(f64::INFINITY, f64::min);
+        let clear = |local: &&Local| steps.iter().all(|step| (local.at - step).abs() > 0.6 * hop);
+        let used: Vec<Local> = locals.iter().filter(clear).copied().collect();
+        let mut weights: Vec<f64> = used.iter().map(|local| local.weight.min(50.0)).collect();
+        let (mut slope, mut levels) = (0.0, vec![0.0; sides]);
+        let mut left: Vec<f64> = Vec::new();
+        // Weighed anew, so that one window that went wrong does not turn the line.
+        for _ in 0..4 {
+            let mut sums = vec![(0.0, 0.0, 0.0); sides];
+            for (local, w) in used.iter().zip(&weights) {
+                let sum = &mut sums[side(local.at)];
+                *sum = (sum.0 + w, sum.1 + w * local.at, sum.2 + w * local.delay);
+            }
+            let middle = |s: usize| {
+                let (w, at, delay) = sums[s];
+                (at / w.max(1e-12), delay / w.max(1e-12))
+            };
+            let (mut across, mut along) = (0.0, 0.0);
+            for (local, w) in used.iter().zip(&weights) {
+                let (at, delay) = middle(side(local.at));
+                across += w * (local.at - at) * (local.delay - delay);
+                along += w * (local.at - at).powi(2);
+            }
+            slope = if along > 0.0 { across / along } else { 0.0 };
+            for (s, level) in levels.iter_mut().enumerate() {
+                let (at, delay) = middle(s);
+                *level = delay - slope * at;
+            }
+            left = used
+                .iter()
+                .map(|local| local.delay - levels[side(local.at)] - slope * local.at)
+                .collect();
+            let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0).max(1e-3);
+            for ((w, local), v) in weights.iter_mut().zip(&used).zip(&left) {
+                *w = local.weight.min(50.0) * (3.0 * usual / v.abs().max(1e-9)).min(1.0);
+            }
+        }
+        let n = used.len() as f64;
+        let squares: f64 = left.iter().map(|v| v * v).sum();
+        let middle = mean(&used.iter().map(|local| local.at).collect::<Vec<f64>>());
+        let along: f64 = used.iter().map(|local| (local.at - middle).powi(2)).sum();
+        let freedom = (n - 1.0 - sides as f64).max(1.0);
+        Self {
+            slope,
+            begin: levels[0],
+            // Windows overlap by half: two of them are about one and a half.
+            slope_error: (1.5 * squares / freedom / along.max(1e-12)).sqrt(),
+            jumps: levels.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+            squares: squares / freedom,
+            spread: (squares / n.max(1.0)).sqrt(),
+        }
+    }
+}
+
+/// Half the samples that one between them is made of.
+const REACH: i64 = 24;
+
+/// `samples` at `place(i)` for each of `count` places, in samples; nothing beyond the ends.
+///
+/// Formula: sinc interpolation under a Kaiser-like cosine window of 48 samples.
+fn taken_at(samples: &[f64], count: usize, place: impl Fn(usize) -> f64) -> Vec<f64> {
+    (0..count)
+        .map(|i| {
+            let at = place(i);
+            let whole = at.floor();
+            let part = at - whole;
+            let from = whole as i64;
+            (1 - REACH..=REACH)
+                .filter_map(|k| {
+                    let sample = usize::try_from(from + k)
+                        .ok()
+                        .and_then(|i| samples.get(i))?;
+                    let x = part - k as f64;
+                    let sinc = if x.abs() < 1e-9 {
+                        1.0
+                    } else {
+                        (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x)
+                    };
+                    let edge = (0.5 * std::f64::consts::PI * x / REACH as f64).cos();
+                    Some(sample * sinc * edge * edge)
+                })
+                .sum()
+        })
+        .collect()
+}
+
+impl Clock {
+    /// Where samples are lost, found to the sample: the place that leaves the least difference between `target` and
+    /// `measured`, which are on one time but for this clock.
+    pub(super) fn refined(mut self, target: &[f64], measured: &[f64], rate_hz: f64) -> Self {
+        for place in 0..self.lost.len() {
+            let (mut without, mut with) = (self.clone(), self.clone());
+            without.lost.remove(place);
+            with.lost[place].at_s = f64::NEG_INFINITY;
+            let around = self.lost[place].at_s * rate_hz;
+            let reach = 2.0 * WINDOW_S * rate_hz;
+            let from = (around - reach).max(0.0) as usize;
+            let to = ((around + reach) as usize).min(target.len());
+            let differences = |clock: &Self| -> Vec<f64> {
+                let taken = taken_at(measured, to - from, |i| {
+                    let i = (from + i) as f64;
+                    i + clock.delay_at(i, rate_hz)
+                });
+                let pairs = taken.iter().zip(&target[from..to]);
+                pairs.map(|(m, t)| (m - t).powi(2)).collect()
+            };
+            let (before, after) = (differences(&without), differences(&with));
+            let mut best = (f64::INFINITY, 0);
+            let mut sum: f64 = after.iter().sum();
+            for i in 0..before.len() {
+                if sum < best.0 {
+                    best = (sum, i);
+                }
+                sum += before[i] - after[i];
+            }
+            self.lost[place].at_s = (from + best.1) as f64 / rate_hz;
+        }
+        self
+    }
+
+    /// `samples`, of which sample `later` stands at the target's first, at each of `count` samples of the target.
+    pub(super) fn corrected(
+        &self,
+        samples: &[f64],
+        count: usize,
+        later: f64,
+        rate_hz: f64,
+    ) -> Vec<f64> {
+        let about = mean(samples);
+        let samples: Vec<f64> = samples.iter().map(|sample| sample - about).collect();
+        taken_at(&samples, count, |i| {
+            let i = i as f64;
+            i + later + self.delay_at(i, rate_hz)
+        })
+    }
+}

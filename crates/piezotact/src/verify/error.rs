@@ -1,0 +1,79 @@
+//! Why a measurement cannot be compared with its target.
+
+use crate::quantity::{Band, Hertz, QuantityError};
+use crate::resample::ResampleError;
+use crate::series::SeriesError;
+use crate::spectrum::EstimateError;
+
+/// Why a measurement cannot be compared with its target.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// The rates differ.
+    #[error(
+        "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; bring both to one rate"
+    )]
+    Rate {
+        /// The target's rate.
+        target_hz: f64,
+        /// The measurement's rate.
+        measured_hz: f64,
+    },
+    /// The band reaches beyond the signals.
+    #[error("cannot compare over {band}: the signals end at {highest}; lower the band's end")]
+    BandAboveNyquist {
+        /// The band asked for.
+        band: Band,
+        /// Where the signals end.
+        highest: Hertz,
+    },
+    /// The band falls between two lines.
+    #[error(
+        "cannot compare over {band}: it holds no line of the spectra, which have one every {resolution_hz:.2} Hz; take a wider band"
+    )]
+    NoLine {
+        /// The band.
+        band: Band,
+        /// The step between lines, Hz.
+        resolution_hz: f64,
+    },
+    /// Too little in common.
+    #[error(
+        "expected {expected} samples that target and measurement share, found {found}; check that they belong together"
+    )]
+    TooShort {
+        /// A segment.
+        expected: usize,
+        /// What they share.
+        found: usize,
+    },
+    /// Nothing there.
+    #[error(
+        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
+    )]
+    Silent {
+        /// Which of the two.
+        what: &'static str,
+        /// The band.
+        band: Band,
+    },
+    /// The transfer function does not reach the band.
+    #[error(
+        "expected a transfer function that says something in {band}, found none; compare over another band, or measure it there"
+    )]
+    OutOfReach {
+        /// The band asked for.
+        band: Band,
+    },
+    /// The spectra cannot be estimated.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// A drive cannot be brought to the rate of the comparison.
+    #[error(transparent)]
+    Resample(#[from] ResampleError),
+    /// What was computed is no signal.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+    /// A rate or a band that cannot be.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+}

@@ -1,0 +1,226 @@
+//! What happens in time: drop-outs, lost events, and levels that change.
+
+/// The window in which a drop-out is looked for, s.
+const SHORT_S: f64 = 0.01;
+/// How far it moves, s.
+const SHORT_HOP_S: f64 = 0.0025;
+/// A window that holds less than this share of what it should is dropped out.
+const DROPPED: f64 = 0.1;
+/// A window of the target with less than this share of its mean power may hold anything.
+const QUIET: f64 = 0.1;
+/// A window that is quieter than this share of the median is a lull.
+const LULL: f64 = 0.01;
+/// The longest window of short-time levels, s, and the shortest.
+const LEVEL_S: (f64, f64) = (0.5, 0.1);
+/// A window of the target quieter than this share of its mean power has no level of its own.
+const LEVEL_QUIET: f64 = 0.05;
+/// dB of a power whose natural logarithm changes by 1.
+const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
+
+/// A value with the interval in which it lies with 95 % confidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) value: f64,
+    pub(super) interval: [f64; 2],
+}
+
+/// The mean power of windows of `length` samples, `hop` apart.
+fn powers(x: &[f64], length: usize, hop: usize) -> Vec<f64> {
+    if x.len() < length || length == 0 {
+        return Vec::new();
+    }
+    let mut sums = Vec::with_capacity(x.len() + 1);
+    let mut sum = 0.0;
+    sums.push(sum);
+    for v in x {
+        sum += v * v;
+        sums.push(sum);
+    }
+    (0..=(x.len() - length) / hop.max(1))
+        .map(|i| (sums[i * hop + length] - sums[i * hop]).max(0.0) / length as f64)
+        .collect()
+}
+
+/// The number of windows in the longest run for which `is` holds.
+fn longest_run(count: usize, is: impl Fn(usize) -> bool) -> usize {
+    let (mut longest, mut run) = (0, 0);
+    for i in 0..count {
+        run = if is(i) { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    longest
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The two signals that are compared, on one time and in one band, and what the sensor's noise is of the second.
+#[derive(Clone, Copy)]
+pub(super) struct Compared<'a> {
+    pub(super) target: &'a [f64],
+    pub(super) measured: &'a [f64],
+    pub(super) rate_hz: f64,
+    /// The mean square of the sensor's noise.
+    pub(super) noise_power: f64,
+}
+
+impl Compared<'_> {
+    fn samples(&self, duration_s: f64) -> usize {
+        ((duration_s * self.rate_hz).round() as usize).max(1)
+    }
+
+    fn short(&self) -> ([Vec<f64>; 2], f64) {
+        let (length, hop) = (self.samples(SHORT_S), self.samples(SHORT_HOP_S));
+        let both = [self.target, self.measured].map(|x| powers(x, length, hop));
+        (both, hop as f64 / self.rate_hz)
+    }
+
+    /// The longest stretch in which a measurement that follows its target, gain apart, holds less than a tenth of the power
+    /// that it should, s.
+    ///
+    /// Formula: windows of 10 ms every 2.5 ms in which the target holds a tenth of its mean power or more; a run of n
+    /// windows is a drop-out of (n − 1)·2.5 ms + 8 ms, as a window counts once nine tenths of it are gone.
+    pub(super) fn dropped_while_following(&self) -> Found {
+        let ([wanted, got], hop_s) = self.short();
+        let mean = wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
+        let gain = self.gain();
+        let least = (QUIET * mean).max(self.noise_power / (DROPPED * gain).max(f64::MIN_POSITIVE));
+        let gone = |i: usize| {
+            wanted[i] >= least && (got[i] - self.noise_power).max(0.0) < DROPPED * gain * wanted[i]
+        };
+        // A drop-out goes on through a lull of the target.
+        let silent = |i: usize| gone(i) || (wanted[i] < least && got[i] < DROPPED * gain * least);
+        let count = wanted.len().min(got.len());
+        let mut longest = 0.0f64;
+        let mut i = 0;
+        while i < count {
+            if !silent(i) {
+                i += 1;
+                continue;
+            }
+            let from = i;
+            while i < count && silent(i) {
+                i += 1;
+            }
+            // From the first window in which something is missing to the last.
+            let missing: Vec<usize> = (from..i).filter(|i| gone(*i)).collect();
+            if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
+                let windows = (last - first) as f64;
+                longest = longest.max(windows * hop_s + 0.8 * SHORT_S);
+            }
+        }
+        let sure = 2.0 * hop_s;
+        let interval = if longest > 0.0 {
+            [longest - sure, longest + sure]
+        } else {
+            [0.0, 0.0]
+        };
+        Found {
+            value: longest,
+            interval,
+        }
+    }
+
+    /// How much longer the longest lull of the measurement is than that of its target, s, where they are two realisations.
+    ///
+    /// Formula: runs of windows of 10 ms with less than a hundredth of the median power of those that are not silent; of two
+    /// realisations of one texture the longest lulls differ, by as much as they last unless they are far longer.
+    pub(super) fn longer_lulls(&self) -> Found {
+        let ([wanted, got], hop_s) = self.short();
+        let lull = |x: &[f64], noise: f64| {
+            let typical = typical(x) - noise;
+            let below = (LULL * typical).max(noise);
+            let run = longest_run(x.len(), |i| x[i] - noise < below);
+            (run > 0).then_some(run as f64 * hop_s + 0.8 * SHORT_S)
+        };
+        let own = lull(&wanted, 0.0).unwrap_or(0.0);
+        let found = lull(&got, self.noise_power).unwrap_or(0.0);
+        let excess = (found - own).max(0.0);
+        let unsure = 0.5 * own + 2.0 * hop_s;
+        let interval = if found > 0.0 {
+            [(excess - unsure).max(0.0), excess + 0.5 * unsure]
+        } else {
+            [0.0, 0.0]
+        };
+        Found {
+            value: excess,
+            interval,
+        }
+    }
+
+    /// The power of the measurement, less the noise, over that of the target.
+    fn gain(&self) -> f64 {
+        let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64;
+        let wanted = power(self.target);
+        if wanted > 0.0 {
+            (power(self.measured) - self.noise_power).max(0.0) / wanted
+        } else {
+            0.0
+        }
+    }
+
+    fn levels(&self) -> [Vec<f64>; 2] {
+        let duration_s = self.target.len() as f64 / self.rate_hz;
+        let window_s = (duration_s / 8.0).clamp(LEVEL_S.1, LEVEL_S.0);
+        let length = self.samples(window_s);
+        [self.target, self.measured].map(|x| powers(x, length, (length / 2).max(1)))
+    }
+
+    /// The largest departure of a short-time level from that of the target, the mean gain taken away, dB.
+    ///
+    /// Formula: windows of an eighth of the length, 0.1 to 0.5 s; those in which the target holds a twentieth of its mean
+    /// power or more.
+    pub(super) fn level_departure(&self) -> Option<f64> {
+        let [wanted, got] = self.levels();
+        let mean = wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
+        let gain = self.gain();
+        let departures = wanted
+            .iter()
+            .zip(&got)
+            .filter(|(w, _)| **w >= LEVEL_QUIET * mean);
+        let departures = departures.map(|(w, g)| {
+            let left = (g - self.noise_power).max(1e-3 * g).max(f64::MIN_POSITIVE);
+            (DB_PER_NEPER * (left / (gain * w).max(f64::MIN_POSITIVE)).ln()).abs()
+        });
+        departures.reduce(f64::max)
+    }
+
+    /// How much more, or less, short-time levels of the measurement spread than those of its target, dB, where they are two
+    /// realisations.
+    ///
+    /// Formula: the difference of the standard deviations of 10·log10 of the windows' power; its interval from the
+    /// kurtosis-free standard error sd/√(2(n − 1)) of each.
+    pub(super) fn level_spread_difference(&self) -> Option<Found> {
+        let [wanted, got] = self.levels();
+        let spread = |x: &[f64], noise: f64| {
+            let typical = typical(x);
+            let levels: Vec<f64> = x
+                .iter()
+                .map(|p| DB_PER_NEPER * ((p - noise).max(1e-3 * typical)).max(1e-300).ln())
+                .collect();
+            crate::series::standard_deviation(&levels)
+        };
+        // Windows overlap by half.
+        let n = 0.6 * wanted.len() as f64;
+        if n < 3.0 {
+            return None;
+        }
+        let (a, b) = (spread(&wanted, 0.0), spread(&got, self.noise_power));
+        let error = (a * a + b * b).sqrt() / (2.0 * (n - 1.0)).sqrt();
+        let value = (b - a).abs();
+        Some(Found {
+            value,
+            interval: [(value - 2.0 * error).max(0.0), value + 2.0 * error],
+        })
+    }
+}
+
+/// The median power of the windows that are not silent.
+fn typical(powers: &[f64]) -> f64 {
+    let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
+    let loud: Vec<f64> = powers.iter().copied().filter(|p| *p > 0.1 * mean).collect();
+    median(&loud)
+}

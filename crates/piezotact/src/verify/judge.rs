@@ -1,0 +1,485 @@
+//! The criteria of a verification, from what was found of target and measurement.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::clock::Clock;
+use super::events::{Compared, Found};
+use super::lines::{Floor, Line, Lines, Pair, rms_error};
+use super::{Aspect, VerifyConfig};
+use crate::criterion::{Criterion, Limit};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Hertz, SampleRate};
+use crate::render::Mode;
+
+/// What a person should know of how a measurement was compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "doubt", rename_all = "snake_case")]
+pub enum VerifyDoubt {
+    /// The clocks of playback and recording differ, and the measurement was compared after correcting for it.
+    ClockDrift {
+        /// By how much, parts per million.
+        ppm: f64,
+    },
+    /// The recording lost samples, and was compared after correcting for it.
+    LostSamples {
+        /// How many.
+        samples: f64,
+        /// At how many places.
+        places: usize,
+    },
+    /// The delay changes over time as neither two clocks nor lost samples explain.
+    DelayWanders {
+        /// The rms of the delay about a steady one, s.
+        rms_s: f64,
+    },
+    /// Part of the target's lines is hidden by the sensor's noise and was not compared.
+    HiddenByNoise {
+        /// Their share of the lines, 0–1.
+        line_share: f64,
+        /// Their share of the target's power, 0–1.
+        power_share: f64,
+    },
+    /// The measurement equals the target.
+    CopyOfTarget,
+}
+
+impl fmt::Display for VerifyDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ClockDrift { ppm } => write!(
+                f,
+                "the clocks of playback and recording differ by {ppm:+.1} ppm: compared after correcting for it; drive both from one clock, or keep to short textures"
+            ),
+            Self::LostSamples { samples, places } => write!(
+                f,
+                "the recording lost {samples:.0} samples at {places} place(s): compared after correcting for it; look for an overload of the recorder, and record again"
+            ),
+            Self::DelayWanders { rms_s } => write!(
+                f,
+                "the delay of the measurement wanders by {:.2} ms rms, as neither two clocks nor lost samples explain: look for a sound output that changes its rate, or a sensor that moves",
+                rms_s * 1e3
+            ),
+            Self::HiddenByNoise { line_share, power_share } => write!(
+                f,
+                "the sensor's noise hides {:.0} % of the target's lines, which hold {:.2} % of its power: they are not compared; take a quieter sensor to judge them",
+                line_share * 100.0,
+                power_share * 100.0
+            ),
+            Self::CopyOfTarget => f.write_str(
+                "the measurement equals the target: it is a copy and shows nothing of a device; give what was recorded while the drive was played",
+            ),
+        }
+    }
+}
+
+/// What is known of a target and its measurement.
+pub(super) struct Evidence<'a> {
+    /// The spectra of what is compared.
+    pub(super) pair: &'a Pair,
+    /// The PSD of the target as it was asked for, before its rendering took anything away.
+    pub(super) asked_psd: &'a [f64],
+    /// The PSDs of target and measurement at all frequencies.
+    pub(super) outside: [&'a [f64]; 2],
+    /// Both on one time, within what is judged.
+    pub(super) waveforms: [&'a [f64]; 2],
+    pub(super) floor: Option<&'a Floor>,
+    /// The parts of the band that are judged.
+    pub(super) judged: &'a [Band],
+    /// The share of the target that was measured.
+    pub(super) covered: f64,
+    pub(super) clipped: f64,
+    pub(super) clock: &'a Clock,
+    /// Whether it is an acceleration, for which detection thresholds are known.
+    pub(super) felt: bool,
+    pub(super) rate: SampleRate,
+    pub(super) config: &'a VerifyConfig,
+}
+
+/// The criteria, and what is doubted.
+pub(super) struct Judgement {
+    pub(super) criteria: Vec<Criterion<Aspect>>,
+    pub(super) more: Vec<Doubt>,
+}
+
+/// A waveform that correlates by more follows its target in time.
+const FOLLOWS: f64 = 0.5;
+/// A measurement that correlates by so much is a copy: no device and no sensor does that.
+const COPY: f64 = 1.0 - 1e-12;
+/// A delay that wanders by more is a doubt, s.
+const WANDERS_S: f64 = 5e-5;
+/// The highest frequency at which something is felt, Hz, and the lowest that is looked at outside the band.
+const FELT_HZ: (f64, f64) = (10.0, 1000.0);
+/// A line outside the band counts when it stands out of noise and target by this factor.
+const STANDS_OUT: f64 = 4.0;
+
+/// The criteria on `evidence`.
+pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
+    let (config, limits) = (evidence.config, &evidence.config.limits);
+    let mut criteria = Vec::new();
+    let mut more: Vec<Doubt> = Vec::new();
+    let noise_power: f64 = evidence.floor.map_or(0.0, |floor| {
+        evidence.judged.iter().map(|band| floor.power(*band)).sum()
+    });
+    let [target, measured] = evidence.waveforms;
+    let blocks = Blocks::of(target, measured, noise_power, evidence.rate.hz());
+    let all = blocks.all();
+
+    let level = blocks.interval(&Sums::level_db);
+    criteria.push(of(
+        Aspect::Level,
+        "dB",
+        level,
+        Limit::Within {
+            reach: limits.level_db,
+        },
+    ));
+    let lines = Lines::of(evidence.pair, evidence.floor, config.band);
+    criteria.extend(spectrum(evidence, &lines, &mut more));
+    if config.mode == Mode::Replicate {
+        criteria.push(of(
+            Aspect::WaveformCorrelation,
+            "",
+            blocks.interval(&Sums::fisher).tanh(),
+            Limit::at_least(limits.waveform_correlation),
+        ));
+        criteria.push(of(
+            Aspect::WaveformError,
+            "dB",
+            blocks.interval(&Sums::nmse_db),
+            Limit::at_most(limits.waveform_nmse_db),
+        ));
+    }
+    criteria.extend(in_time(evidence, &all, noise_power));
+    criteria.push(Criterion::new(
+        Aspect::Clipped,
+        "",
+        evidence.clipped,
+        None,
+        Limit::at_most(limits.clipped_fraction),
+    ));
+    criteria.extend(extent(evidence, &lines));
+    let correlation = all.fisher().tanh();
+    if all.plain_correlation() >= COPY {
+        more.push(Doubt::Verification(VerifyDoubt::CopyOfTarget));
+        criteria.push(Criterion {
+            found: Some(correlation),
+            ..Criterion::unmeasured(Aspect::Independent, "", Limit::at_most(COPY))
+        });
+    }
+    more.extend(of_clock(evidence.clock));
+    Judgement { criteria, more }
+}
+
+fn of(what: Aspect, unit: &str, found: Found, limit: Limit) -> Criterion<Aspect> {
+    Criterion::new(what, unit, found.value, Some(found.interval), limit)
+}
+
+/// What is doubted of the clocks.
+fn of_clock(clock: &Clock) -> Vec<Doubt> {
+    let drift = clock.drift_ppm.map(|ppm| VerifyDoubt::ClockDrift { ppm });
+    let lost = (!clock.lost.is_empty()).then(|| VerifyDoubt::LostSamples {
+        samples: clock.lost.iter().map(|lost| lost.samples).sum(),
+        places: clock.lost.len(),
+    });
+    let wanders = clock
+        .wander_s
+        .filter(|wander_s| *wander_s > WANDERS_S)
+        .map(|rms_s| VerifyDoubt::DelayWanders { rms_s });
+    [drift, lost, wanders]
+        .into_iter()
+        .flatten()
+        .map(Doubt::Verification)
+        .collect()
+}
+
+/// The errors of the spectrum: unweighted, by power and by felt power, and the power that was added.
+fn spectrum(
+    evidence: &Evidence<'_>,
+    lines: &Lines,
+    more: &mut Vec<Doubt>,
+) -> Vec<Criterion<Aspect>> {
+    let (config, limits) = (evidence.config, &evidence.config.limits);
+    let judged = |line: &&Line| {
+        evidence
+            .judged
+            .iter()
+            .any(|band| band.contains(line.frequency_hz))
+    };
+    let compared: Vec<Line> = lines.compared.iter().filter(judged).copied().collect();
+    let sensitivity = |hz: f64| config.weighting.threshold_m_s2(Hertz(hz)).powi(-2);
+    let mut criteria = Vec::new();
+    let mut push = |what: Aspect, weight: &dyn Fn(&Line) -> f64| {
+        let limit = Limit::at_most(limits.error_db_rms);
+        criteria.push(match rms_error(&compared, weight) {
+            Some((value, interval)) => of(what, "dB", Found { value, interval }, limit),
+            None => Criterion::unmeasured(what, "dB", limit),
+        });
+    };
+    push(Aspect::SpectrumError, &|_| 1.0);
+    push(Aspect::PowerWeightedError, &|line| line.target_power);
+    if evidence.felt {
+        push(Aspect::FeltWeightedError, &|line| {
+            line.target_power * sensitivity(line.frequency_hz)
+        });
+    }
+    let in_band: f64 = lines
+        .compared
+        .iter()
+        .map(|line| line.target_power)
+        .sum::<f64>()
+        + lines.hidden_power;
+    let added = lines.added / in_band.max(f64::MIN_POSITIVE);
+    criteria.push(Criterion::new(
+        Aspect::AddedPower,
+        "",
+        added,
+        None,
+        Limit::at_most(limits.added_power),
+    ));
+    if evidence.felt {
+        let step_hz = evidence.pair.resolution_hz;
+        let [target, measured] = evidence.outside;
+        let noise = |hz: f64| evidence.floor.map_or(0.0, |floor| floor.at(hz));
+        let beyond: f64 = (0..target.len().min(measured.len()))
+            .map(|k| (k as f64 * step_hz, target[k], measured[k]))
+            // A window's main lobe brings the band's edge into the lines beside it.
+            .filter(|(hz, ..)| {
+                (FELT_HZ.0..=FELT_HZ.1).contains(hz)
+                    && (*hz < config.band.low().0 - 3.0 * step_hz
+                        || *hz > config.band.high().0 + 3.0 * step_hz)
+            })
+            .filter(|(hz, t, m)| *m > STANDS_OUT * (noise(*hz) + t))
+            .map(|(hz, t, m)| (m - noise(hz) - t) * step_hz * sensitivity(hz))
+            .sum();
+        let felt: f64 = lines
+            .compared
+            .iter()
+            .map(|line| line.target_power * sensitivity(line.frequency_hz))
+            .sum();
+        // Below the detection threshold nothing is felt of it, however faint the texture.
+        criteria.push(Criterion::new(
+            Aspect::FeltOutside,
+            "",
+            beyond / felt.max(1.0),
+            None,
+            Limit::at_most(limits.added_power),
+        ));
+    }
+    let all = lines.compared.len() + lines.hidden;
+    if lines.hidden > 0 {
+        more.push(Doubt::Verification(VerifyDoubt::HiddenByNoise {
+            line_share: lines.hidden as f64 / all.max(1) as f64,
+            power_share: lines.hidden_power / in_band.max(f64::MIN_POSITIVE),
+        }));
+    }
+    criteria
+}
+
+/// What happens in time.
+fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criterion<Aspect>> {
+    let limits = &evidence.config.limits;
+    let [target, measured] = evidence.waveforms;
+    let compared = Compared {
+        target,
+        measured,
+        rate_hz: evidence.rate.hz(),
+        noise_power,
+    };
+    let drop_out = Limit::at_most(limits.drop_out_s);
+    let level = Limit::at_most(limits.short_time_level_db);
+    if all.plain_correlation().abs() > FOLLOWS {
+        let dropped = compared.dropped_while_following();
+        let mut criteria = vec![of(Aspect::DropOut, "s", dropped, drop_out)];
+        criteria.extend(
+            compared
+                .level_departure()
+                .map(|value| Criterion::new(Aspect::ShortTimeLevel, "dB", value, None, level)),
+        );
+        criteria
+    } else {
+        let mut criteria = vec![of(Aspect::DropOut, "s", compared.longer_lulls(), drop_out)];
+        let spread = compared.level_spread_difference();
+        criteria.extend(spread.map(|found| of(Aspect::ShortTimeSpread, "dB", found, level)));
+        criteria
+    }
+}
+
+/// How much of the target was judged.
+fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<Aspect>> {
+    let limits = &evidence.config.limits;
+    let band = evidence.config.band;
+    let step_hz = evidence.pair.resolution_hz;
+    let judged = |hz: f64| evidence.judged.iter().any(|band| band.contains(hz));
+    let (mut power, mut kept) = (0.0, 0.0);
+    for (k, p) in evidence.asked_psd.iter().enumerate() {
+        let hz = k as f64 * step_hz;
+        if band.contains(hz) {
+            power += p;
+            kept += if judged(hz) { *p } else { 0.0 };
+        }
+    }
+    let hidden = lines.hidden_power / (step_hz * power).max(f64::MIN_POSITIVE);
+    let counted = lines
+        .compared
+        .iter()
+        .filter(|line| judged(line.frequency_hz));
+    let line_share = counted.count() as f64 / lines.compared.len().max(1) as f64;
+    let least = limits.least_judged;
+    vec![
+        Criterion::new(
+            Aspect::JudgedPower,
+            "",
+            (kept / power.max(f64::MIN_POSITIVE) - hidden).clamp(0.0, 1.0),
+            None,
+            Limit::AtLeast {
+                met: limits.judged_power,
+                not_met: least,
+            },
+        ),
+        Criterion::new(
+            Aspect::JudgedLines,
+            "",
+            line_share,
+            None,
+            Limit::at_least(least),
+        ),
+        Criterion::new(
+            Aspect::Covered,
+            "",
+            evidence.covered,
+            None,
+            Limit::AtLeast {
+                met: limits.covered,
+                not_met: 0.0,
+            },
+        ),
+    ]
+}
+
+/// Sums over target and measurement.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: f64,
+    target: f64,
+    measured: f64,
+    product: f64,
+    /// The mean square of the sensor's noise.
+    noise_power: f64,
+}
+
+impl Sums {
+    fn without(self, other: Self) -> Self {
+        Self {
+            count: self.count - other.count,
+            target: self.target - other.target,
+            measured: self.measured - other.measured,
+            product: self.product - other.product,
+            noise_power: self.noise_power,
+        }
+    }
+
+    /// The square of the measurement, less the noise; no less than a hundredth of itself.
+    fn left(&self) -> f64 {
+        let left = self.measured - self.count * self.noise_power;
+        left.max(0.01 * self.measured).max(f64::MIN_POSITIVE)
+    }
+
+    fn level_db(&self) -> f64 {
+        10.0 * (self.left() / self.target.max(f64::MIN_POSITIVE)).log10()
+    }
+
+    fn plain_correlation(&self) -> f64 {
+        let norm = (self.target * self.measured).sqrt();
+        if norm > 0.0 { self.product / norm } else { 0.0 }
+    }
+
+    /// Fisher's transform of the correlation, less what the noise takes from it.
+    fn fisher(&self) -> f64 {
+        let norm = (self.target * self.left()).sqrt().max(f64::MIN_POSITIVE);
+        (self.product / norm)
+            .clamp(-1.0 + 1e-15, 1.0 - 1e-15)
+            .atanh()
+    }
+
+    fn nmse_db(&self) -> f64 {
+        let difference = self.measured - 2.0 * self.product + self.target;
+        let left = (difference - self.count * self.noise_power).max(0.01 * difference);
+        10.0 * (left.max(0.0) / self.target.max(f64::MIN_POSITIVE))
+            .max(1e-32)
+            .log10()
+    }
+}
+
+/// Blocks of time, which leave one another out.
+struct Blocks(Vec<Sums>);
+
+/// The length of a block, s, and the fewest.
+const BLOCK_S: f64 = 0.25;
+const FEWEST_BLOCKS: usize = 8;
+
+impl Blocks {
+    fn of(target: &[f64], measured: &[f64], noise_power: f64, rate_hz: f64) -> Self {
+        let count = target.len().min(measured.len());
+        let blocks = ((count as f64 / rate_hz / BLOCK_S) as usize).max(FEWEST_BLOCKS);
+        let length = count.div_ceil(blocks).max(1);
+        let pairs = target.chunks(length).zip(measured.chunks(length));
+        Self(
+            pairs
+                .map(|(t, m)| Sums {
+                    count: t.len() as f64,
+                    target: t.iter().map(|v| v * v).sum(),
+                    measured: m.iter().map(|v| v * v).sum(),
+                    product: t.iter().zip(m).map(|(t, m)| t * m).sum(),
+                    noise_power,
+                })
+                .collect(),
+        )
+    }
+
+    fn all(&self) -> Sums {
+        let mut all = Sums::default();
+        for block in &self.0 {
+            all.count += block.count;
+            all.target += block.target;
+            all.measured += block.measured;
+            all.product += block.product;
+            all.noise_power = block.noise_power;
+        }
+        all
+    }
+
+    /// `statistic` of all, with its 95 % interval by the jackknife over blocks.
+    fn interval(&self, statistic: &dyn Fn(&Sums) -> f64) -> Found {
+        let all = self.all();
+        let value = statistic(&all);
+        let n = self.0.len() as f64;
+        let left_out: Vec<f64> = self
+            .0
+            .iter()
+            .map(|block| statistic(&all.without(*block)))
+            .collect();
+        let middle = left_out.iter().sum::<f64>() / n.max(1.0);
+        let squares: f64 = left_out.iter().map(|v| (v - middle).powi(2)).sum();
+        let error = ((n - 1.0) / n.max(1.0) * squares).sqrt();
+        let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0))
+            .map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+        let reach = if error > 0.0 { quantile * error } else { 0.0 };
+        Found {
+            value,
+            interval: [value - reach, value + reach],
+        }
+    }
+}
+
+impl Found {
+    /// Back from Fisher's transform.
+    fn tanh(self) -> Self {
+        Self {
+            value: self.value.tanh(),
+            interval: self.interval.map(f64::tanh),
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! The spectra of target and measurement line by line, with what each line scatters by and what the sensor's noise is of it.
+
+use num_complex::Complex;
+
+use super::VerifyError;
+use crate::fourier::RealTransform;
+use crate::quantity::{Band, SampleRate};
+use crate::spectrum::{EstimateError, WelchConfig, segments_in};
+
+/// dB of a power whose natural logarithm changes by 1.
+const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
+/// A line with less power than so many times the sensor's noise is hidden by it.
+const HIDDEN_RATIO: f64 = 3.0;
+/// The sensor's noise is smooth over this on either side of a line, Hz: tones are none of it.
+const SMOOTH_HZ: f64 = 40.0;
+/// Neighbouring lines of a Hann window scatter together: so many more squares than independent ones have.
+const TOGETHER: f64 = 1.4;
+/// The 97.5 % quantile of the normal distribution.
+const REACH: f64 = 1.96;
+
+/// The PSDs of two signals on one time, and how far they go together.
+pub(super) struct Pair {
+    pub(super) target: Vec<f64>,
+    pub(super) measured: Vec<f64>,
+    /// The variance of 10·log10(measured/target) of each line, dB².
+    pub(super) variance_db2: Vec<f64>,
+    pub(super) resolution_hz: f64,
+}
+
+/// Sums over segments of a line.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    target: f64,
+    measured: f64,
+    target_squared: f64,
+    measured_squared: f64,
+    cross: Complex<f64>,
+}
+
+impl Pair {
+    /// The PSDs of `target` and `measured` by Welch's method, with the variance of each line's ratio.
+    ///
+    /// Formula: (10/ln 10)²·(c_t² + c_m²)·(1 − γ²)/n with c the coefficient of variation of a line's power over segments
+    /// (1 for noise, 0 for a tone), γ² the coherence of the two less what unrelated signals have, and n the effective number
+    /// of averages.
+    ///
+    /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2, for the variances and the coherence.
+    pub(super) fn of(
+        target: &[f64],
+        measured: &[f64],
+        welch: &WelchConfig,
+        rate: SampleRate,
+    ) -> Result<Self, EstimateError> {
+        let (segment, hop) = (welch.segment, welch.hop()?);
+        let count = segments_in(target.len(), segment, hop);
+        let window = welch.window.coefficients(segment, welch.symmetry);
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let mut transform = RealTransform::new(segment);
+        let mut sums = vec![Sums::default(); segment / 2 + 1];
+        let mut cut = vec![0.0; segment];
+        for j in 0..count {
+            let mut lines = |x: &[f64]| {
+                for ((place, w), v) in cut.iter_mut().zip(&window).zip(&x[j * hop..]) {
+                    *place = w * v;
+                }
+                transform.forward(&cut)
+            };
+            let (a, b) = (lines(target), lines(measured));
+            for ((sum, a), b) in sums.iter_mut().zip(&a).zip(&b) {
+                let (pa, pb) = (a.norm_sqr(), b.norm_sqr());
+                sum.target += pa;
+                sum.measured += pb;
+                sum.target_squared += pa * pa;
+                sum.measured_squared += pb * pb;
+                sum.cross += a.conj() * b;
+            }
+        }
+        let n = count as f64;
+        let effective = welch.effective_averages(count)?.max(1.0);
+        let scale = 2.0 / (rate.hz() * power * n.max(1.0));
+        let variance = |sum: &Sums| {
+            let varies = |sum: f64, squared: f64| {
+                if count < 4 || sum <= 0.0 {
+                    // Too few segments to see how a line varies: as noise does.
+                    return 1.0;
+                }
+                let unbiased = n / (n - 1.0) * (n * squared / (sum * sum) - 1.0);
+                unbiased.clamp(0.0, 2.0)
+            };
+            let both = sum.target * sum.measured;
+            let coherence = if both > 0.0 {
+                sum.cross.norm_sqr() / both
+            } else {
+                0.0
+            };
+            // Of unrelated signals it is one over the averages.
+            let coherence = if count > 1 {
+                ((coherence - 1.0 / n) / (1.0 - 1.0 / n)).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            let relative =
+                varies(sum.target, sum.target_squared) + varies(sum.measured, sum.measured_squared);
+            DB_PER_NEPER.powi(2) * relative * (1.0 - coherence) / effective
+        };
+        Ok(Self {
+            variance_db2: sums.iter().map(variance).collect(),
+            target: sums.iter().map(|sum| sum.target * scale).collect(),
+            measured: sums.iter().map(|sum| sum.measured * scale).collect(),
+            resolution_hz: rate.hz() / segment as f64,
+        })
+    }
+}
+
+/// The smooth PSD of what a sensor shows where nothing is played, unit²/Hz, one value every `resolution_hz` from 0 Hz.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Floor {
+    values: Vec<f64>,
+    resolution_hz: f64,
+}
+
+/// Shorter stretches say nothing of the noise, s.
+const SHORTEST_S: f64 = 0.1;
+
+impl Floor {
+    /// The noise of the stretches of a response that come before and after what was played; `None` when they are too short.
+    ///
+    /// Formula: Welch's PSD in segments of 64 ms, then the median over 40 Hz on either side: a tone stands in few lines and does
+    /// not move a median.
+    pub(super) fn of(quiet: &[&[f64]], rate: SampleRate) -> Option<Self> {
+        let shortest = (SHORTEST_S * rate.hz()) as usize;
+        let segment = 2usize
+            .pow((0.064 * rate.hz()).log2().round() as u32)
+            .max(16);
+        let quiet: Vec<&[f64]> = quiet
+            .iter()
+            .copied()
+            .filter(|x| x.len() >= shortest.max(segment))
+            .collect();
+        let welch = WelchConfig::hann(segment);
+        let mut values = vec![0.0; segment / 2 + 1];
+        let mut count = 0;
+        for x in &quiet {
+            let pair = Pair::of(x, x, &welch, rate).ok()?;
+            let n = segments_in(x.len(), segment, segment / 2);
+            for (value, p) in values.iter_mut().zip(&pair.target) {
+                *value += p * n as f64;
+            }
+            count += n;
+        }
+        if count < 2 {
+            return None;
+        }
+        values.iter_mut().for_each(|value| *value /= count as f64);
+        let resolution_hz = rate.hz() / segment as f64;
+        let reach = ((SMOOTH_HZ / resolution_hz) as usize).max(1);
+        let smooth = (0..values.len())
+            .map(|k| {
+                let mut near: Vec<f64> =
+                    values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec();
+                near.sort_by(f64::total_cmp);
+                near[near.len() / 2]
+            })
+            .collect();
+        Some(Self {
+            values: smooth,
+            resolution_hz,
+        })
+    }
+
+    /// At `frequency_hz`, unit²/Hz.
+    pub(super) fn at(&self, frequency_hz: f64) -> f64 {
+        let k = (frequency_hz / self.resolution_hz).round() as usize;
+        self.values
+            .get(k.min(self.values.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(0.0)
+    }
+
+    /// Its power within `band`, unit².
+    pub(super) fn power(&self, band: Band) -> f64 {
+        let lines = self.values.iter().enumerate();
+        lines
+            .map(|(k, value)| {
+                let centre_hz = k as f64 * self.resolution_hz;
+                let low_hz = (centre_hz - 0.5 * self.resolution_hz).max(band.low().0);
+                let high_hz = (centre_hz + 0.5 * self.resolution_hz).min(band.high().0);
+                value * (high_hz - low_hz).max(0.0)
+            })
+            .sum()
+    }
+}
+
+/// One line that is compared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) frequency_hz: f64,
+    /// 10·log10 of measured, less the noise, over target, dB.
+    pub(super) error_db: f64,
+    variance_db2: f64,
+    /// The power of the target, unit².
+    pub(super) target_power: f64,
+}
+
+/// The lines of a band that are compared, and those that are not.
+pub(super) struct Lines {
+    pub(super) compared: Vec<Line>,
+    /// How many lines hold no target.
+    pub(super) without_target: usize,
+    /// How many lines hold target that the noise hides.
+    pub(super) hidden: usize,
+    /// The power of the target on those, unit².
+    pub(super) hidden_power: f64,
+    /// The power of the measurement, less the noise, on lines without target, unit².
+    pub(super) added: f64,
+}
+
+/// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
+pub(super) const NO_POWER_DB: f64 = -50.0;
+/// A measured line is no lower than this share of the target: below lies what rounding leaves.
+const LOWEST_RATIO: f64 = 1e-6;
+
+impl Lines {
+    /// The lines of `pair` within `band`; the strongest line of the band decides which hold target.
+    pub(super) fn of(pair: &Pair, floor: Option<&Floor>, band: Band) -> Self {
+        let step_hz = pair.resolution_hz;
+        let within = |k: &usize| band.contains(*k as f64 * step_hz);
+        let all: Vec<usize> = (0..pair.target.len()).filter(within).collect();
+        let strongest = all.iter().map(|k| pair.target[*k]).fold(0.0, f64::max);
+        let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
+        let mut lines = Self {
+            compared: Vec::with_capacity(all.len()),
+            without_target: 0,
+            hidden: 0,
+            hidden_power: 0.0,
+            added: 0.0,
+        };
+        for k in all {
+            let frequency_hz = k as f64 * step_hz;
+            let (target, measured) = (pair.target[k], pair.measured[k]);
+            let noise = floor.map_or(0.0, |floor| floor.at(frequency_hz));
+            let left = measured - noise;
+            if target < least || target <= 0.0 {
+                lines.without_target += 1;
+                lines.added += left.max(0.0) * step_hz;
+            } else if target < HIDDEN_RATIO * noise && measured < 2.0 * HIDDEN_RATIO * noise {
+                lines.hidden += 1;
+                lines.hidden_power += target * step_hz;
+            } else {
+                let ratio = (left / target).max(LOWEST_RATIO);
+                // What the noise scatters by counts for more where less is left of the line.
+                let more = (measured / left.max(0.1 * measured)).powi(2);
+                lines.compared.push(Line {
+                    frequency_hz,
+                    error_db: 10.0 * ratio.log10(),
+                    variance_db2: pair.variance_db2[k] * more.min(9.0),
+                    target_power: target * step_hz,
+                });
+            }
+        }
+        lines
+    }
+}
+
+/// An rms error over lines, what estimates scatter by taken away, with the interval in which it lies with 95 % confidence, dB.
+///
+/// Formula: e² = Σw·(d² − v)/Σw with v the variance of a line's d; the variance of e² is 1.4·Σw²·(2v² + 4·(d² − v)·v)/(Σw)².
+///
+/// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36.
+pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option<(f64, [f64; 2])> {
+    let (mut sum, mut squares, mut varies) = (0.0, 0.0, 0.0);
+    for line in lines {
+        let w = weight(line);
+        let (d2, v) = (line.error_db.powi(2), line.variance_db2);
+        sum += w;
+        squares += w * (d2 - v);
+        varies += w * w * (2.0 * v * v + 4.0 * (d2 - v).max(0.0) * v);
+    }
+    if !(sum > 0.0 && sum.is_finite()) {
+        return None;
+    }
+    let found = squares / sum;
+    let reach = REACH * (TOGETHER * varies).sqrt() / sum;
+    let root = |v: f64| v.max(0.0).sqrt();
+    Some((root(found), [root(found - reach), root(found + reach)]))
+}
+
+fn ratio_db(measured: f64, target: f64) -> f64 {
+    if target > 0.0 {
+        10.0 * (measured.max(target * 1e-12) / target).log10()
+    } else {
+        0.0
+    }
+}
+
+pub(crate) fn rms_of(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
+        (sum + value * value, count + 1)
+    });
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// The errors of the lines of a band.
+pub(crate) struct LineErrors {
+    /// Frequency in Hz and error in dB of every line with target power.
+    pub(crate) compared: Vec<(f64, f64)>,
+    /// How many lines hold none.
+    pub(crate) without_target: usize,
+    /// The sum of the measured values on those.
+    pub(crate) added: f64,
+}
+
+pub(crate) fn errors_in_band(
+    target: &[f64],
+    measured: &[f64],
+    resolution_hz: f64,
+    band: Band,
+) -> Result<LineErrors, VerifyError> {
+    let lines: Vec<(f64, f64, f64)> = target
+        .iter()
+        .zip(measured)
+        .enumerate()
+        .map(|(k, (t, m))| (k as f64 * resolution_hz, *t, *m))
+        .filter(|(frequency_hz, ..)| band.contains(*frequency_hz))
+        .collect();
+    if lines.is_empty() {
+        return Err(VerifyError::NoLine {
+            band,
+            resolution_hz,
+        });
+    }
+    let strongest = lines
+        .iter()
+        .fold(0.0, |strongest: f64, (_, t, _)| strongest.max(*t));
+    if strongest <= 0.0 {
+        return Err(VerifyError::Silent {
+            what: "the target",
+            band,
+        });
+    }
+    let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
+    let compared: Vec<(f64, f64)> = lines
+        .iter()
+        .filter(|(_, t, _)| *t >= least)
+        .map(|(f, t, m)| (*f, ratio_db(*m, *t)))
+        .collect();
+    Ok(LineErrors {
+        without_target: lines.len() - compared.len(),
+        added: lines
+            .iter()
+            .filter(|(_, t, _)| *t < least)
+            .map(|(.., m)| m)
+            .sum(),
+        compared,
+    })
+}

@@ -1,0 +1,139 @@
+//! The target as it was to be played, and the measurement on its time and on its clock.
+
+use super::align::{Aligned, align, in_bands};
+use super::clock::{self, Clock};
+use super::lines::Floor;
+use super::{VerifyConfig, VerifyError, nmse_db};
+use crate::fourier::{RealTransform, fast_length};
+use crate::quantity::{Band, Quantity, SampleRate};
+use crate::render::fade_ends;
+use crate::series::{Series, mean, rms};
+
+/// `asked` as its rendering was to play it: about its mean, with its fades and within its band.
+pub(super) fn meant<Q: Quantity>(
+    asked: &Series<Q>,
+    config: &VerifyConfig,
+) -> Result<Series<Q>, VerifyError> {
+    let rate = asked.rate();
+    let about = mean(asked.samples());
+    let mut samples: Vec<f64> = asked.samples().iter().map(|x| x - about).collect();
+    fade_ends(&mut samples, rate.samples_in(config.fade));
+    if let Some(kept) = config.rendered {
+        let count = samples.len();
+        let n = fast_length(2 * count);
+        let mut transform = RealTransform::new(n);
+        let mut bins = transform.forward(&samples);
+        for (k, bin) in bins.iter_mut().enumerate() {
+            *bin *= kept
+                .band
+                .weight(k as f64 * rate.hz() / n as f64, kept.edge_ratio);
+        }
+        samples = transform.inverse(bins);
+        samples.truncate(count);
+    }
+    Ok(Series::new(samples, rate)?)
+}
+
+/// A measurement on the time and the clock of its target.
+pub(super) struct OnTime {
+    pub(super) aligned: Aligned,
+    pub(super) clock: Clock,
+}
+
+/// A correction of the clock is kept when it takes so much from the waveforms' difference, dB.
+const LEAST_GAIN_DB: f64 = 0.1;
+
+/// `response` brought onto the time of `meant`, and onto its clock where the delay changes as two clocks or lost samples make it.
+pub(super) fn on_time<Q: Quantity>(
+    meant: &Series<Q>,
+    response: &Series<Q>,
+    band: Band,
+) -> Result<OnTime, VerifyError> {
+    let rate = meant.rate();
+    let first = align(meant, response, band)?;
+    let difference_db = |aligned: &Aligned| {
+        let (t, m) = (
+            &aligned.target_in_band[aligned.from..aligned.to],
+            &aligned.measured_in_band[aligned.from..aligned.to],
+        );
+        let missed: Vec<f64> = t.iter().zip(m).map(|(t, m)| m - t).collect();
+        nmse_db(rms(&missed), rms(t))
+    };
+    let product: f64 = first
+        .target_in_band
+        .iter()
+        .zip(&first.measured_in_band)
+        .map(|(t, m)| t * m)
+        .sum();
+    let (target, measured) = (&first.target_in_band, &first.measured_in_band);
+    let clock = clock::clock(target, measured, rate, band, product.signum());
+    if !clock.differs() {
+        return Ok(OnTime {
+            aligned: first,
+            clock,
+        });
+    }
+    let clock = clock.refined(target, measured, rate.hz());
+    let later = first.delay.0 * rate.hz();
+    let samples = clock.corrected(response.samples(), meant.samples().len(), later, rate.hz());
+    let corrected = Series::<Q>::new(samples, rate)?;
+    let mut second = align(meant, &corrected, band)?;
+    if difference_db(&second) > difference_db(&first) - LEAST_GAIN_DB {
+        return Ok(OnTime {
+            aligned: first,
+            clock: clock.uncorrected(),
+        });
+    }
+    second.delay.0 += first.delay.0 + clock.begins_s(rate.hz());
+    second.from = second.from.max(first.from);
+    second.to = second.to.min(first.to).max(second.from);
+    Ok(OnTime {
+        aligned: second,
+        clock,
+    })
+}
+
+/// Nothing of the texture is left so long before it begins, and so long after it ended, s.
+const GUARD_S: (f64, f64) = (0.05, 0.1);
+/// What comes before and after is no noise when it has more than this share of the power of the texture.
+const MOST_NOISE: f64 = 0.25;
+
+/// The noise of the sensor in `response`: what it shows before and after the texture; `None` when that is too short, or too
+/// loud to be noise.
+pub(super) fn floor<Q: Quantity>(
+    meant: &Series<Q>,
+    response: &Series<Q>,
+    aligned: &Aligned,
+    band: Band,
+) -> Option<Floor> {
+    let (rate, samples) = (meant.rate(), response.samples());
+    let begin = (aligned.delay.0 - GUARD_S.0) * rate.hz();
+    let end = (aligned.delay.0 + GUARD_S.1) * rate.hz() + meant.samples().len() as f64;
+    let place = |at: f64| at.clamp(0.0, samples.len() as f64) as usize;
+    let about = mean(samples);
+    let quiet: Vec<Vec<f64>> = [&samples[..place(begin)], &samples[place(end)..]]
+        .iter()
+        .map(|x| x.iter().map(|v| v - about).collect())
+        .collect();
+    let quiet: Vec<&[f64]> = quiet.iter().map(Vec::as_slice).collect();
+    let floor = Floor::of(&quiet, rate)?;
+    let played = rms(&aligned.measured_in_band[aligned.from..aligned.to]).powi(2);
+    (floor.power(band) <= MOST_NOISE * played).then_some(floor)
+}
+
+/// Target and measurement within what is judged, on one time.
+pub(super) fn judged_waveforms(
+    aligned: &Aligned,
+    judged: &[Band],
+    rate: SampleRate,
+    band: Band,
+) -> [Vec<f64>; 2] {
+    if judged == [band] {
+        return [
+            aligned.target_in_band.clone(),
+            aligned.measured_in_band.clone(),
+        ];
+    }
+    [&aligned.target_in_band, &aligned.measured_in_band]
+        .map(|samples| in_bands(samples, rate, judged))
+}

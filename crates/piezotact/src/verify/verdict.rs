@@ -1,0 +1,289 @@
+//! What a verification concludes, and from which criteria.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::Verification;
+use crate::criterion::{Criterion, Limit, Outcome};
+use crate::quantity::Decibels;
+
+/// What a verification concludes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every criterion is met, over all of the target.
+    Passed,
+    /// Every criterion is met over the part that could be judged, which is not all of the target.
+    PassedInPart {
+        /// The share of the target's power that was judged, 0–1: in the band and in time.
+        power_share: f64,
+    },
+    /// At least one criterion is not met.
+    NotPassed,
+    /// No criterion is known not to be met, and at least one is not known to be met.
+    NotDecided,
+}
+
+impl Verdict {
+    /// The verdict in plain words: "passed", "passed in part", "not passed" or "not decided".
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::PassedInPart { .. } => "passed in part",
+            Self::NotPassed => "not passed",
+            Self::NotDecided => "not decided",
+        }
+    }
+
+    /// What `criteria` say together. One that is not met decides; then one that is not decided; a part that could not be judged
+    /// comes last, and a measurement of less than `least` of the target decides nothing.
+    #[must_use]
+    pub(super) fn of(criteria: &[Criterion<Aspect>], least: f64) -> Self {
+        let of = |extent: bool| {
+            let chosen = criteria
+                .iter()
+                .filter(move |c| c.what.is_extent() == extent);
+            Outcome::of_all(chosen.map(|criterion| criterion.outcome))
+        };
+        let found = |what: Aspect| {
+            let criterion = criteria.iter().find(|criterion| criterion.what == what);
+            criterion.and_then(|c| c.found).unwrap_or(1.0)
+        };
+        match (of(false), of(true)) {
+            (Outcome::NotMet, _) | (_, Outcome::NotMet) => Self::NotPassed,
+            (Outcome::NotDecided, _) => Self::NotDecided,
+            (Outcome::Met, Outcome::Met) => Self::Passed,
+            (Outcome::Met, Outcome::NotDecided) if found(Aspect::Covered) < least => {
+                Self::NotDecided
+            }
+            (Outcome::Met, Outcome::NotDecided) => Self::PassedInPart {
+                power_share: found(Aspect::JudgedPower) * found(Aspect::Covered),
+            },
+        }
+    }
+}
+
+/// What a criterion of a verification looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Aspect {
+    /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
+    Level,
+    /// The rms error of the lines, what estimates scatter by taken away, dB.
+    SpectrumError,
+    /// The same, lines weighted by the power of the target.
+    PowerWeightedError,
+    /// The same, lines weighted by the power of the target over the detection threshold.
+    FeltWeightedError,
+    /// Pearson's correlation of the waveforms.
+    WaveformCorrelation,
+    /// The power of the waveforms' difference over that of the target, dB.
+    WaveformError,
+    /// The share of samples at a limit.
+    Clipped,
+    /// The power on lines of the band without target, over the target's.
+    AddedPower,
+    /// What is felt outside the band and was not in the target, over what is felt of the target in the band.
+    FeltOutside,
+    /// The longest drop-out that the target does not have, s.
+    DropOut,
+    /// The largest departure of a short-time level, dB.
+    ShortTimeLevel,
+    /// The spread of short-time levels beyond that of the target, dB.
+    ShortTimeSpread,
+    /// The share of the target's power in the band on the lines that are judged.
+    JudgedPower,
+    /// The share of the lines of the band that are judged.
+    JudgedLines,
+    /// The share of the target's length that was measured.
+    Covered,
+    /// Whether the measurement is one: no copy of the target.
+    Independent,
+    /// The difference that a finger could feel, in just-noticeable differences.
+    FeltDifference,
+}
+
+impl Aspect {
+    /// Whether it says how much was judged, and not how well it was rendered.
+    fn is_extent(self) -> bool {
+        matches!(self, Self::JudgedPower | Self::JudgedLines | Self::Covered)
+    }
+
+    /// How a value of it is written.
+    fn value(self, value: f64) -> String {
+        match self {
+            Self::Level => format!("{value:+.2} dB"),
+            Self::SpectrumError | Self::PowerWeightedError | Self::FeltWeightedError => {
+                format!("{value:.2} dB rms")
+            }
+            Self::WaveformCorrelation => format!("{value:.3}"),
+            Self::WaveformError => format!("{value:.1} dB"),
+            Self::ShortTimeLevel | Self::ShortTimeSpread => format!("{value:.1} dB"),
+            Self::Clipped => format!("{:.2} %", value * 100.0),
+            Self::AddedPower
+            | Self::FeltOutside
+            | Self::JudgedPower
+            | Self::JudgedLines
+            | Self::Covered => format!("{:.0} %", value * 100.0),
+            Self::DropOut => format!("{:.0} ms", value * 1e3),
+            Self::FeltDifference => format!("{value:.2} JND"),
+            Self::Independent => format!("{value:.9}"),
+        }
+    }
+}
+
+impl fmt::Display for Aspect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Level => "level",
+            Self::SpectrumError => "spectrum error",
+            Self::PowerWeightedError => "spectrum error weighted by power",
+            Self::FeltWeightedError => "spectrum error weighted by felt power",
+            Self::WaveformCorrelation => "waveform correlation",
+            Self::WaveformError => "waveform error (NMSE)",
+            Self::Clipped => "samples at a limit",
+            Self::AddedPower => "power added where the target has none",
+            Self::FeltOutside => "felt power added outside the band",
+            Self::DropOut => "longest drop-out",
+            Self::ShortTimeLevel => "short-time level, largest departure",
+            Self::ShortTimeSpread => "spread of short-time levels, difference",
+            Self::JudgedPower => "target power that is judged",
+            Self::JudgedLines => "lines of the band that are judged",
+            Self::Covered => "length of the target that was measured",
+            Self::Independent => "correlation with a copy of the target",
+            Self::FeltDifference => "difference that can be felt",
+        })
+    }
+}
+
+impl Criterion<Aspect> {
+    /// What was found, as text with its unit.
+    #[must_use]
+    pub fn found_text(&self) -> String {
+        self.found
+            .map_or_else(|| "not measured".into(), |found| self.what.value(found))
+    }
+
+    /// The interval, as text with its unit; empty where there is none.
+    #[must_use]
+    pub fn interval_text(&self) -> String {
+        match self.interval {
+            Some([low, high]) => {
+                format!("{} to {}", self.what.value(low), self.what.value(high))
+            }
+            None => String::new(),
+        }
+    }
+
+    /// The limit, as text with its unit.
+    #[must_use]
+    pub fn limit_text(&self) -> String {
+        let (sign, met, not_met) = match self.limit {
+            Limit::AtMost { met, not_met } => ("at most", met, not_met),
+            Limit::AtLeast { met, not_met } => ("at least", met, not_met),
+            Limit::Within { reach } => {
+                let reach = self.what.value(reach);
+                return format!("within ±{}", reach.trim_start_matches('+'));
+            }
+        };
+        let met_text = self.what.value(met);
+        if (met - not_met).abs() < 1e-12 || not_met <= 0.0 {
+            format!("{sign} {met_text}")
+        } else {
+            format!(
+                "{sign} {met_text}, not met beyond {}",
+                self.what.value(not_met)
+            )
+        }
+    }
+
+    /// The criterion in one phrase: what, found, its interval where that matters, and the limit.
+    #[must_use]
+    pub fn phrase(&self) -> String {
+        if self.what == Aspect::Independent {
+            return "the measurement equals the target: it is a copy and no measurement".into();
+        }
+        let interval = match (self.outcome, self.interval) {
+            (Outcome::NotDecided, Some(_)) => format!("95 %: {}; ", self.interval_text()),
+            _ => String::new(),
+        };
+        format!(
+            "{} {} ({interval}{})",
+            self.what,
+            self.found_text(),
+            self.limit_text()
+        )
+    }
+}
+
+impl Verification {
+    /// Whether every criterion is met over all of the target.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.verdict == Verdict::Passed
+    }
+
+    /// The criterion on `what`, if it was looked at.
+    #[must_use]
+    pub fn criterion(&self, what: Aspect) -> Option<&Criterion<Aspect>> {
+        self.criteria
+            .iter()
+            .find(|criterion| criterion.what == what)
+    }
+
+    /// Adds a criterion of another kind, and concludes again.
+    #[must_use]
+    pub fn with(mut self, criterion: Criterion<Aspect>) -> Self {
+        self.criteria.retain(|other| other.what != criterion.what);
+        self.criteria.push(criterion);
+        self.verdict = Verdict::of(&self.criteria, self.limits.least_judged);
+        self
+    }
+
+    /// One line that says what is concluded and why: every criterion that is not met or not decided, or else the main ones.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let named = |outcome: Outcome| -> Vec<String> {
+            let chosen = self.criteria.iter().filter(|c| c.outcome == outcome);
+            chosen.map(Criterion::phrase).collect()
+        };
+        let main = || -> Vec<String> {
+            use Aspect::{
+                FeltDifference, Level, SpectrumError, WaveformCorrelation, WaveformError,
+            };
+            [
+                Level,
+                SpectrumError,
+                WaveformCorrelation,
+                WaveformError,
+                FeltDifference,
+            ]
+            .into_iter()
+            .filter_map(|what| self.criterion(what).map(Criterion::phrase))
+            .collect()
+        };
+        let why = match self.verdict {
+            Verdict::Passed => main(),
+            Verdict::PassedInPart { .. } => [named(Outcome::NotDecided), main()].concat(),
+            Verdict::NotPassed => named(Outcome::NotMet),
+            Verdict::NotDecided => named(Outcome::NotDecided),
+        };
+        let over = match self.verdict {
+            Verdict::PassedInPart { power_share } => {
+                format!(", over {:.0} % of the target's power", power_share * 100.0)
+            }
+            _ => format!(" over {}", self.judged_band()),
+        };
+        let level = if Decibels(self.level_db).0 == 0.0 {
+            String::new()
+        } else {
+            format!(
+                "; rendered at {:+.1} dB and compared at that level",
+                self.level_db
+            )
+        };
+        format!("{}{over}: {}{level}", self.verdict.word(), why.join(", "))
+    }
+}
