@@ -136,6 +136,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["R1"] {
         return crate::rendering::run();
     }
+    if let ["V1", part @ ..] = only {
+        return crate::verdicts::run(part);
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     let folder = inputs(python, &script)?;
     println!(
@@ -226,6 +229,7 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     }
     if only.is_empty() {
         crate::rendering::run()?;
+        crate::verdicts::run(&[])?;
     }
     Ok(())
 }

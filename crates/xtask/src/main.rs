@@ -3,6 +3,7 @@
 mod bench;
 mod rendering;
 mod tidy;
+mod verdicts;
 mod work;
 
 use anyhow::{Result, bail};
