@@ -29,7 +29,7 @@ pub(crate) use twin::Replay;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, 1 something is wrong with the data or the device, 2 the command cannot be what was\nmeant, 3 a verification was done and did not pass."
+    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, and a verification passed; 1 something is wrong with the data or the device; 2 the command\nis not valid; a verification was done and 3 is not passed, 4 is passed in part, 5 is not decided."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]

@@ -72,10 +72,14 @@ pub struct Rendering {
 }
 
 impl Rendering {
-    /// Whether the waveform of the texture was left free: its spectrum alone was meant.
+    /// Whether the waveform of the texture was rendered, or its spectrum alone.
     #[must_use]
-    pub fn spectrum_alone(&self) -> bool {
-        self.aim == Some(Mode::Texture) || self.config.inverse.phase == PhaseForm::Minimum
+    pub fn mode(&self) -> Mode {
+        if self.config.inverse.phase == PhaseForm::Minimum {
+            Mode::Texture
+        } else {
+            self.aim.unwrap_or(Mode::Replicate)
+        }
     }
 
     /// What `rendered`, made from the texture called `target` at `level_db`, is.

@@ -83,13 +83,13 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let straight = sent_straight(&mut bench, &target, out)?;
     say("5/5 comparing");
     let limit = drive.headroom.limit;
-    let mut verification = compared(&target, &measured, limit, level)?;
+    let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
     verification
         .doubts
         .splice(0..0, drive.doubts.iter().chain(&measured.doubts).cloned());
     let straight = Straight {
-        as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0))?,
-        turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0))?,
+        as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0), None)?,
+        turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0), None)?,
     };
 
     let path = out.join("report.html");
@@ -302,13 +302,17 @@ fn compared(
     measured: &Recording,
     limit: f64,
     level: Decibels,
+    rendering: Option<&Rendering>,
 ) -> Outcome<Verification> {
     let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
     let drive = measured.series::<Drive>(Some(DRIVE_CHANNEL))?;
-    let config = VerifyConfig {
+    let mut config = VerifyConfig {
         level,
         ..VerifyConfig::over(judged_band()?, target.rate().hz())
     };
+    if let Some(rendering) = rendering {
+        config = config.rendered_as(&rendering.config, rendering.mode());
+    }
     let clipping = clipping(&response, Some((&drive, limit)), None);
     Ok(verify(
         target,

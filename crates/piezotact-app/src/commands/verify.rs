@@ -6,12 +6,12 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::recording::Recording;
-use piezotact::render::Mode;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::series::Series;
 use piezotact::verify::Verdict;
 use piezotact::verify::{
-    self, Changed, Measured, Verification, VerifyConfig, VerifyError, clipping, predicted_straight,
+    self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, clipping,
+    predicted_straight,
 };
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::{Rendering, read_sidecar};
@@ -294,12 +294,7 @@ fn judge(
     if let Some(rendering) = rendering {
         config.achievable.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
-        let mode = if rendering.spectrum_alone() {
-            Mode::Texture
-        } else {
-            Mode::Replicate
-        };
-        config = config.rendered_as(&rendering.config, mode);
+        config = config.rendered_as(&rendering.config, rendering.mode());
     }
     let compared = Measured {
         response: &response,
@@ -446,7 +441,8 @@ pub(crate) fn verification_json(verification: &Verification) -> Outcome<Value> {
     let mut value = serde_json::to_value(verification)?;
     if let Some(fields) = value.as_object_mut() {
         fields.insert("doubts".into(), doubts_json(&verification.doubts)?);
-        fields.insert("verdict".into(), verification.sentence().into());
+        fields.insert("passed".into(), verification.passed().into());
+        fields.insert("sentence".into(), verification.sentence().into());
     }
     Ok(value)
 }

@@ -20,6 +20,43 @@ pub(crate) struct Aligned {
     /// The part of the target that the measurement covers.
     pub(crate) from: usize,
     pub(crate) to: usize,
+    band: Band,
+}
+
+impl Aligned {
+    /// The correlation of what is compared.
+    pub(super) fn correlation(&self) -> f64 {
+        let (t, m) = (
+            &self.target_in_band[self.from..self.to],
+            &self.measured_in_band[self.from..self.to],
+        );
+        crate::series::correlation(t, m)
+    }
+
+    /// The same with the measurement `lag` whole samples later than the target.
+    pub(super) fn moved_to<Q: Quantity>(self, lag: f64, response: &Series<Q>) -> Self {
+        let rate = response.rate();
+        let count = self.target_in_band.len();
+        let limited = in_band(response.samples(), rate, self.band);
+        let about = mean(response.samples());
+        let taken = |x: &[f64], about: f64| -> Vec<f64> {
+            (0..count as i64)
+                .map(|i| {
+                    let place = usize::try_from(i + lag as i64).ok();
+                    place.and_then(|i| x.get(i)).map_or(0.0, |v| v - about)
+                })
+                .collect()
+        };
+        let to = (response.samples().len() as f64 - lag).clamp(0.0, count as f64) as usize;
+        Self {
+            delay: Seconds(lag / rate.hz()),
+            measured: taken(response.samples(), about),
+            measured_in_band: taken(&limited, 0.0),
+            from: ((-lag).max(0.0) as usize).min(to),
+            to,
+            ..self
+        }
+    }
 }
 
 /// The widest edge of the band-pass that the waveforms go through before they are compared.
@@ -154,6 +191,7 @@ pub(crate) fn align<Q: Quantity>(
         target_in_band,
         from: from.min(to),
         to,
+        band,
     })
 }
 

@@ -82,7 +82,7 @@ impl Compared<'_> {
     /// that it should, s.
     ///
     /// Formula: windows of 10 ms every 2.5 ms in which the target holds a tenth of its mean power or more; a run of n
-    /// windows is a drop-out of (n − 1)·2.5 ms + 8 ms, as a window counts once nine tenths of it are gone.
+    /// windows is a drop-out of (n − 1)·2.5 ms + 9 ms, as a window counts once nine tenths of it are gone.
     pub(super) fn dropped_while_following(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
         let mean = wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
@@ -109,10 +109,10 @@ impl Compared<'_> {
             let missing: Vec<usize> = (from..i).filter(|i| gone(*i)).collect();
             if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
                 let windows = (last - first) as f64;
-                longest = longest.max(windows * hop_s + 0.8 * SHORT_S);
+                longest = longest.max(windows * hop_s + 0.9 * SHORT_S);
             }
         }
-        let sure = 2.0 * hop_s;
+        let sure = hop_s;
         let interval = if longest > 0.0 {
             [longest - sure, longest + sure]
         } else {
@@ -134,20 +134,15 @@ impl Compared<'_> {
             let typical = typical(x) - noise;
             let below = (LULL * typical).max(noise);
             let run = longest_run(x.len(), |i| x[i] - noise < below);
-            (run > 0).then_some(run as f64 * hop_s + 0.8 * SHORT_S)
+            (run > 0).then(|| (run - 1) as f64 * hop_s + 0.9 * SHORT_S)
         };
         let own = lull(&wanted, 0.0).unwrap_or(0.0);
         let found = lull(&got, self.noise_power).unwrap_or(0.0);
         let excess = (found - own).max(0.0);
-        let unsure = 0.5 * own + 2.0 * hop_s;
-        let interval = if found > 0.0 {
-            [(excess - unsure).max(0.0), excess + 0.5 * unsure]
-        } else {
-            [0.0, 0.0]
-        };
+        let unsure = 0.5 * own + hop_s;
         Found {
             value: excess,
-            interval,
+            interval: [(excess - unsure).max(0.0), excess],
         }
     }
 
@@ -188,32 +183,35 @@ impl Compared<'_> {
         departures.reduce(f64::max)
     }
 
-    /// How much more, or less, short-time levels of the measurement spread than those of its target, dB, where they are two
-    /// realisations.
+    /// How far the distribution of short-time levels lies from that of the target, the mean gain taken away, dB rms.
     ///
-    /// Formula: the difference of the standard deviations of 10·log10 of the windows' power; its interval from the
-    /// kurtosis-free standard error sd/√(2(n − 1)) of each.
-    pub(super) fn level_spread_difference(&self) -> Option<Found> {
-        let [wanted, got] = self.levels();
-        let spread = |x: &[f64], noise: f64| {
-            let typical = typical(x);
-            let levels: Vec<f64> = x
-                .iter()
-                .map(|p| DB_PER_NEPER * ((p - noise).max(1e-3 * typical)).max(1e-300).ln())
+    /// Formula: the rms difference of the sorted levels of windows of 0.1 s; what is silent counts as 20 dB below the mean
+    /// level. Windows of another realisation are other ones: a third of the value and 0.3 dB are left open.
+    pub(super) fn level_distribution(&self) -> Option<Found> {
+        let length = self.samples(LEVEL_S.1);
+        let hop = (length / 4).max(1);
+        let gain = self.gain().max(f64::MIN_POSITIVE);
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+        let wanted = powers(self.target, length, hop);
+        let silent = LULL * mean(&wanted);
+        let sorted = |powers: &mut dyn Iterator<Item = f64>| {
+            let mut levels: Vec<f64> = powers
+                .map(|power| DB_PER_NEPER * (power.max(0.0) + silent).ln())
                 .collect();
-            crate::series::standard_deviation(&levels)
+            levels.sort_by(f64::total_cmp);
+            levels
         };
-        // Windows overlap by half.
-        let n = 0.6 * wanted.len() as f64;
-        if n < 3.0 {
+        let got = powers(self.measured, length, hop);
+        let got = sorted(&mut got.iter().map(|power| (power - self.noise_power) / gain));
+        let wanted = sorted(&mut wanted.iter().copied());
+        if wanted.len() < 8 || silent <= 0.0 {
             return None;
         }
-        let (a, b) = (spread(&wanted, 0.0), spread(&got, self.noise_power));
-        let error = (a * a + b * b).sqrt() / (2.0 * (n - 1.0)).sqrt();
-        let value = (b - a).abs();
+        let squares: f64 = wanted.iter().zip(&got).map(|(a, b)| (a - b).powi(2)).sum();
+        let value = (squares / wanted.len() as f64).sqrt();
         Some(Found {
             value,
-            interval: [(value - 2.0 * error).max(0.0), value + 2.0 * error],
+            interval: [(0.67 * value - 0.3).max(0.0), 1.33 * value + 0.3],
         })
     }
 }

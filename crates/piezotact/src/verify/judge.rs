@@ -81,8 +81,8 @@ pub(super) struct Evidence<'a> {
     pub(super) pair: &'a Pair,
     /// The PSD of the target as it was asked for, before its rendering took anything away.
     pub(super) asked_psd: &'a [f64],
-    /// The PSDs of target and measurement at all frequencies.
-    pub(super) outside: [&'a [f64]; 2],
+    /// The spectra of both at all frequencies.
+    pub(super) outside: &'a Pair,
     /// Both on one time, within what is judged.
     pub(super) waveforms: [&'a [f64]; 2],
     pub(super) floor: Option<&'a Floor>,
@@ -107,7 +107,7 @@ pub(super) struct Judgement {
 /// A waveform that correlates by more follows its target in time.
 const FOLLOWS: f64 = 0.5;
 /// A measurement that correlates by so much is a copy: no device and no sensor does that.
-const COPY: f64 = 1.0 - 1e-12;
+const COPY: f64 = 1.0 - 1e-7;
 /// A delay that wanders by more is a doubt, s.
 const WANDERS_S: f64 = 5e-5;
 /// The highest frequency at which something is felt, Hz, and the lowest that is looked at outside the band.
@@ -127,7 +127,9 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     let blocks = Blocks::of(target, measured, noise_power, evidence.rate.hz());
     let all = blocks.all();
 
-    let level = blocks.interval(&Sums::level_db);
+    let bandwidth_s = effective_bandwidth_hz(evidence.pair, evidence.judged) * target.len() as f64
+        / evidence.rate.hz();
+    let level = blocks.level_db(bandwidth_s);
     criteria.push(of(
         Aspect::Level,
         "dB",
@@ -142,13 +144,13 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         criteria.push(of(
             Aspect::WaveformCorrelation,
             "",
-            blocks.interval(&Sums::fisher).tanh(),
+            blocks.correlation(bandwidth_s),
             Limit::at_least(limits.waveform_correlation),
         ));
         criteria.push(of(
             Aspect::WaveformError,
             "dB",
-            blocks.interval(&Sums::nmse_db),
+            blocks.nmse_db(bandwidth_s),
             Limit::at_most(limits.waveform_nmse_db),
         ));
     }
@@ -161,7 +163,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         Limit::at_most(limits.clipped_fraction),
     ));
     criteria.extend(extent(evidence, &lines));
-    let correlation = all.fisher().tanh();
+    let correlation = all.correlation();
     if all.plain_correlation() >= COPY {
         more.push(Doubt::Verification(VerifyDoubt::CopyOfTarget));
         criteria.push(Criterion {
@@ -240,19 +242,25 @@ fn spectrum(
         Limit::at_most(limits.added_power),
     ));
     if evidence.felt {
-        let step_hz = evidence.pair.resolution_hz;
-        let [target, measured] = evidence.outside;
+        let Pair {
+            target,
+            measured,
+            resolution_hz,
+            ..
+        } = evidence.outside;
         let noise = |hz: f64| evidence.floor.map_or(0.0, |floor| floor.at(hz));
+        let edge = config.rendered.map_or(0.0, |rendered| rendered.edge_ratio);
         let beyond: f64 = (0..target.len().min(measured.len()))
-            .map(|k| (k as f64 * step_hz, target[k], measured[k]))
-            // A window's main lobe brings the band's edge into the lines beside it.
+            .map(|k| (k as f64 * resolution_hz, target[k], measured[k]))
+            // The edges of the rendering are no addition.
             .filter(|(hz, ..)| {
+                let half_hz = 0.5 * resolution_hz;
                 (FELT_HZ.0..=FELT_HZ.1).contains(hz)
-                    && (*hz < config.band.low().0 - 3.0 * step_hz
-                        || *hz > config.band.high().0 + 3.0 * step_hz)
+                    && (hz + half_hz < config.band.low().0 * (1.0 - edge)
+                        || hz - half_hz > config.band.high().0 * (1.0 + edge))
             })
             .filter(|(hz, t, m)| *m > STANDS_OUT * (noise(*hz) + t))
-            .map(|(hz, t, m)| (m - noise(hz) - t) * step_hz * sensitivity(hz))
+            .map(|(hz, t, m)| (m - noise(hz) - t) * resolution_hz * sensitivity(hz))
             .sum();
         let felt: f64 = lines
             .compared
@@ -290,21 +298,21 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
     };
     let drop_out = Limit::at_most(limits.drop_out_s);
     let level = Limit::at_most(limits.short_time_level_db);
-    if all.plain_correlation().abs() > FOLLOWS {
-        let dropped = compared.dropped_while_following();
-        let mut criteria = vec![of(Aspect::DropOut, "s", dropped, drop_out)];
-        criteria.extend(
-            compared
-                .level_departure()
-                .map(|value| Criterion::new(Aspect::ShortTimeLevel, "dB", value, None, level)),
-        );
-        criteria
-    } else {
-        let mut criteria = vec![of(Aspect::DropOut, "s", compared.longer_lulls(), drop_out)];
-        let spread = compared.level_spread_difference();
-        criteria.extend(spread.map(|found| of(Aspect::ShortTimeSpread, "dB", found, level)));
-        criteria
-    }
+    // When a texture is quiet is free, for how long is not: another realisation has its lulls elsewhere.
+    let dropped = match evidence.config.mode {
+        Mode::Replicate if all.follows() => compared.dropped_while_following(),
+        _ => compared.longer_lulls(),
+    };
+    let over_time = match evidence.config.mode {
+        Mode::Replicate => compared
+            .level_departure()
+            .map(|value| Criterion::new(Aspect::ShortTimeLevel, "dB", value, None, level)),
+        Mode::Texture => compared
+            .level_distribution()
+            .map(|found| of(Aspect::ShortTimeDistribution, "dB", found, level)),
+    };
+    let dropped = of(Aspect::DropOut, "s", dropped, drop_out);
+    [dropped].into_iter().chain(over_time).collect()
 }
 
 /// How much of the target was judged.
@@ -396,26 +404,32 @@ impl Sums {
         if norm > 0.0 { self.product / norm } else { 0.0 }
     }
 
-    /// Fisher's transform of the correlation, less what the noise takes from it.
-    fn fisher(&self) -> f64 {
-        let norm = (self.target * self.left()).sqrt().max(f64::MIN_POSITIVE);
-        (self.product / norm)
-            .clamp(-1.0 + 1e-15, 1.0 - 1e-15)
-            .atanh()
+    /// Whether the measurement follows its target in time.
+    fn follows(&self) -> bool {
+        self.plain_correlation().abs() > FOLLOWS
     }
 
-    fn nmse_db(&self) -> f64 {
+    /// The correlation, less what the noise takes from it.
+    fn correlation(&self) -> f64 {
+        let norm = (self.target * self.left()).sqrt().max(f64::MIN_POSITIVE);
+        (self.product / norm).clamp(-1.0, 1.0)
+    }
+
+    /// The power of the difference, less the noise, over that of the target.
+    fn nmse(&self) -> f64 {
         let difference = self.measured - 2.0 * self.product + self.target;
         let left = (difference - self.count * self.noise_power).max(0.01 * difference);
-        10.0 * (left.max(0.0) / self.target.max(f64::MIN_POSITIVE))
-            .max(1e-32)
-            .log10()
+        left.max(0.0) / self.target.max(f64::MIN_POSITIVE)
     }
 }
 
 /// Blocks of time, which leave one another out.
 struct Blocks(Vec<Sums>);
 
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL_REACH: f64 = 1.96;
+/// dB of a power whose natural logarithm changes by 1.
+const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 /// The length of a block, s, and the fewest.
 const BLOCK_S: f64 = 0.25;
 const FEWEST_BLOCKS: usize = 8;
@@ -451,8 +465,46 @@ impl Blocks {
         all
     }
 
+    /// The level of the measurement over that of the target, dB. Where the measurement follows its target the two scatter
+    /// together; else the interval is that of the jackknife over blocks.
+    ///
+    /// Formula: the variance of 10·log10 of the ratio of two powers is (10/ln 10)²·2·(1 − r²)/(B·T).
+    fn level_db(&self, bandwidth_s: f64) -> Found {
+        let all = self.all();
+        let value = all.level_db();
+        if !all.follows() {
+            return self.jackknife(&Sums::level_db);
+        }
+        let apart = 1.0 - all.correlation().powi(2);
+        let reach = NORMAL_REACH * DB_PER_NEPER * (2.0 * apart / bandwidth_s.max(1.0)).sqrt();
+        Found {
+            value,
+            interval: [value - reach, value + reach],
+        }
+    }
+
+    /// The correlation of the waveforms: of these samples, so that only what the sensor's noise leaves is open.
+    fn correlation(&self, bandwidth_s: f64) -> Found {
+        let value = self.all().correlation();
+        let reach = NORMAL_REACH * (1.0 - value) / bandwidth_s.max(1.0).sqrt();
+        Found {
+            value,
+            interval: [value - reach, (value + reach).min(1.0)],
+        }
+    }
+
+    /// The power of the waveforms' difference over that of the target, dB, likewise.
+    fn nmse_db(&self, bandwidth_s: f64) -> Found {
+        let value = 10.0 * self.all().nmse().max(1e-32).log10();
+        let reach = NORMAL_REACH * DB_PER_NEPER / bandwidth_s.max(1.0).sqrt();
+        Found {
+            value,
+            interval: [value - reach, value + reach],
+        }
+    }
+
     /// `statistic` of all, with its 95 % interval by the jackknife over blocks.
-    fn interval(&self, statistic: &dyn Fn(&Sums) -> f64) -> Found {
+    fn jackknife(&self, statistic: &dyn Fn(&Sums) -> f64) -> Found {
         let all = self.all();
         let value = statistic(&all);
         let n = self.0.len() as f64;
@@ -474,12 +526,22 @@ impl Blocks {
     }
 }
 
-impl Found {
-    /// Back from Fisher's transform.
-    fn tanh(self) -> Self {
-        Self {
-            value: self.value.tanh(),
-            interval: self.interval.map(f64::tanh),
-        }
+/// The bandwidth of noise that scatters as much as the target's lines within `judged`, Hz.
+///
+/// Formula: (ΣS)²/ΣS²·Δf.
+fn effective_bandwidth_hz(pair: &Pair, judged: &[Band]) -> f64 {
+    let lines = pair.target.iter().enumerate();
+    let (sum, squares) = lines
+        .filter(|(k, _)| {
+            let hz = *k as f64 * pair.resolution_hz;
+            judged.iter().any(|band| band.contains(hz))
+        })
+        .fold((0.0, 0.0), |(sum, squares), (_, p)| {
+            (sum + p, squares + p * p)
+        });
+    if squares > 0.0 {
+        sum * sum / squares * pair.resolution_hz
+    } else {
+        pair.resolution_hz
     }
 }

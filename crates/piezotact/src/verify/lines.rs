@@ -4,8 +4,9 @@ use num_complex::Complex;
 
 use super::VerifyError;
 use crate::fourier::RealTransform;
-use crate::quantity::{Band, SampleRate};
-use crate::spectrum::{EstimateError, WelchConfig, segments_in};
+use crate::quantity::{Acceleration, Band, SampleRate};
+use crate::render::fade_ends;
+use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, segments_in};
 
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
@@ -27,89 +28,148 @@ pub(super) struct Pair {
     pub(super) resolution_hz: f64,
 }
 
-/// Sums over segments of a line.
+/// The share of a signal over which its ends are tapered before it is transformed as a whole.
+const TAPER_SHARE: f64 = 0.05;
+/// Coherence is that of so many bins at least.
+const COHERENCE_BINS: usize = 12;
+
+/// Sums over the bins of a line.
 #[derive(Clone, Copy, Default)]
 struct Sums {
+    count: usize,
     target: f64,
     measured: f64,
-    target_squared: f64,
-    measured_squared: f64,
     cross: Complex<f64>,
 }
 
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.count += other.count;
+        self.target += other.target;
+        self.measured += other.measured;
+        self.cross += other.cross;
+    }
+
+    /// The coherence of the bins, less what unrelated signals have, 0–1.
+    fn coherence(&self) -> f64 {
+        let both = self.target * self.measured;
+        if self.count < 2 || both <= 0.0 {
+            return 0.0;
+        }
+        let chance = 1.0 / self.count as f64;
+        ((self.cross.norm_sqr() / both - chance) / (1.0 - chance)).clamp(0.0, 1.0)
+    }
+}
+
+/// `x` with its ends tapered, transformed as a whole.
+fn tapered(x: &[f64], transform: &mut RealTransform) -> Vec<Complex<f64>> {
+    let mut samples = x.to_vec();
+    fade_ends(&mut samples, (TAPER_SHARE * x.len() as f64) as usize);
+    transform.forward(&samples)
+}
+
 impl Pair {
-    /// The PSDs of `target` and `measured` by Welch's method, with the variance of each line's ratio.
+    /// The PSDs of `target` and `measured` on lines as far apart as those of `welch`, with the variance of each line's ratio. A line
+    /// is the mean of the bins of one transform of all samples: what is missing between its neighbours is missing, where the
+    /// window of a short segment would fill it from beside.
     ///
     /// Formula: (10/ln 10)²·(c_t² + c_m²)·(1 − γ²)/n with c the coefficient of variation of a line's power over segments
-    /// (1 for noise, 0 for a tone), γ² the coherence of the two less what unrelated signals have, and n the effective number
-    /// of averages.
+    /// (1 for noise, 0 for a tone), γ² the coherence of the two less what unrelated signals have, and n the number of bins.
     ///
-    /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2, for the variances and the coherence.
+    /// Source: P. J. Daniell (1946), J. R. Stat. Soc. Suppl. 8(1), for the average over bins; J. S. Bendat and A. G. Piersol,
+    /// *Random Data*, 4th ed., section 9.2, for the variances and the coherence.
     pub(super) fn of(
         target: &[f64],
         measured: &[f64],
         welch: &WelchConfig,
         rate: SampleRate,
     ) -> Result<Self, EstimateError> {
-        let (segment, hop) = (welch.segment, welch.hop()?);
-        let count = segments_in(target.len(), segment, hop);
-        let window = welch.window.coefficients(segment, welch.symmetry);
-        let power: f64 = window.iter().map(|w| w * w).sum();
-        let mut transform = RealTransform::new(segment);
-        let mut sums = vec![Sums::default(); segment / 2 + 1];
-        let mut cut = vec![0.0; segment];
-        for j in 0..count {
-            let mut lines = |x: &[f64]| {
-                for ((place, w), v) in cut.iter_mut().zip(&window).zip(&x[j * hop..]) {
-                    *place = w * v;
-                }
-                transform.forward(&cut)
-            };
-            let (a, b) = (lines(target), lines(measured));
-            for ((sum, a), b) in sums.iter_mut().zip(&a).zip(&b) {
-                let (pa, pb) = (a.norm_sqr(), b.norm_sqr());
-                sum.target += pa;
-                sum.measured += pb;
-                sum.target_squared += pa * pa;
-                sum.measured_squared += pb * pb;
-                sum.cross += a.conj() * b;
+        let resolution_hz = rate.hz() / welch.segment as f64;
+        let n = target.len().min(measured.len());
+        let mut transform = RealTransform::new(n.max(1));
+        let (a, b) = (
+            tapered(&target[..n], &mut transform),
+            tapered(&measured[..n], &mut transform),
+        );
+        let mut sums = vec![Sums::default(); welch.segment / 2 + 1];
+        for (i, (a, b)) in a.iter().zip(&b).enumerate() {
+            let hz = i as f64 * rate.hz() / n as f64;
+            let line = (hz / resolution_hz).round() as usize;
+            if let Some(sum) = sums.get_mut(line) {
+                sum.add(&Sums {
+                    count: 1,
+                    target: a.norm_sqr(),
+                    measured: b.norm_sqr(),
+                    cross: a.conj() * b,
+                });
             }
         }
-        let n = count as f64;
-        let effective = welch.effective_averages(count)?.max(1.0);
-        let scale = 2.0 / (rate.hz() * power * n.max(1.0));
-        let variance = |sum: &Sums| {
-            let varies = |sum: f64, squared: f64| {
-                if count < 4 || sum <= 0.0 {
-                    // Too few segments to see how a line varies: as noise does.
-                    return 1.0;
+        let varies = [varies(&target[..n], welch)?, varies(&measured[..n], welch)?];
+        // The taper takes a little of the power.
+        let mut window = vec![1.0; n];
+        fade_ends(&mut window, (TAPER_SHARE * n as f64) as usize);
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let variance = |k: usize| {
+            let mut near = sums[k];
+            let mut reach = 1;
+            while near.count < COHERENCE_BINS && reach < sums.len() {
+                for beside in [k.checked_sub(reach), k.checked_add(reach)]
+                    .into_iter()
+                    .flatten()
+                {
+                    if let Some(sum) = sums.get(beside) {
+                        near.add(sum);
+                    }
                 }
-                let unbiased = n / (n - 1.0) * (n * squared / (sum * sum) - 1.0);
-                unbiased.clamp(0.0, 2.0)
-            };
-            let both = sum.target * sum.measured;
-            let coherence = if both > 0.0 {
-                sum.cross.norm_sqr() / both
-            } else {
-                0.0
-            };
-            // Of unrelated signals it is one over the averages.
-            let coherence = if count > 1 {
-                ((coherence - 1.0 / n) / (1.0 - 1.0 / n)).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            let relative =
-                varies(sum.target, sum.target_squared) + varies(sum.measured, sum.measured_squared);
-            DB_PER_NEPER.powi(2) * relative * (1.0 - coherence) / effective
+                reach += 1;
+            }
+            let relative = varies[0][k] + varies[1][k];
+            let averages = sums[k].count.max(1) as f64;
+            DB_PER_NEPER.powi(2) * relative * (1.0 - near.coherence()) / averages
         };
+        let scaled = |sum: f64, count: usize| 2.0 * sum / (rate.hz() * power * count.max(1) as f64);
         Ok(Self {
-            variance_db2: sums.iter().map(variance).collect(),
-            target: sums.iter().map(|sum| sum.target * scale).collect(),
-            measured: sums.iter().map(|sum| sum.measured * scale).collect(),
-            resolution_hz: rate.hz() / segment as f64,
+            variance_db2: (0..sums.len()).map(variance).collect(),
+            target: sums
+                .iter()
+                .map(|sum| scaled(sum.target, sum.count))
+                .collect(),
+            measured: sums
+                .iter()
+                .map(|sum| scaled(sum.measured, sum.count))
+                .collect(),
+            resolution_hz,
         })
     }
+}
+
+/// The squared coefficient of variation of each line's power over segments: 1 for noise, 0 for a tone.
+fn varies(x: &[f64], welch: &WelchConfig) -> Result<Vec<f64>, EstimateError> {
+    let (segment, hop) = (welch.segment, welch.hop()?);
+    let count = segments_in(x.len(), segment, hop);
+    let window = welch.window.coefficients(segment, welch.symmetry);
+    let mut transform = RealTransform::new(segment);
+    let mut sums = vec![(0.0, 0.0); segment / 2 + 1];
+    let mut cut = vec![0.0; segment];
+    for j in 0..count {
+        for ((place, w), v) in cut.iter_mut().zip(&window).zip(&x[j * hop..]) {
+            *place = w * v;
+        }
+        for ((sum, squares), bin) in sums.iter_mut().zip(transform.forward(&cut)) {
+            let power = bin.norm_sqr();
+            *sum += power;
+            *squares += power * power;
+        }
+    }
+    let n = count as f64;
+    let of = |(sum, squares): (f64, f64)| {
+        // Too few segments to see how a line varies: as noise does.
+        if count < 4 || sum <= 0.0 {
+            return 1.0;
+        }
+        (n / (n - 1.0) * (n * squares / (sum * sum) - 1.0)).clamp(0.0, 2.0)
+    };
+    Ok(sums.into_iter().map(of).collect())
 }
 
 /// The smooth PSD of what a sensor shows where nothing is played, unit²/Hz, one value every `resolution_hz` from 0 Hz.
@@ -139,11 +199,13 @@ impl Floor {
             .collect();
         let welch = WelchConfig::hann(segment);
         let mut values = vec![0.0; segment / 2 + 1];
+        // The unit plays no part in it.
+        let mut plan = WelchPlan::new(&welch, rate).ok()?;
         let mut count = 0;
         for x in &quiet {
-            let pair = Pair::of(x, x, &welch, rate).ok()?;
             let n = segments_in(x.len(), segment, segment / 2);
-            for (value, p) in values.iter_mut().zip(&pair.target) {
+            let psd = plan.estimate::<Acceleration>(&[x]).ok()?;
+            for (value, p) in values.iter_mut().zip(&psd.values) {
                 *value += p * n as f64;
             }
             count += n;

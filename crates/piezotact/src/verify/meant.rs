@@ -1,6 +1,6 @@
 //! The target as it was to be played, and the measurement on its time and on its clock.
 
-use super::align::{Aligned, align, in_bands};
+use super::align::{Aligned, align, in_band, in_bands};
 use super::clock::{self, Clock};
 use super::lines::Floor;
 use super::{VerifyConfig, VerifyError, nmse_db};
@@ -40,6 +40,45 @@ pub(super) struct OnTime {
     pub(super) clock: Clock,
 }
 
+/// A measurement that correlates by less follows its target nowhere.
+const FOLLOWS: f64 = 0.2;
+/// The window of the levels by which another realisation is found, s.
+const ENVELOPE_S: f64 = 0.01;
+
+/// How much later `response` is than `meant`, samples, by their levels in windows of 10 ms.
+fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
+    let rate = meant.rate();
+    let window = ((ENVELOPE_S * rate.hz()) as usize).max(1);
+    let levels = |x: &[f64]| -> Vec<f64> {
+        let limited = in_band(x, rate, band);
+        limited
+            .chunks(window)
+            .map(|cut| cut.iter().map(|v| v * v).sum())
+            .collect()
+    };
+    let (t, m) = (levels(meant.samples()), levels(response.samples()));
+    // The power of the response is what the target's levels are weighed with: a steady texture lies where the response is loud.
+    let mut transform = RealTransform::new(fast_length(t.len() + m.len()));
+    let cross = transform
+        .forward(&t)
+        .iter()
+        .zip(transform.forward(&m))
+        .map(|(t, m)| t.conj() * m)
+        .collect();
+    let products = transform.inverse(cross);
+    let n = products.len() as i64;
+    // No more than a tenth of the target may lie outside what was recorded.
+    let least = -(t.len() as i64) / 10;
+    let most = (m.len() as i64 - t.len() as i64 * 9 / 10).max(least);
+    let best = (least..=most)
+        .max_by(|a, b| {
+            let at = |lag: i64| products[lag.rem_euclid(n) as usize];
+            at(*a).total_cmp(&at(*b))
+        })
+        .unwrap_or(0);
+    (best * window as i64) as f64
+}
+
 /// A correction of the clock is kept when it takes so much from the waveforms' difference, dB.
 const LEAST_GAIN_DB: f64 = 0.1;
 
@@ -51,6 +90,13 @@ pub(super) fn on_time<Q: Quantity>(
 ) -> Result<OnTime, VerifyError> {
     let rate = meant.rate();
     let first = align(meant, response, band)?;
+    if first.correlation().abs() < FOLLOWS {
+        // Another realisation has no delay of its own; where it lies is where its level is the target's.
+        return Ok(OnTime {
+            aligned: first.moved_to(envelope_lag(meant, response, band), response),
+            clock: Clock::default(),
+        });
+    }
     let difference_db = |aligned: &Aligned| {
         let (t, m) = (
             &aligned.target_in_band[aligned.from..aligned.to],
@@ -59,14 +105,8 @@ pub(super) fn on_time<Q: Quantity>(
         let missed: Vec<f64> = t.iter().zip(m).map(|(t, m)| m - t).collect();
         nmse_db(rms(&missed), rms(t))
     };
-    let product: f64 = first
-        .target_in_band
-        .iter()
-        .zip(&first.measured_in_band)
-        .map(|(t, m)| t * m)
-        .sum();
     let (target, measured) = (&first.target_in_band, &first.measured_in_band);
-    let clock = clock::clock(target, measured, rate, band, product.signum());
+    let clock = clock::clock(target, measured, rate, band, first.correlation().signum());
     if !clock.differs() {
         return Ok(OnTime {
             aligned: first,

@@ -346,7 +346,12 @@ pub fn verify<Q: Quantity>(
     let Judgement { criteria, more } = judge::judge(&Evidence {
         pair: &Pair::of(wanted, got, &config.welch, rate)?,
         asked_psd: &full_asked.values,
-        outside: [&full_target.values, &full_measured.values],
+        outside: &Pair::of(
+            &meant.samples()[compared.clone()],
+            &aligned.measured[compared.clone()],
+            &config.welch,
+            rate,
+        )?,
         waveforms: [
             &waveforms[0][compared.clone()],
             &waveforms[1][compared.clone()],
@@ -416,3 +421,5 @@ pub fn verify<Q: Quantity>(
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod verdict_tests;

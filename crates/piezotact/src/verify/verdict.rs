@@ -91,8 +91,8 @@ pub enum Aspect {
     DropOut,
     /// The largest departure of a short-time level, dB.
     ShortTimeLevel,
-    /// The spread of short-time levels beyond that of the target, dB.
-    ShortTimeSpread,
+    /// How far the distribution of short-time levels lies from that of the target, dB rms.
+    ShortTimeDistribution,
     /// The share of the target's power in the band on the lines that are judged.
     JudgedPower,
     /// The share of the lines of the band that are judged.
@@ -120,7 +120,7 @@ impl Aspect {
             }
             Self::WaveformCorrelation => format!("{value:.3}"),
             Self::WaveformError => format!("{value:.1} dB"),
-            Self::ShortTimeLevel | Self::ShortTimeSpread => format!("{value:.1} dB"),
+            Self::ShortTimeLevel | Self::ShortTimeDistribution => format!("{value:.1} dB"),
             Self::Clipped => format!("{:.2} %", value * 100.0),
             Self::AddedPower
             | Self::FeltOutside
@@ -148,7 +148,7 @@ impl fmt::Display for Aspect {
             Self::FeltOutside => "felt power added outside the band",
             Self::DropOut => "longest drop-out",
             Self::ShortTimeLevel => "short-time level, largest departure",
-            Self::ShortTimeSpread => "spread of short-time levels, difference",
+            Self::ShortTimeDistribution => "distribution of short-time levels, difference",
             Self::JudgedPower => "target power that is judged",
             Self::JudgedLines => "lines of the band that are judged",
             Self::Covered => "length of the target that was measured",

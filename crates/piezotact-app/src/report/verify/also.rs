@@ -41,7 +41,7 @@ fn row(label: &str, v: &Verification, told: Told) -> Markup {
             td.n { (difference_db(v.level_error_db)) }
             td.n { (format!("{:.3}", v.waveform_correlation).replace('-', "−")) }
             td.n { (format!("{:.2} %", v.clipped_fraction * 100.0)) }
-            td { @if v.passed() { "passed" } @else { "not passed" } }
+            td { (v.verdict.word()) }
         }
     }
 }
@@ -74,7 +74,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
                         th.n { "level error, dB" }
                         th.n { "waveform correlation" }
                         th.n { "samples at a limit" }
-                        th { "by itself" }
+                        th { "verdict by itself" }
                     }
                     (row(page.measured, v, told))
                     @for also in page.also { (row(also.label, also.verification, also.rendering)) }

@@ -6,12 +6,13 @@ mod drive;
 mod straight;
 
 use maud::{Markup, html};
+use piezotact::criterion::Outcome as Judged;
 use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{PredictedStraight, Tones, Verification, VerifyError, tones};
+use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyError, tones};
 use piezotact_dataset::sidecar::Rendering;
 
 use super::{UNKNOWN_BENCH, bench_told, document, figure, figures, transfer};
@@ -87,14 +88,23 @@ fn bench_line(page: &Page<'_>) -> String {
     }
 }
 
+/// The style of a verdict.
+fn class_of(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Passed => "verdict",
+        Verdict::PassedInPart { .. } | Verdict::NotDecided => "verdict open",
+        Verdict::NotPassed => "verdict failed",
+    }
+}
+
 fn verdict(page: &Page<'_>) -> Markup {
     let v = page.verification;
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     html! {
-        section class=(if v.passed() { "verdict" } else { "verdict failed" }) {
+        section class=(class_of(v.verdict)) {
             strong { (v.sentence()) }
             div.numbers {
-                (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error, rms over {}", v.band_hz)))
+                (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error as measured, rms over {}", v.band_hz)))
                 @if let Some(error_db) = v.error_db_rms_achievable {
                     (number(format!("{error_db:.2} dB"), "rms over the achievable part"))
                 }
@@ -104,6 +114,37 @@ fn verdict(page: &Page<'_>) -> Markup {
                 (number(format!("{:.1} ms", v.delay_s * 1e3), &delay_words(page)))
                 (number(format!("{:.2} %", v.clipped_fraction * 100.0), "samples at a limit"))
             }
+        }
+        (criteria(v))
+    }
+}
+
+/// Every criterion with what was found: the verdict follows from them.
+fn criteria(v: &Verification) -> Markup {
+    let outcome = |outcome: Judged| match outcome {
+        Judged::Met => html! { td { "met" } },
+        Judged::NotMet => html! { td { strong { "not met" } } },
+        Judged::NotDecided => html! { td { em { "not decided" } } },
+    };
+    let intervals = v.criteria.iter().any(|c| c.interval.is_some());
+    html! {
+        section {
+            h2 { "Criteria" }
+            div.wide {
+                table.tight {
+                    tr { th { "criterion" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } th { "outcome" } }
+                    @for c in &v.criteria {
+                        tr {
+                            td { (c.what) }
+                            td.n { (c.found_text()) }
+                            @if intervals { td.n { @if c.interval.is_some() { (c.interval_text()) } @else { "–" } } }
+                            td { (c.limit_text()) }
+                            (outcome(c.outcome))
+                        }
+                    }
+                }
+            }
+            p.soft { "The verdict follows from these: a criterion that is not met makes it “not passed”, one that is not decided “not decided”; where only part of the target could be judged it is “passed in part”. Errors and levels are those of the vibration: the sensor's noise, as it is before and after the texture, and what estimates of this length scatter by are taken away." }
         }
     }
 }
