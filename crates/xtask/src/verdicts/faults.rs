@@ -479,7 +479,8 @@ impl Making<'_> {
                 let taken = |hz: f64| device.measured_at(hz).conj();
                 self.case.delivered = scene.delivered(&self.played, device.own(play), taken);
             }
-            WrongPerson(number) => {
+            WrongPerson(but) => {
+                let number = device.differing(but);
                 let other = device.true_at(number, Lies::anew("characterise"));
                 self.case.delivered = scene.delivered(&self.played, device.own(play), other);
             }

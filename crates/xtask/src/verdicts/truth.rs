@@ -327,12 +327,15 @@ fn spectrum(
 fn lines(t: &[f64], d: &[f64], band: Band, step_hz: f64, realisation: Realisation) -> Vec<Line> {
     let (t_bins, d_bins) = (bins_of(t, t.len()), bins_of(d, d.len()));
     let width = step_hz * t.len() as f64 / RATE_HZ;
+    // What lies beside the band's ends was not to be rendered.
+    let ends =
+        [band.low().0, band.high().0].map(|hz| (hz * t.len() as f64 / RATE_HZ).round() as usize);
     let first = (band.low().0 / step_hz).ceil() as usize;
     let last = (band.high().0 / step_hz).floor() as usize;
     (first..=last)
         .map(|line| {
-            let bins = ((line as f64 - 0.5) * width).ceil() as usize
-                ..((line as f64 + 0.5) * width).ceil() as usize;
+            let edge = |half: f64| ((line as f64 + half) * width).ceil() as usize;
+            let bins = edge(-0.5).max(ends[0])..edge(0.5).min(ends[1] + 1);
             let powers = |of: &[Complex<f64>]| -> (f64, f64) {
                 let inside = of[bins.clone()].iter().map(|bin| bin.norm_sqr());
                 inside.fold((0.0, 0.0), |(sum, squares), p| (sum + p, squares + p * p))
