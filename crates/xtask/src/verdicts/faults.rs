@@ -21,6 +21,8 @@ use super::signal::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Realisation {
     Same,
+    /// Its times are moved.
+    Moved,
     /// Another draw of the same process.
     Another,
 }
@@ -61,7 +63,7 @@ fn with_fade(config: &VerifyConfig, fade: Seconds) -> Result<VerifyConfig> {
 }
 
 /// `x` with raised-cosine fades of `fade_s` at both ends.
-fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
+pub(super) fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
     let n = fade_s * RATE_HZ;
     let last = x.len() as f64 - 1.0;
     let weight = |i: usize| {
@@ -195,12 +197,24 @@ impl Case {
             mode,
             ..VerifyConfig::over(scene.band, RATE_HZ)
         };
+        let moved = matches!(
+            kind,
+            Kind::Faster(_)
+                | Kind::Wander(_)
+                | Kind::RandomWalk
+                | Kind::FirstHalfTwice
+                | Kind::Pause(_)
+        );
         let mut making = Making {
             case: Self {
                 meant: scene.target.clone(),
                 delivered: scene.good(&played),
                 delay: 0.0,
-                realisation: Realisation::Same,
+                realisation: if moved {
+                    Realisation::Moved
+                } else {
+                    Realisation::Same
+                },
                 gaps: Vec::new(),
                 clipped_share: 0.0,
                 uncovered_share: 0.0,
@@ -242,8 +256,11 @@ fn sensor(kind: Kind, scene: &Scene, case: &mut Case, draws: &mut Draws) {
             let gap = place(scene, 0.3, draws);
             case.gaps.push(Gap::of(&case.delivered, gap.clone()));
             let held = case.seen[gap.start];
-            case.seen[gap].fill(held);
+            case.seen[gap.clone()].fill(held);
+            // Nothing is known of what was delivered.
+            case.delivered[gap].fill(0.0);
         }
+        Kind::Copy => case.seen.clone_from(&scene.target),
         Kind::CutStart => drop(case.seen.drain(..LEAD)),
         Kind::RecordingStops => {
             case.seen.truncate(LEAD + scene.target.len() / 2);
@@ -470,7 +487,6 @@ impl Making<'_> {
             Exact => {
                 let one = |_| Complex::from(1.0);
                 self.case.delivered = scene.delivered(&self.played, one, one);
-                self.noise.fill(0.0);
             }
             Good => {}
             OtherNoise => self.noise = scene.noise(samples, "other"),

@@ -70,6 +70,8 @@ pub(super) enum Kind {
     StrongestGivenUp,
     TopGivenUp,
     // Right.
+    /// The response is the target, sample by sample.
+    Copy,
     Exact,
     Good,
     OtherNoise,
@@ -170,6 +172,7 @@ impl Kind {
             RecordingStops,
             StrongestGivenUp,
             TopGivenUp,
+            Copy,
             Exact,
             Good,
             OtherNoise,
@@ -264,6 +267,7 @@ impl Kind {
             Self::RecordingStops => "recording stops half-way".into(),
             Self::StrongestGivenUp => "strongest given up, told".into(),
             Self::TopGivenUp => "above 700 Hz given up, told".into(),
+            Self::Copy => "the target itself".into(),
             Self::Exact => "exact".into(),
             Self::Good => "good rendering".into(),
             Self::OtherNoise => "other noise".into(),
