@@ -5,6 +5,7 @@
 
 mod faults;
 mod kinds;
+mod parts;
 mod scene;
 mod signal;
 mod truth;
