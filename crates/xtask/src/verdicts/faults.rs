@@ -11,9 +11,10 @@ use piezotact::render::Mode;
 use piezotact::verify::VerifyConfig;
 
 use super::kinds::Kind;
+use super::parts::{ThirdOctaves, line, within, within_band};
 use super::scene::{LEAD, Lies, Scene, TAP_S, TAPS, Texture, tap_at};
 use super::signal::{
-    Draws, RATE_HZ, amplitude, at_times, bins_of, delayed, energy, filtered, hz_of, shaped,
+    Draws, RATE_HZ, amplitude, at_times, bins_of, decibels, delayed, energy, filtered, shaped,
     signal_of,
 };
 
@@ -21,6 +22,8 @@ use super::signal::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Realisation {
     Same,
+    /// Its times are moved.
+    Moved,
     /// Another draw of the same process.
     Another,
 }
@@ -61,7 +64,7 @@ fn with_fade(config: &VerifyConfig, fade: Seconds) -> Result<VerifyConfig> {
 }
 
 /// `x` with raised-cosine fades of `fade_s` at both ends.
-fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
+pub(super) fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
     let n = fade_s * RATE_HZ;
     let last = x.len() as f64 - 1.0;
     let weight = |i: usize| {
@@ -78,99 +81,6 @@ fn with_random_phases(x: &[f64], draws: &mut Draws) -> Vec<f64> {
         *bin = Complex::from_polar(bin.norm(), TAU * draws.uniform());
     }
     signal_of(bins, x.len())
-}
-
-/// A gain that is `inside` within `band` and 1 outside, over edges of a hertz.
-fn within(band: [f64; 2], inside: f64) -> impl Fn(f64) -> f64 {
-    move |hz| {
-        let depth = (hz - band[0]).min(band[1] - hz);
-        let share = (depth + 0.5).clamp(0.0, 1.0);
-        1.0 + (inside - 1.0) * share
-    }
-}
-
-/// Powers of `x` in these bands.
-fn powers(x: &[f64], bands: &[[f64; 2]]) -> Vec<f64> {
-    let bins = bins_of(x, x.len());
-    let of = |band: &[f64; 2]| {
-        let inside = |k: &usize| (band[0]..band[1]).contains(&hz_of(*k, x.len()));
-        (1..bins.len())
-            .filter(inside)
-            .map(|k| bins[k].norm_sqr())
-            .sum()
-    };
-    bands.iter().map(of).collect()
-}
-
-fn strongest(powers: &[f64]) -> usize {
-    (0..powers.len())
-        .max_by(|a, b| powers[*a].total_cmp(&powers[*b]))
-        .unwrap_or(0)
-}
-
-/// The third octaves of the band, the strongest of the target among them, and another one no more than 20 dB below it where
-/// there is one.
-struct ThirdOctaves {
-    strongest: [f64; 2],
-    another: [f64; 2],
-    weakest: [f64; 2],
-}
-
-impl ThirdOctaves {
-    fn of(scene: &Scene, draws: &mut Draws) -> Self {
-        let octaves: Vec<[f64; 2]> = scene
-            .band
-            .third_octaves()
-            .iter()
-            .map(|band| [band.low().0, band.high().0])
-            .filter(|[low, high]| high / low > 1.2)
-            .collect();
-        let powers = powers(&scene.target, &octaves);
-        let first = strongest(&powers);
-        let others: Vec<usize> = (0..octaves.len()).filter(|i| *i != first).collect();
-        let loud: Vec<usize> = others
-            .iter()
-            .copied()
-            .filter(|i| powers[*i] > 0.01 * powers[first])
-            .collect();
-        let second = others
-            .iter()
-            .copied()
-            .max_by(|a, b| powers[*a].total_cmp(&powers[*b]));
-        let another = match loud.len() {
-            0 => second.unwrap_or(first),
-            n => loud[(draws.uniform() * n as f64) as usize],
-        };
-        // An octave or more away.
-        let weakest = others
-            .into_iter()
-            .filter(|i| i.abs_diff(first) >= 3)
-            .min_by(|a, b| powers[*a].total_cmp(&powers[*b]))
-            .unwrap_or(first);
-        Self {
-            strongest: octaves[first],
-            another: octaves[another],
-            weakest: octaves[weakest],
-        }
-    }
-}
-
-/// The strongest 5 Hz of the target, or 5 Hz that lie 10–35 dB below.
-fn line(scene: &Scene, weak: bool, draws: &mut Draws) -> [f64; 2] {
-    let lines: Vec<[f64; 2]> = (4..199)
-        .map(|k| [5.0 * f64::from(k), 5.0 * f64::from(k + 1)])
-        .collect();
-    let powers = powers(&scene.target, &lines);
-    let first = strongest(&powers);
-    let range = 10f64.powf(-3.5) * powers[first]..0.1 * powers[first];
-    let some: Vec<usize> = (0..lines.len())
-        .filter(|i| range.contains(&powers[*i]))
-        .collect();
-    let chosen = match some.len() {
-        n if weak && n > 0 => some[(draws.uniform() * n as f64) as usize],
-        _ => first,
-    };
-    [lines[chosen][0] - 2.5, lines[chosen][1] + 2.5]
 }
 
 impl Case {
@@ -195,12 +105,24 @@ impl Case {
             mode,
             ..VerifyConfig::over(scene.band, RATE_HZ)
         };
+        let moved = matches!(
+            kind,
+            Kind::Faster(_)
+                | Kind::Wander(_)
+                | Kind::RandomWalk
+                | Kind::FirstHalfTwice
+                | Kind::Pause(_)
+        );
         let mut making = Making {
             case: Self {
                 meant: scene.target.clone(),
                 delivered: scene.good(&played),
                 delay: 0.0,
-                realisation: Realisation::Same,
+                realisation: if moved {
+                    Realisation::Moved
+                } else {
+                    Realisation::Same
+                },
                 gaps: Vec::new(),
                 clipped_share: 0.0,
                 uncovered_share: 0.0,
@@ -242,8 +164,11 @@ fn sensor(kind: Kind, scene: &Scene, case: &mut Case, draws: &mut Draws) {
             let gap = place(scene, 0.3, draws);
             case.gaps.push(Gap::of(&case.delivered, gap.clone()));
             let held = case.seen[gap.start];
-            case.seen[gap].fill(held);
+            case.seen[gap.clone()].fill(held);
+            // Nothing is known of what was delivered.
+            case.delivered[gap].fill(0.0);
         }
+        Kind::Copy => case.seen.clone_from(&scene.target),
         Kind::CutStart => drop(case.seen.drain(..LEAD)),
         Kind::RecordingStops => {
             case.seen.truncate(LEAD + scene.target.len() / 2);
@@ -280,7 +205,7 @@ impl Gap {
         let lost = energy(&without_it[gap.clone()]) / gap.len().max(1) as f64;
         Self {
             lasts_s: gap.len() as f64 / RATE_HZ,
-            level_db: super::signal::decibels(lost / overall),
+            level_db: decibels(lost / overall),
         }
     }
 }
@@ -421,7 +346,13 @@ impl Making<'_> {
                 self.case.delivered = scene.good(&faded(&self.played, s));
                 self.case.config = with_fade(&self.case.config, Seconds(s))?;
             }
-            Faster(share) => self.at(|i| LEAD as f64 + (i - LEAD as f64) * (1.0 + share)),
+            Faster(share) => {
+                // It begins again, so that it is as long.
+                let n = scene.target.len();
+                let twice = self.played.repeat(2);
+                let times = (0..n).map(|i| i as f64 * (1.0 + share));
+                self.case.delivered = scene.good(&at_times(&twice, times));
+            }
             Wander(ms) => {
                 let turn = draws.uniform();
                 let swing = ms * 1e-3 * RATE_HZ;
@@ -470,7 +401,6 @@ impl Making<'_> {
             Exact => {
                 let one = |_| Complex::from(1.0);
                 self.case.delivered = scene.delivered(&self.played, one, one);
-                self.noise.fill(0.0);
             }
             Good => {}
             OtherNoise => self.noise = scene.noise(samples, "other"),
@@ -479,7 +409,8 @@ impl Making<'_> {
                 let taken = |hz: f64| device.measured_at(hz).conj();
                 self.case.delivered = scene.delivered(&self.played, device.own(play), taken);
             }
-            WrongPerson(number) => {
+            WrongPerson(but) => {
+                let number = device.differing(but);
                 let other = device.true_at(number, Lies::anew("characterise"));
                 self.case.delivered = scene.delivered(&self.played, device.own(play), other);
             }
@@ -666,9 +597,4 @@ impl Making<'_> {
         self.case.delivered = self.scene.good(&self.scene.another);
         self.case.realisation = Realisation::Another;
     }
-}
-
-/// 1 in `band` and 0 outside.
-fn within_band(band: Band) -> impl Fn(f64) -> f64 {
-    move |hz| f64::from(u8::from(band.contains(hz)))
 }

@@ -5,12 +5,14 @@
 
 mod faults;
 mod kinds;
+mod parts;
 mod scene;
 mod signal;
 mod truth;
 
-use std::sync::Mutex;
+use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use anyhow::{Result, anyhow, bail, ensure};
 use piezotact::render::Mode;
@@ -18,7 +20,7 @@ use piezotact::verify::{Measured, Verdict, verify};
 
 use faults::Case;
 use kinds::{Kind, Size};
-use scene::{Scene, Texture, series};
+use scene::{Device, Scene, Texture, series};
 use truth::{Fact, Figure, RIGHT_TO, Truth, WRONG_FROM, truth};
 
 const MODES: [Mode; 2] = [Mode::Replicate, Mode::Texture];
@@ -32,6 +34,15 @@ struct Part {
     seeds: Vec<u64>,
     modes: Vec<Mode>,
     kinds: Vec<Kind>,
+    /// Every case is listed, not those alone whose verdict is wrong.
+    listed: Listed,
+}
+
+/// Which cases are listed one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Listed {
+    Offending,
+    All,
 }
 
 impl Part {
@@ -41,6 +52,7 @@ impl Part {
             seeds: (1..=5).collect(),
             modes: MODES.to_vec(),
             kinds: Kind::all(),
+            listed: Listed::Offending,
         }
     }
 
@@ -50,7 +62,7 @@ impl Part {
         let mut part = Self::all();
         for word in words {
             let Some((what, which)) = word.split_once('=') else {
-                bail!("expected textures=…, seeds=…, modes=… or kinds=…, found {word}");
+                bail!("expected textures=…, seeds=…, modes=…, kinds=… or list=all, found {word}");
             };
             let asked = |name: &str| which.split(',').any(|which| name.contains(which));
             match what {
@@ -58,7 +70,8 @@ impl Part {
                 "seeds" => part.seeds = (1..=which.parse()?).collect(),
                 "modes" => part.modes.retain(|mode| asked(mode.name())),
                 "kinds" => part.kinds.retain(|kind| asked(&kind.name())),
-                _ => bail!("expected textures, seeds, modes or kinds, found {what}"),
+                "list" if which == "all" => part.listed = Listed::All,
+                _ => bail!("expected textures, seeds, modes, kinds or list=all, found {word}"),
             }
         }
         Ok(part)
@@ -123,6 +136,21 @@ impl Judged {
     }
 }
 
+impl fmt::Display for Judged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}, {}, {} {}: {}; verify: {}",
+            self.kind.name(),
+            self.mode.name(),
+            self.texture.name(),
+            self.seed,
+            self.truth,
+            self.sentence
+        )
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Offence {
     FalsePass,
@@ -137,7 +165,7 @@ pub(crate) fn run(words: &[&str]) -> Result<()> {
     limits();
     let judged = judge(&part)?;
     table(&part, &judged);
-    offences(&judged);
+    offences(&part, &judged);
     let missed = totals(&judged);
     ensure!(missed.is_empty(), "not reached: {}", missed.join("; "));
     println!("  every target is reached");
@@ -181,7 +209,13 @@ fn judge(part: &Part) -> Result<Vec<Judged>> {
         .iter()
         .flat_map(|texture| part.seeds.iter().map(|seed| (*texture, *seed)))
         .collect();
-    let scenes = in_threads(pairs.len(), |i| Scene::new(pairs[i].0, pairs[i].1))?;
+    let devices = in_threads(part.seeds.len(), |i| {
+        Ok(Arc::new(Device::of(part.seeds[i])?))
+    })?;
+    let scenes = in_threads(pairs.len(), |i| {
+        let (texture, seed) = pairs[i];
+        Scene::new(texture, seed, &devices[i % devices.len()])
+    })?;
     let works: Vec<(&Scene, Kind, Mode)> = scenes
         .iter()
         .flat_map(|scene| {
@@ -275,7 +309,13 @@ fn table(part: &Part, judged: &[Judged]) {
     }
 }
 
-fn offences(judged: &[Judged]) {
+fn offences(part: &Part, judged: &[Judged]) {
+    if part.listed == Listed::All {
+        println!();
+        for one in judged {
+            println!("  {one}");
+        }
+    }
     for (offence, what) in [
         (Offence::FalsePass, "false passes"),
         (Offence::FalseFailure, "false failures"),
@@ -291,15 +331,7 @@ fn offences(judged: &[Judged]) {
         }
         println!("\n{what}:");
         for one in found {
-            println!(
-                "  {} {} {} seed {}: {}; verify: {}",
-                one.kind.name(),
-                one.mode.name(),
-                one.texture.name(),
-                one.seed,
-                one.truth,
-                one.sentence
-            );
+            println!("  {one}");
         }
     }
 }

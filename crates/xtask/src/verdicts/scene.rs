@@ -1,6 +1,7 @@
 //! One texture for one person: the target, and what a good rendering of it delivers, free of noise.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use anyhow::Result;
 use num_complex::Complex;
@@ -17,7 +18,7 @@ use piezotact_bench::twin::{
 };
 use piezotact_bench::{Excitation, ExcitationConfig, Lying, RunPlan};
 
-use super::signal::{Draws, RATE_HZ, filtered, shaped};
+use super::signal::{Draws, RATE_HZ, decibels, filtered, shaped};
 
 /// How long a target is.
 pub(super) const SECONDS: f64 = 3.0;
@@ -140,6 +141,8 @@ pub(super) struct Device {
     person: Participant,
     parameters: TwinParameters,
     measured: TransferFunction<Drive, Acceleration>,
+    /// Other people, those first who differ most.
+    others: Vec<u64>,
 }
 
 /// How a finger lies on the device.
@@ -160,8 +163,9 @@ impl Lies {
 }
 
 impl Device {
-    /// Of participant `number` under `seed`, characterised as `piezotact measure` does it.
-    pub(super) fn of(number: u64, seed: u64) -> Result<Self> {
+    /// Of a participant under `seed`, characterised as `piezotact measure` does it.
+    pub(super) fn of(seed: u64) -> Result<Self> {
+        let (number, seed) = (seed, 40 + seed);
         let mut parameters = TwinParameters::built_in();
         // Everything here is in what the sensor reads: with one and the same sensor its sensitivity is without effect.
         parameters.accelerometer.sensitivity_spread = 0.0;
@@ -185,11 +189,37 @@ impl Device {
         };
         let mut bench = TwinBench::new(&parameters, person.clone(), AmplifierGain::B3).into_bench();
         let measured = characterise(&mut bench, &config, &mut |_| Ok(()))?.function;
-        Ok(Self {
+        let mut device = Self {
             person,
             parameters,
             measured,
-        })
+            others: Vec::new(),
+        };
+        device.others = device.by_difference()?;
+        Ok(device)
+    }
+
+    /// The other 19 of 20 people, those first whose devices differ most from this one's over the band.
+    fn by_difference(&self) -> Result<Vec<u64>> {
+        let (band, own) = (band()?, self.own(Lies::anew("play")));
+        let mut others: Vec<(f64, u64)> = (1..=20)
+            .filter(|number| *number != self.person.number)
+            .map(|number| {
+                let other = self.true_at(number, Lies::anew("characterise"));
+                let differs = |k: u32| {
+                    let hz = band.low().0 + 10.0 * f64::from(k);
+                    decibels((own(hz) / other(hz)).norm_sqr()).powi(2)
+                };
+                ((0..98).map(differs).sum(), number)
+            })
+            .collect();
+        others.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(others.into_iter().map(|(_, number)| number).collect())
+    }
+
+    /// The number of the person whose device differs most but for `but`.
+    pub(super) fn differing(&self, but: usize) -> u64 {
+        self.others[but.min(self.others.len() - 1)]
     }
 
     /// What the device of participant `number` is, from the digital drive to the nail, (m/s²) at full scale.
@@ -229,13 +259,14 @@ pub(super) struct Scene {
     pub(super) another: Vec<f64>,
     /// The other textures, at the same rms in the band.
     pub(super) other_texture: Vec<f64>,
-    pub(super) device: Device,
+    pub(super) device: Arc<Device>,
     pub(super) band: Band,
 }
 
 impl Scene {
-    pub(super) fn new(texture: Texture, seed: u64) -> Result<Self> {
-        let device = Device::of(seed, 40 + seed)?;
+    /// Texture `texture`, drawn by `seed`, for the person with this device.
+    pub(super) fn new(texture: Texture, seed: u64, device: &Arc<Device>) -> Result<Self> {
+        let device = Arc::clone(device);
         let band = band()?;
         let target = texture.draw(&device.parameters, seed)?;
         let in_band = |x: &[f64]| rms(&shaped(x, |hz| f64::from(u8::from(band.contains(hz)))));

@@ -1,5 +1,6 @@
 //! What the benchmark computes with, independent of what it judges: whole-signal transforms, draws, signals at other times.
 
+use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex;
@@ -60,9 +61,14 @@ impl Draws {
     }
 }
 
+thread_local! {
+    /// It keeps the plans that it made.
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
 /// The bins of `x` filled with zeros to `length`, not scaled.
 pub(super) fn bins_of(x: &[f64], length: usize) -> Vec<Complex<f64>> {
-    let plan = RealFftPlanner::new().plan_fft_forward(length);
+    let plan = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(length));
     let mut input = x.to_vec();
     input.resize(length, 0.0);
     let mut bins = plan.make_output_vec();
@@ -73,7 +79,7 @@ pub(super) fn bins_of(x: &[f64], length: usize) -> Vec<Complex<f64>> {
 
 /// The signal of `length` samples that has these bins.
 pub(super) fn signal_of(mut bins: Vec<Complex<f64>>, length: usize) -> Vec<f64> {
-    let plan = RealFftPlanner::new().plan_fft_inverse(length);
+    let plan = PLANNER.with_borrow_mut(|planner| planner.plan_fft_inverse(length));
     bins.resize(length / 2 + 1, Complex::default());
     bins[0].im = 0.0;
     if length.is_multiple_of(2) {

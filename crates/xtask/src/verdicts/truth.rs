@@ -1,7 +1,8 @@
 //! What is true of a rendering: computed from the target and from what was delivered, free of noise, by limits that are stated
 //! in one table, with nothing of what `verify` computes with.
 //!
-//! Spectra are the powers of 5 Hz in one transform over the whole target. Levels in time are those of the band-limited
+//! Spectra come of one transform over the whole target, smoothed to lines of 5 Hz as a Hann window of 0.2 s sees them, so that
+//! a limit on lines of 5 Hz means the same here and in an averaged spectrum. Levels in time are those of the band-limited
 //! signals. The best constant delay is taken away where the waveform counts; in texture mode the delay that was made is known.
 //! What belongs to the recording (its noise, clock, offset, lost samples) is not in the delivered signal and so not in the
 //! truth, but for what makes a recording useless: a sensor that clips, holds still, or stops.
@@ -9,11 +10,15 @@
 //! **Where the scatter of a realisation enters.** In texture mode the phases are free. A rendering with drawn phases and the
 //! target's own magnitudes has the target's spectrum exactly, whatever the phases: nothing scatters but the levels in time,
 //! whose *distribution* is compared. Another draw of the same process has another spectrum than the recorded draw: with n
-//! degrees of freedom a line scatters by 4.34·√(2/n) dB, 1.1 dB in 5 Hz of 3 s, and twice that power between two draws. For
-//! these cases the scatter that is expected of the two is taken off the mean square error, with the degrees of freedom that the
-//! spectrum within the line has, and lines are 20 Hz wide. What is left scatters still; so another draw without a fault of its
-//! own is right or left out, never wrong: the process is the target's.
+//! degrees of freedom a line scatters by 4.34·√(2/n) dB, about 1 dB in a line of 5 Hz and 3 s, and with twice that power between
+//! two draws. For these cases lines are 20 Hz wide, and the scatter that is expected of the two is taken off the mean square
+//! error, with the degrees of freedom that the spectrum within the line has. What is left scatters still; so another draw without a
+//! fault of its own is right or left out, never wrong: the process is the target's. A rendering whose times are moved (played
+//! faster, a delay that wanders, one half twice) lies between: it is judged as the same realisation and as another, and left out
+//! where the two disagree. In texture mode every spectrum is computed with and without tapered ends, and a case is left out where
+//! these disagree: drawn phases go around the ends, and a level that changes over the texture makes a step there.
 
+use std::f64::consts::PI;
 use std::fmt;
 
 use num_complex::Complex;
@@ -21,7 +26,7 @@ use piezotact::feature::Weighting;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::render::Mode;
 
-use super::faults::{Case, Realisation};
+use super::faults::{Case, Realisation, faded};
 use super::kinds::Kind;
 use super::scene::LEAD;
 use super::signal::{
@@ -105,7 +110,9 @@ impl Figure {
     pub(super) fn meaning(self) -> &'static str {
         match self {
             Self::Level => "both: delivered over target in the band, either way",
-            Self::Spectrum => "both: lines of 5 Hz within 50 dB of the strongest",
+            Self::Spectrum => {
+                "both: lines of 5 Hz, as a Hann window sees them, within 50 dB of the strongest"
+            }
             Self::SpectrumByPower => "both: the same, weighed by the target's power",
             Self::SpectrumByFelt => "both: weighed by power over the detection threshold's",
             Self::Correlation => "replicate: 0.95, at the best constant delay",
@@ -170,10 +177,46 @@ impl fmt::Display for Truth {
 
 /// What is true of `case`, in which `kind` happened.
 pub(super) fn truth(case: &Case, kind: Kind, mode: Mode, band: Band) -> Truth {
-    let figures = figures(case, mode, band);
+    let draws: &[Draw] = match (mode, case.realisation) {
+        (Mode::Replicate, _) | (_, Realisation::Same) => &[Draw::Same],
+        (_, Realisation::Moved) => &[Draw::Same, Draw::Another],
+        (_, Realisation::Another) => &[Draw::Another],
+    };
+    let ends: &[Ends] = match mode {
+        Mode::Replicate => &[Ends::Tapered],
+        Mode::Texture => &[Ends::AsTheyAre, Ends::Tapered],
+    };
+    let looks = draws
+        .iter()
+        .flat_map(|draw| ends.iter().map(|ends| (*draw, *ends)));
+    let common = Common::of(case, mode, band);
+    let mut facts = looks.map(|(draw, ends)| by_limits(&common.figures(case, mode, draw, ends)));
+    let Some(first) = facts.next() else {
+        unreachable!("there is always a look")
+    };
+    let mut truth = first;
+    for other in facts {
+        if other.fact != truth.fact {
+            truth.fact = Fact::LeftOut;
+        }
+    }
+    truth.fact = match (kind, truth.fact) {
+        // The process is the target's.
+        (Kind::AnotherDraw, Fact::Wrong) if mode == Mode::Texture => Fact::LeftOut,
+        // The polarity of what is nearly a tone is a delay of half a period.
+        (Kind::Polarity, Fact::Right) if mode == Mode::Replicate => Fact::LeftOut,
+        // The file of the target is no measurement.
+        (Kind::Copy, _) => Fact::LeftOut,
+        (_, fact) => fact,
+    };
+    truth
+}
+
+fn by_limits(figures: &[(Figure, f64)]) -> Truth {
     let over = |(figure, found): &(Figure, f64)| found / figure.limit();
     let (worst, found) = figures
-        .into_iter()
+        .iter()
+        .copied()
         .max_by(|a, b| over(a).total_cmp(&over(b)))
         .unwrap_or((Figure::Level, 0.0));
     let fact = match over(&(worst, found)) {
@@ -181,14 +224,31 @@ pub(super) fn truth(case: &Case, kind: Kind, mode: Mode, band: Band) -> Truth {
         over if over >= WRONG_FROM => Fact::Wrong,
         _ => Fact::LeftOut,
     };
-    let fact = match (kind, fact) {
-        // The process is the target's.
-        (Kind::AnotherDraw, Fact::Wrong) if mode == Mode::Texture => Fact::LeftOut,
-        // The polarity of what is nearly a tone is a delay of half a period.
-        (Kind::Polarity, Fact::Right) if mode == Mode::Replicate => Fact::LeftOut,
-        (_, fact) => fact,
-    };
     Truth { fact, worst, found }
+}
+
+/// As what a spectrum is compared: of the recorded draw, or of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Draw {
+    Same,
+    Another,
+}
+
+/// What is done with both ends before a transform.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ends {
+    AsTheyAre,
+    /// Raised-cosine tapers over a twentieth of the length.
+    Tapered,
+}
+
+impl Ends {
+    fn of(self, x: &[f64]) -> Vec<f64> {
+        match self {
+            Self::AsTheyAre => x.to_vec(),
+            Self::Tapered => faded(x, 0.05 * x.len() as f64 / RATE_HZ),
+        }
+    }
 }
 
 /// The power over the detection threshold's of what `x` holds in `band`: at 1 it is just felt.
@@ -221,74 +281,85 @@ struct Line {
     scatter: f64,
 }
 
-fn figures(case: &Case, mode: Mode, band: Band) -> Vec<(Figure, f64)> {
-    let n = case.meant.len();
-    let achieved = |hz: f64| {
-        let told = &case.config.achievable;
-        told.is_empty() || told.iter().any(|part| part.contains(hz))
-    };
-    let mut meant = vec![0.0; LEAD];
-    meant.extend(&case.meant);
-    meant.resize(n + 2 * LEAD, 0.0);
-    // With the best delay, in the band, over the target's time.
-    let in_band = |x: &[f64]| {
-        shaped(x, |hz| {
-            f64::from(u8::from(band.contains(hz) && achieved(hz)))
-        })
-    };
-    let delay = match mode {
-        Mode::Replicate => best_delay(&in_band(&meant), &in_band(&case.delivered)),
-        Mode::Texture => case.delay,
-    };
-    let delivered = at_times(&case.delivered, (0..n).map(|i| (LEAD + i) as f64 + delay));
-    let framed = at_times(&case.delivered, (0..n + 2 * LEAD).map(|i| i as f64 + delay));
-    let (t, d) = (
-        in_band(&meant)[LEAD..LEAD + n].to_vec(),
-        in_band(&framed)[LEAD..LEAD + n].to_vec(),
-    );
-
-    let mut all = vec![
-        (Figure::Level, decibels(energy(&d) / energy(&t)).abs()),
-        (Figure::Clipped, case.clipped_share),
-        (Figure::Uncovered, case.uncovered_share),
-    ];
-    all.extend(spectrum(case, &delivered, band, achieved));
-    let outside = felt(&delivered, |hz| !band.contains(hz));
-    let share = outside / felt_power(&case.meant, band);
-    all.push((
-        Figure::FeltOutside,
-        if outside >= 1.0 { share } else { 0.0 },
-    ));
-    all.push((Figure::DropOut, drop_out(case, mode, &t, &d)));
-    match mode {
-        Mode::Replicate => {
-            let product: f64 = t.iter().zip(&d).map(|(t, d)| t * d).sum();
-            let both = (energy(&t) * energy(&d)).sqrt();
-            let missed: f64 = t.iter().zip(&d).map(|(t, d)| (t - d).powi(2)).sum();
-            all.push((
-                Figure::Correlation,
-                1.0 - product / both.max(f64::MIN_POSITIVE),
-            ));
-            all.push((Figure::Difference, missed / energy(&t)));
-            all.push((Figure::LostEvent, most_lost(&t, &d)));
-            all.push((Figure::LevelOverTime, most_apart(&t, &d)));
-        }
-        Mode::Texture => all.push((Figure::LevelDistribution, distributions_apart(&t, &d))),
-    }
-    all
+/// Target and delivered signal on one time, and the figures that do not depend on how a spectrum is looked at.
+struct Common {
+    band: Band,
+    delivered: Vec<f64>,
+    figures: Vec<(Figure, f64)>,
 }
 
-fn spectrum(
-    case: &Case,
-    delivered: &[f64],
-    band: Band,
-    achieved: impl Fn(f64) -> bool,
-) -> Vec<(Figure, f64)> {
-    let step_hz = match case.realisation {
-        Realisation::Same => 5.0,
-        Realisation::Another => 20.0,
-    };
-    let lines = lines(&case.meant, delivered, band, step_hz, case.realisation);
+impl Common {
+    fn of(case: &Case, mode: Mode, band: Band) -> Self {
+        let n = case.meant.len();
+        let mut meant = vec![0.0; LEAD];
+        meant.extend(&case.meant);
+        meant.resize(n + 2 * LEAD, 0.0);
+        // With the best delay, in the band, over the target's time.
+        let in_band = |x: &[f64]| {
+            shaped(x, |hz| {
+                f64::from(u8::from(band.contains(hz) && achieved(case, hz)))
+            })
+        };
+        let delay = match mode {
+            Mode::Replicate => best_delay(&in_band(&meant), &in_band(&case.delivered)),
+            Mode::Texture => case.delay,
+        };
+        let framed = at_times(&case.delivered, (0..n + 2 * LEAD).map(|i| i as f64 + delay));
+        let delivered = framed[LEAD..LEAD + n].to_vec();
+        let (t, d) = (in_band(&meant), in_band(&framed));
+        let (t, d) = (&t[LEAD..LEAD + n], &d[LEAD..LEAD + n]);
+        let outside = felt(&delivered, |hz| !band.contains(hz));
+        let share = outside / felt_power(&case.meant, band);
+        let mut figures = vec![
+            (Figure::Level, decibels(energy(d) / energy(t)).abs()),
+            (Figure::Clipped, case.clipped_share),
+            (Figure::Uncovered, case.uncovered_share),
+            (
+                Figure::FeltOutside,
+                if outside >= 1.0 { share } else { 0.0 },
+            ),
+            (Figure::DropOut, drop_out(case, mode, t, d)),
+        ];
+        match mode {
+            Mode::Replicate => {
+                let product: f64 = t.iter().zip(d).map(|(t, d)| t * d).sum();
+                let both = (energy(t) * energy(d)).sqrt().max(f64::MIN_POSITIVE);
+                let missed: f64 = t.iter().zip(d).map(|(t, d)| (t - d).powi(2)).sum();
+                figures.push((Figure::Correlation, 1.0 - product / both));
+                figures.push((Figure::Difference, missed / energy(t)));
+                figures.push((Figure::LostEvent, most_lost(t, d)));
+                figures.push((Figure::LevelOverTime, most_apart(t, d)));
+            }
+            Mode::Texture => figures.push((Figure::LevelDistribution, distributions_apart(t, d))),
+        }
+        Self {
+            band,
+            delivered,
+            figures,
+        }
+    }
+
+    fn figures(&self, case: &Case, mode: Mode, draw: Draw, ends: Ends) -> Vec<(Figure, f64)> {
+        let lines = lines(
+            &ends.of(&case.meant),
+            &ends.of(&self.delivered),
+            self.band,
+            draw,
+        );
+        let mut all = self.figures.clone();
+        all.extend(spectrum(case, &lines));
+        debug_assert!(mode == Mode::Texture || draw == Draw::Same);
+        all
+    }
+}
+
+/// Whether the rendering is told to reach this frequency.
+fn achieved(case: &Case, hz: f64) -> bool {
+    let told = &case.config.achievable;
+    told.is_empty() || told.iter().any(|part| part.contains(hz))
+}
+
+fn spectrum(case: &Case, lines: &[Line]) -> Vec<(Figure, f64)> {
     let strongest = lines
         .iter()
         .fold(0.0, |most: f64, line| most.max(line.target));
@@ -298,7 +369,7 @@ fn spectrum(
     let power: f64 = lines.iter().map(|line| line.target).sum();
     let added: f64 = without.iter().map(|line| line.delivered).sum();
     let (judged, given_up): (Vec<&Line>, Vec<&Line>) =
-        with.into_iter().partition(|line| achieved(line.hz));
+        with.into_iter().partition(|line| achieved(case, line.hz));
     let given_up: f64 = given_up.iter().map(|line| line.target).sum();
     let error = |weight: &dyn Fn(&Line) -> f64| {
         let (mut sum, mut weights) = (0.0, 0.0);
@@ -309,50 +380,70 @@ fn spectrum(
         }
         (sum.max(0.0) / weights.max(f64::MIN_POSITIVE)).sqrt()
     };
+    let threshold = |hz: f64| Weighting::DetectionThreshold.threshold_m_s2(Hertz(hz));
     vec![
         (Figure::Spectrum, error(&|_| 1.0)),
         (Figure::SpectrumByPower, error(&|line| line.target)),
         (
             Figure::SpectrumByFelt,
-            error(&|line| {
-                let threshold = Weighting::DetectionThreshold.threshold_m_s2(Hertz(line.hz));
-                line.target / threshold.powi(2)
-            }),
+            error(&|line| line.target / threshold(line.hz).powi(2)),
         ),
         (Figure::Added, added / power),
         (Figure::GivenUp, given_up / power),
     ]
 }
 
-fn lines(t: &[f64], d: &[f64], band: Band, step_hz: f64, realisation: Realisation) -> Vec<Line> {
-    let (t_bins, d_bins) = (bins_of(t, t.len()), bins_of(d, d.len()));
-    let width = step_hz * t.len() as f64 / RATE_HZ;
+/// What a Hann window sees of the power `x` of its lines away: its main lobe.
+fn hann(x: f64) -> f64 {
+    if x.abs() >= 2.0 {
+        return 0.0;
+    }
+    let amplitude = if x.abs() < 1e-9 {
+        1.0
+    } else if (x.abs() - 1.0).abs() < 1e-9 {
+        0.5
+    } else {
+        (PI * x).sin() / (PI * x) / (1.0 - x * x)
+    };
+    amplitude * amplitude
+}
+
+fn lines(t: &[f64], d: &[f64], band: Band, draw: Draw) -> Vec<Line> {
+    let n = t.len();
+    let (t_bins, d_bins) = (bins_of(t, n), bins_of(d, n));
+    let step_hz = match draw {
+        Draw::Same => 5.0,
+        Draw::Another => 20.0,
+    };
+    // What lies beside the band's ends was not to be rendered.
+    let ends = [band.low().0, band.high().0].map(|hz| (hz * n as f64 / RATE_HZ).round() as usize);
     let first = (band.low().0 / step_hz).ceil() as usize;
     let last = (band.high().0 / step_hz).floor() as usize;
     (first..=last)
         .map(|line| {
-            let bins = ((line as f64 - 0.5) * width).ceil() as usize
-                ..((line as f64 + 0.5) * width).ceil() as usize;
+            let at =
+                |away: f64| ((line as f64 + away) * step_hz * n as f64 / RATE_HZ).max(0.0) as usize;
+            let bins = at(-2.0).max(ends[0])..=at(2.0).min(ends[1]);
             let powers = |of: &[Complex<f64>]| -> (f64, f64) {
-                let inside = of[bins.clone()].iter().map(|bin| bin.norm_sqr());
-                inside.fold((0.0, 0.0), |(sum, squares), p| (sum + p, squares + p * p))
+                bins.clone().fold((0.0, 0.0), |(sum, squares), k| {
+                    let p = hann(hz_of(k, n) / step_hz - line as f64) * of[k].norm_sqr();
+                    (sum + p, squares + p * p)
+                })
             };
             let ((target, t_squares), (delivered, d_squares)) = (powers(&t_bins), powers(&d_bins));
+            // The square of a bin's power is on average twice the square of its mean.
             let scatter = |sum: f64, squares: f64| {
-                // A line of a spectrum has twice its squared mean as mean square.
-                let half = 0.5 * squares;
-                let freedom = 2.0 * (sum * sum - half) / half.max(f64::MIN_POSITIVE);
+                let variance = 0.5 * squares;
+                let freedom = 2.0 * (sum * sum - variance) / variance.max(f64::MIN_POSITIVE);
                 4.343f64.powi(2) * 2.0 / freedom.max(2.0)
             };
             Line {
                 hz: line as f64 * step_hz,
                 target,
                 delivered,
-                scatter: match realisation {
-                    Realisation::Same => 0.0,
-                    Realisation::Another => {
-                        scatter(target, t_squares) + scatter(delivered, d_squares)
-                    }
+                scatter: match draw {
+                    Draw::Same => 0.0,
+                    Draw::Another => scatter(target, t_squares) + scatter(delivered, d_squares),
                 },
             }
         })
