@@ -653,4 +653,7 @@ pub enum Doubt {
         /// Segments in the average.
         segments: usize,
     },
+    /// A signal that broke on its way.
+    #[serde(untagged)]
+    Signal(crate::integrity::SignalDoubt),
 }
