@@ -48,7 +48,10 @@ pub fn limited(samples: &[f64]) -> Limited {
         low = low.min(*v);
         high = high.max(*v);
     }
-    if samples.len() < 16 || low >= high || !takes_more_than(FEW_STEPS, samples) {
+    if samples.len() < 16
+        || low >= high
+        || !takes_more_than(FEW_STEPS, samples, SAME * (high - low))
+    {
         return Limited::default();
     }
     // A square wave has its median at one of its ends.
@@ -72,7 +75,7 @@ pub fn limited(samples: &[f64]) -> Limited {
 }
 
 /// Values that differ by less than this part of the range are one.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-13;
 
 /// The share of samples that equal the extreme, where that is a limit.
 fn at_the_extreme(samples: &[f64], sign: f64, extreme: f64, rounding: f64) -> Option<f64> {
@@ -127,11 +130,14 @@ fn regular(samples: &[f64], middle: f64) -> bool {
     lengths[many] - lengths[few] <= (lengths[many] / 20).max(2)
 }
 
-/// Whether `samples` take more than `count` values.
-fn takes_more_than(count: usize, samples: &[f64]) -> bool {
+/// Values that differ by less than this part of the range are one step of a converter, computed otherwise.
+const SAME: f64 = 1e-9;
+
+/// Whether `samples` take more than `count` values that are further apart than `same`.
+fn takes_more_than(count: usize, samples: &[f64], same: f64) -> bool {
     let mut seen: Vec<f64> = Vec::with_capacity(count + 1);
     samples.iter().any(|sample| {
-        if !seen.contains(sample) {
+        if !seen.iter().any(|known| (known - sample).abs() <= same) {
             seen.push(*sample);
         }
         seen.len() > count
@@ -288,8 +294,10 @@ fn visits(samples: &[f64], sign: f64, middle: f64, limit: f64) -> usize {
 /// The longest period of a wave that repeats itself, in samples, and of how many of them it is looked at.
 const LONGEST_PERIOD: usize = 2048;
 const LOOKED_AT: usize = 1024;
-/// What two periods differ by at most, as a part of the power.
+/// What two periods differ by at most, as a part of the power: one after the other, and half a signal apart, where a period
+/// that is not quite whole has moved on.
 const ALIKE: f64 = 0.02;
+const ALIKE_FAR: f64 = 0.5;
 
 /// Whether a signal is a wave that repeats itself after a whole number of samples, from one time to the next and far away.
 fn repeats(samples: &[f64]) -> bool {
@@ -298,15 +306,15 @@ fn repeats(samples: &[f64]) -> bool {
     let first = &samples[..LOOKED_AT.min(far / 2)];
     let mean = first.iter().sum::<f64>() / first.len() as f64;
     let power: f64 = first.iter().map(|v| (v - mean) * (v - mean)).sum();
-    let alike = |lag: usize| {
+    let alike = |lag: usize, share: f64| {
         let mut difference = 0.0;
         for (a, b) in first.chunks(64).zip(samples[lag..].chunks(64)) {
             difference += a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-            if difference > 2.0 * ALIKE * power {
+            if difference > 2.0 * share * power {
                 return false;
             }
         }
         true
     };
-    (2..longest).any(|lag| alike(lag) && alike(far / lag * lag))
+    (2..longest).any(|lag| alike(lag, ALIKE) && alike(far / lag * lag, ALIKE_FAR))
 }

@@ -101,8 +101,10 @@ fn percent(share: f64) -> String {
     let p = share * 100.0;
     if p >= 1.0 || p <= 0.0 {
         format!("{p:.0} %")
-    } else {
+    } else if p >= 0.01 {
         format!("{p:.2} %")
+    } else {
+        "less than 0.01 %".into()
     }
 }
 
@@ -193,11 +195,17 @@ impl fmt::Display for SignalDoubt {
                 limit,
                 share,
                 lost_db,
-            } => write!(
-                f,
-                "`{channel}` reaches {peak:.2} and {limit:.2} of full scale can be played: {} of it lay beyond, and what was played held {lost_db:.1} dB less than this channel says; check its unit, or lower the level",
-                percent(*share)
-            ),
+            } => {
+                write!(
+                    f,
+                    "`{channel}` reaches {peak:.2} and {limit:.2} of full scale can be played: {} of it lies beyond",
+                    percent(*share)
+                )?;
+                if *lost_db >= 0.05 {
+                    write!(f, ", and {lost_db:.1} dB less than it says can be played")?;
+                }
+                f.write_str("; check its unit, or lower the level")
+            }
             Self::ResponseDead {
                 channel,
                 count,

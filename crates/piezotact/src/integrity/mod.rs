@@ -12,7 +12,7 @@ pub use clip::{Limited, limited};
 pub use copied::{Copy, copied};
 pub use doubt::SignalDoubt;
 pub use hum::{Hum, mains_hum};
-pub use pair::{Pair, transfer_doubts};
+pub use pair::{Pair, said_of_a_pair, transfer_doubts};
 
 use serde::{Deserialize, Serialize};
 

@@ -171,3 +171,41 @@ fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
         low_db: -20.0 * (1.0 - share).max(1e-3).log10(),
     })
 }
+
+/// Whether the doubts about a pair of channels, `broken`, say what `doubt` says of one of them.
+///
+/// Source: house rule; one finding is said once.
+#[must_use]
+pub fn said_of_a_pair(doubt: &Doubt, broken: &[Doubt]) -> bool {
+    use SignalDoubt::{
+        ClippedTransfer, Copied, DriveBeyondLimit, DropOuts, Frozen, MainsHum, ResponseDead,
+    };
+    broken.iter().any(|other| {
+        let Doubt::Signal(other) = other else {
+            return false;
+        };
+        match (doubt, other) {
+            (Doubt::Clipped { what, .. }, ClippedTransfer { channel, .. }) => what == channel,
+            (Doubt::Signal(one), other) => match (one, other) {
+                (
+                    Frozen { channel, .. } | DropOuts { channel, .. },
+                    ResponseDead { channel: other, .. },
+                )
+                | (MainsHum { channel, .. }, MainsHum { channel: other, .. })
+                | (DriveBeyondLimit { channel, .. }, DriveBeyondLimit { channel: other, .. }) => {
+                    channel == other
+                }
+                (
+                    Copied { channel, of, .. },
+                    Copied {
+                        channel: other,
+                        of: original,
+                        ..
+                    },
+                ) => (channel == other && of == original) || (channel == original && of == other),
+                _ => false,
+            },
+            _ => false,
+        }
+    })
+}
