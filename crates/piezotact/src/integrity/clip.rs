@@ -301,7 +301,16 @@ const ALIKE_FAR: f64 = 0.5;
 
 /// Whether a signal is a wave that repeats itself after a whole number of samples, from one time to the next and far away.
 fn repeats(samples: &[f64]) -> bool {
+    // Silence at the ends says nothing.
+    let quiet = |v: &f64, end: f64| (v - end).abs() <= 0.0;
+    let (first, last) = (samples[0], samples[samples.len() - 1]);
+    let from = samples.iter().position(|v| !quiet(v, first)).unwrap_or(0);
+    let to = samples.iter().rposition(|v| !quiet(v, last)).unwrap_or(0);
+    let samples = &samples[from.min(to)..=to];
     let far = samples.len() / 2;
+    if far < 16 {
+        return false;
+    }
     let longest = LONGEST_PERIOD.min(far / 2);
     let first = &samples[..LOOKED_AT.min(far / 2)];
     let mean = first.iter().sum::<f64>() / first.len() as f64;

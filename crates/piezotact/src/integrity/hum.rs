@@ -40,8 +40,10 @@ const HARMONICS: usize = 10;
 /// The shortest signal that is looked at, and how much of a longer one.
 const SHORTEST: Seconds = Seconds(2.0);
 const LONGEST: Seconds = Seconds(10.0);
-/// A line stands so far above the median of the lines around it, dB: noise does so by 10 dB.
-const ABOVE_DB: f64 = 20.0;
+/// A line stands so far above the median of the lines around it, dB. Noise does so in one of e^22 lines.
+const ABOVE_DB: f64 = 15.0;
+/// A line of a comb between the multiples stands so far above, dB.
+const COMB_DB: f64 = 12.0;
 /// A line holds so many times the power of what is next to it: a texture's lines are as wide as its speed varies.
 const NARROW: f64 = 10.0;
 /// Hum has its first line and at least so many in all: a tone of a texture may lie on one or two.
@@ -171,7 +173,7 @@ impl Lines {
                 let half = 0.4_f64.max(self.resolution_hz);
                 if let Some((_, above_db)) = self.above_db(hertz - half, hertz + half) {
                     all += 1;
-                    lines += usize::from(above_db >= ABOVE_DB - 5.0);
+                    lines += usize::from(above_db >= COMB_DB);
                 }
             }
             all > 0 && 2 * lines >= all
@@ -193,7 +195,7 @@ fn quick(most: usize) -> usize {
 }
 
 /// The hum of the mains in `samples` at `rate`, with its share of the power, 0–1; `None` where there is none, or less than 2 s.
-/// Lines count that hold their phase over the whole, stand 20 dB above their surroundings and are multiples of
+/// Lines count that hold their phase over the whole, stand 15 dB above their surroundings and are multiples of
 /// one frequency within 0.2 Hz of 50 or 60 Hz; three of them with the first are hum, unless a comb with lines between
 /// them explains them.
 ///
@@ -228,8 +230,7 @@ fn hum_of(mains_hz: f64, harmonics: &[(usize, Line)], all: f64) -> Option<Hum> {
     })
 }
 
-/// A line of the response that is hum stands so far above its surroundings, dB, and so much less in the drive.
-const IN_THE_RESPONSE_DB: f64 = 15.0;
+/// A line of the response that is hum stands so much less above its surroundings in the drive, dB.
 const BELOW_DB: f64 = 10.0;
 
 /// The hum in a response that its drive does not hold: one line at the mains' own frequency, or two multiples.
@@ -238,7 +239,7 @@ pub(super) fn hum_beside(drive: &[f64], response: &[f64], rate: SampleRate) -> O
     let mut found: Vec<Hum> = MAINS_HZ
         .into_iter()
         .filter_map(|mains_hz| {
-            let (mains_hz, mut harmonics) = response.harmonics(mains_hz, IN_THE_RESPONSE_DB);
+            let (mains_hz, mut harmonics) = response.harmonics(mains_hz, ABOVE_DB);
             harmonics.retain(|(_, line)| {
                 let near = drive.resolution_hz;
                 let driven = drive.above_db(line.hertz - near, line.hertz + near);

@@ -24,9 +24,11 @@ const FEWEST: usize = 16;
 const AROUND: Seconds = Seconds(0.050);
 /// and next to its edge over this time.
 const EDGE: Seconds = Seconds(0.005);
-/// The level next to an edge, re the level around, that makes the edge abrupt: a finger that leaves a surface rings down,
-/// and is below 0.15 in its last period before the floor is reached.
+/// The level next to an edge, re the level around and the usual one, that makes the edge abrupt: a finger that leaves a surface
+/// rings down, and is below 0.15 in its last period before the floor is reached.
 const ABRUPT: f64 = 0.25;
+/// The same of changes next to a value that is held exactly, which nothing that rings down is.
+const ABRUPT_HELD: f64 = 0.15;
 /// The level around a lost part, re the usual one: a stroke is not lost that had ended.
 const ALIVE: f64 = 0.3;
 /// A held value lasts so many times longer than any beside it.
@@ -92,9 +94,17 @@ pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
     if samples.len() < 4 * FEWEST {
         return Lost::default();
     }
-    let usual = Usual::of(samples, rate);
     let mut found = Lost::default();
-    for span in held(samples, rate) {
+    let held = held(samples, rate);
+    let mut moving = Vec::new();
+    let mut at = 0;
+    for span in &held {
+        moving.extend_from_slice(&samples[at..span.from]);
+        at = span.to;
+    }
+    moving.extend_from_slice(&samples[at..]);
+    let usual = Usual::of(&moving, rate);
+    for span in held {
         let off = (samples[span.from] - usual.middle).abs();
         if off <= FLOOR * usual.level || samples[span.from] == 0.0 {
             found.gaps.push(span);
@@ -167,7 +177,7 @@ fn held(samples: &[f64], rate: SampleRate) -> Vec<Span> {
         part.len() >= edge
             && level >= ALIVE * alive
             && level >= FEWEST_STEPS * step
-            && rms(near) >= ABRUPT * level
+            && rms(near) >= ABRUPT_HELD * level
             && LONGER * longest_still(part) <= length
     };
     let value = |span: &Span| samples[span.from];
@@ -224,7 +234,8 @@ pub(super) fn abrupt(samples: &[f64], rate: SampleRate, usual: &Usual, span: Spa
     let around = rate.samples_in(AROUND).max(2 * FEWEST);
     let alive = |part: &[f64], near: &[f64]| {
         let level = rms_about(part, usual.middle);
-        level >= ALIVE * usual.level && rms_about(near, usual.middle) >= ABRUPT * level
+        let edge = rms_about(near, usual.middle);
+        level >= ALIVE * usual.level && edge >= ABRUPT * level.max(usual.level)
     };
     let before = &samples[span.from.saturating_sub(around)..span.from];
     let after = &samples[span.to..(span.to + around).min(samples.len())];

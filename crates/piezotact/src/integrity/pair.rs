@@ -60,6 +60,8 @@ const FLOOR: f64 = 0.1;
 const SHORTEST: Seconds = Seconds(0.02);
 /// The drive goes on where its level is this part of its usual one.
 const DRIVEN: f64 = 0.3;
+/// The crests of a drive of noise are cut on purpose, up to this share.
+const CRESTS: f64 = 0.005;
 /// A drive within this part of its limit is not beyond it.
 const TOLERANCE: f64 = 1e-6;
 
@@ -105,7 +107,7 @@ pub fn transfer_doubts(pair: &Pair<'_>) -> Vec<Doubt> {
         });
     }
     let fraction = limited(drive).share();
-    if fraction > 0.0 {
+    if fraction > CRESTS {
         doubts.push(SignalDoubt::ClippedTransfer {
             channel: drive_name.clone(),
             fraction,
