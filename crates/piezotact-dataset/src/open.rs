@@ -8,7 +8,6 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{Channel, Provenance, Recording};
 use piezotact::series::is_sample;
-use piezotact::verify::flat_top_fraction;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
@@ -281,13 +280,6 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
                 doubts.extend(piezotact::spectrum::quantisation_doubt(
                     &name, &samples, step,
                 ));
-            }
-            let fraction = flat_top_fraction(&samples);
-            if fraction > 0.0 {
-                doubts.push(Doubt::Clipped {
-                    what: name.clone(),
-                    fraction,
-                });
             }
             for sample in &mut samples {
                 *sample *= factor;

@@ -656,4 +656,7 @@ pub enum Doubt {
     /// Of a verification.
     #[serde(untagged)]
     Verification(crate::verify::VerifyDoubt),
+    /// A signal that broke on its way.
+    #[serde(untagged)]
+    Signal(crate::integrity::SignalDoubt),
 }

@@ -8,7 +8,7 @@
 //! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
 //! with [`correct`] for a loop that measures again, [`manipulate`] for textures made otherwise on purpose, [`score`] for whether a
 //! finger could tell, [`envelope`] for files that hold no waveform, [`resample`] between rates, [`convolve`] for what comes of a drive through an impulse response, [`device`] for what a drive passes
-//! through, and [`doubt`] for what
+//! through, [`integrity`] for whether a signal came whole, and [`doubt`] for what
 //! a result leaves open.
 
 pub mod compare;
@@ -21,6 +21,7 @@ pub mod envelope;
 pub mod feature;
 pub mod filter;
 mod fourier;
+pub mod integrity;
 pub mod manipulate;
 mod order;
 pub mod panel;

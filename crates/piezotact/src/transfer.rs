@@ -3,6 +3,7 @@
 //! The cross-spectrum is Sxy = E[conj(X)·Y], so that Y = H·X gives Sxy/Sxx = H. Its conjugate has the same
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
+mod broken;
 mod bundle;
 mod confidence;
 mod cross;
@@ -176,8 +177,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     ) -> Result<Self, TransferError> {
         let mut function = Self::from_spectra(spectra, estimator, drive.rate())?;
         judge::timing(&mut function, drive, response);
-        function.doubts.extend(judge::clipped(drive));
-        function.doubts.extend(judge::clipped(response));
+        function.doubts.extend(broken::doubts(drive, response));
         Ok(function)
     }
 

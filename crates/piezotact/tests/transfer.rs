@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 use piezotact::Doubt;
+use piezotact::integrity::SignalDoubt;
 use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, SampleRate};
 use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
@@ -377,7 +378,7 @@ fn a_clipped_response_is_named() {
         .collect();
     named(
         &function_of(drive, response, 2048),
-        |d| matches!(d, Doubt::Clipped { what, .. } if what.contains("acceleration")),
+        |d| matches!(d, Doubt::Signal(SignalDoubt::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
     );
 }
 

@@ -20,6 +20,8 @@ mod verify;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::device::DriveSetup;
+use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
@@ -63,13 +65,24 @@ fn rate_option(rate_hz: Option<f64>) -> Result<Option<SampleRate>, Failure> {
 }
 
 fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
-    Ok(read_recording(
-        path,
-        &ReadOptions {
-            scale: reading.scale.clone(),
-            rate: rate_option(reading.rate)?,
-        },
-    )?)
+    let options = ReadOptions {
+        scale: reading.scale.clone(),
+        rate: rate_option(reading.rate)?,
+    };
+    inspected(path, &options)
+}
+
+/// The recording in a file, with the doubts about what broke on its way to the file.
+fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
+    let mut contents = read_recording(path, options)?;
+    let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
+    contents.recording.doubts.extend(found);
+    Ok(contents)
+}
+
+/// The largest drive that the device plays, of full scale: full scale where it is not known.
+fn drive_limit(setup: Option<&DriveSetup>) -> f64 {
+    setup.map_or(1.0, DriveSetup::drive_limit)
 }
 
 /// Refuses outputs that would replace an input, an input's sidecar, or each other, or that have no folder to

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
+use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::Recording;
 use piezotact::render::headroom;
@@ -15,7 +16,7 @@ use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
 
-use super::{bench_failure, open_bench, outputs, recording_files, run_plan};
+use super::{bench_failure, drive_limit, open_bench, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
@@ -68,6 +69,8 @@ pub(crate) fn run(args: &Play) -> Outcome {
         gate: None,
     };
     let mut recording = play(&mut bench, &drive, setup.as_ref(), &run, keeping)?;
+    let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
+    recording.doubts.extend(broken);
     let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
     if clipped > 0.0 {
         recording.doubts.push(Doubt::Clipped {

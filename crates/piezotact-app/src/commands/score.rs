@@ -7,10 +7,10 @@ use piezotact::Doubt;
 use piezotact::quantity::{Decibels, Unit};
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
-use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_dataset::ReadOptions;
 use serde_json::Value;
 
-use super::{outputs, rate_option, read, texture};
+use super::{inspected, outputs, rate_option, read, texture};
 use crate::cli::Score;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Score) -> Outcome {
         .test_scale
         .clone()
         .or_else(|| args.reading.scale.clone());
-    let test = read_recording(
+    let test = inspected(
         &args.test,
         &ReadOptions {
             scale,

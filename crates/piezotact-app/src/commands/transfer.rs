@@ -5,19 +5,19 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
+use piezotact::integrity::{Pair, never_changes, said_of_a_pair, transfer_doubts};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
 use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{Estimator, TransferError, estimate};
-use piezotact::verify::flat_top_fraction;
 use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
 use serde_json::json;
 
-use super::{outputs, read};
+use super::{drive_limit, outputs, read};
 use crate::cli::{EstimatorName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{digits, doubts_json, print, print_json, say_doubts, write_text};
 use crate::report::transfer::{Page, render};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
@@ -62,6 +62,15 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         EstimatorName::H2 => Estimator::H2,
         EstimatorName::Hv => Estimator::Hv,
     };
+    for (name, series) in [(&args.drive, &drive), (&args.response, &response)] {
+        if never_changes(series.samples()) {
+            return Err(Failure::Data(anyhow!(
+                "{}: expected the channel `{name}` to hold a signal, found {} from beginning to end; check its cable, its range and its name",
+                args.recording.display(),
+                digits(series.samples()[0])
+            )));
+        }
+    }
     let mut function = estimate(
         &drive,
         &response,
@@ -75,19 +84,17 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     // The channels here have names and units, not types.
     function
         .doubts
-        .retain(|doubt| !matches!(doubt, Doubt::Clipped { .. }));
-    for (name, samples) in [
-        (&args.drive, &drive_channel.samples),
-        (&args.response, &response_channel.samples),
-    ] {
-        let fraction = flat_top_fraction(samples);
-        if fraction > 0.0 {
-            function.doubts.push(Doubt::Clipped {
-                what: format!("the channel {name}"),
-                fraction,
-            });
-        }
-    }
+        .retain(|doubt| !matches!(doubt, Doubt::Signal(_)));
+    let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
+    let broken = transfer_doubts(&Pair {
+        drive: drive.samples(),
+        response: response.samples(),
+        rate: recording.rate(),
+        drive_name: &args.drive,
+        response_name: &args.response,
+        drive_limit: (drive_unit == Unit::FullScale).then_some(limit),
+    });
+    function.doubts.extend(broken.iter().cloned());
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     if drive_unit == Unit::MetrePerSecondSquared && sends(&response_channel.unit) {
         function.doubts.push(Doubt::SwappedUnits {
@@ -106,7 +113,10 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
     function.drive = setup.or_else(|| contents.setup.clone());
-    function.doubts.extend(recording.doubts.clone());
+    // What the transfer function says of its two channels is not said again of each.
+    let of_the_file = recording.doubts.iter();
+    let more = of_the_file.filter(|doubt| !said_of_a_pair(doubt, &broken));
+    function.doubts.extend(more.cloned());
     let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
     write_transfer(&args.out, &document)?;
     function

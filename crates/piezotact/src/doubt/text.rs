@@ -319,7 +319,7 @@ impl fmt::Display for Doubt {
             ),
             Self::DeadChannel { channel } => write!(
                 f,
-                "`{channel}` never changes and is not used: check its cable and its range"
+                "`{channel}` never changes and says nothing: check its cable and its range"
             ),
             Self::ShortStrokes { count, needed_s } => write!(
                 f,
@@ -495,6 +495,7 @@ impl fmt::Display for Doubt {
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",
                 4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
             ),
+            Self::Signal(doubt) => doubt.fmt(f),
         }
     }
 }

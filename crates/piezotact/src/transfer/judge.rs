@@ -10,7 +10,6 @@ use crate::fourier::RealTransform;
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::series::{Series, rms};
 use crate::spectrum::RECOMMENDED_SEGMENTS;
-use crate::verify::flat_top_fraction;
 
 /// Fewer lines than this within the half-power bandwidth of a resonance leave a bias of more than 2 %
 /// (⅓ of the squared ratio, with the resolution of a Hann window of 1.44 lines).
@@ -248,13 +247,4 @@ fn common_lag(drive: &[f64], response: &[f64]) -> Option<i64> {
         largest as i64 - n as i64
     };
     stands_out.then_some(lag)
-}
-
-/// A channel with flat tops.
-pub(super) fn clipped<Q: Quantity>(channel: &Series<Q>) -> Option<Doubt> {
-    let fraction = flat_top_fraction(channel.samples());
-    (fraction > 0.0).then(|| Doubt::Clipped {
-        what: format!("the {} channel", Q::NAME),
-        fraction,
-    })
 }

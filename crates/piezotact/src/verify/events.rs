@@ -124,20 +124,20 @@ impl Compared<'_> {
         }
     }
 
+    /// The longest lull of the target, s.
+    pub(super) fn own_lull_s(&self) -> f64 {
+        let ([wanted, _], hop_s) = self.short();
+        lull(&wanted, 0.0, hop_s)
+    }
+
     /// How much longer the longest lull of the measurement is than that of its target, s, where they are two realisations.
     ///
     /// Formula: runs of windows of 10 ms with less than a hundredth of the median power of those that are not silent; of two
     /// realisations of one texture the longest lulls differ, by as much as they last unless they are far longer.
     pub(super) fn longer_lulls(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
-        let lull = |x: &[f64], noise: f64| {
-            let typical = typical(x) - noise;
-            let below = (LULL * typical).max(noise);
-            let run = longest_run(x.len(), |i| x[i] - noise < below);
-            (run > 0).then(|| (run - 1) as f64 * hop_s + 0.9 * SHORT_S)
-        };
-        let own = lull(&wanted, 0.0).unwrap_or(0.0);
-        let found = lull(&got, self.noise_power).unwrap_or(0.0);
+        let own = lull(&wanted, 0.0, hop_s);
+        let found = lull(&got, self.noise_power, hop_s);
         let excess = (found - own).max(0.0);
         let unsure = 0.5 * own + hop_s;
         Found {
@@ -213,6 +213,15 @@ impl Compared<'_> {
             value,
             interval: [(0.67 * value - 0.3).max(0.0), 1.33 * value + 0.3],
         })
+    }
+}
+
+/// The longest run of windows of `powers` that are quieter than a hundredth of the usual one, s.
+fn lull(powers: &[f64], noise: f64, hop_s: f64) -> f64 {
+    let below = (LULL * (typical(powers) - noise)).max(noise);
+    match longest_run(powers.len(), |i| powers[i] - noise < below) {
+        0 => 0.0,
+        run => (run - 1) as f64 * hop_s + 0.9 * SHORT_S,
     }
 }
 

@@ -112,7 +112,7 @@ const COPY: f64 = 1.0 - 1e-7;
 const WANDERS_S: f64 = 5e-5;
 /// The highest frequency at which something is felt, Hz, and the lowest that is looked at outside the band.
 const FELT_HZ: (f64, f64) = (10.0, 1000.0);
-/// A line outside the band counts when it stands out of noise and target by this factor.
+/// A line outside the band counts when it stands out of the noise by this factor.
 const STANDS_OUT: f64 = 4.0;
 
 /// The criteria on `evidence`.
@@ -259,7 +259,7 @@ fn spectrum(
                     && (hz + half_hz < config.band.low().0 * (1.0 - edge)
                         || hz - half_hz > config.band.high().0 * (1.0 + edge))
             })
-            .filter(|(hz, t, m)| *m > STANDS_OUT * (noise(*hz) + t))
+            .filter(|(hz, t, m)| *m > STANDS_OUT * noise(*hz) && m > t)
             .map(|(hz, t, m)| (m - noise(hz) - t) * resolution_hz * sensitivity(hz))
             .sum();
         let felt: f64 = lines
@@ -298,10 +298,13 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
     };
     let drop_out = Limit::at_most(limits.drop_out_s);
     let level = Limit::at_most(limits.short_time_level_db);
-    // When a texture is quiet is free, for how long is not: another realisation has its lulls elsewhere.
-    let dropped = match evidence.config.mode {
-        Mode::Replicate if all.follows() => compared.dropped_while_following(),
-        _ => compared.longer_lulls(),
+    // When a texture is quiet is free, for how long is not: another realisation has its lulls elsewhere, and one that has
+    // silence of its own may have it at other times.
+    let free = evidence.config.mode == Mode::Texture && compared.own_lull_s() > limits.drop_out_s;
+    let dropped = if all.follows() && !free {
+        compared.dropped_while_following()
+    } else {
+        compared.longer_lulls()
     };
     let over_time = match evidence.config.mode {
         Mode::Replicate => compared

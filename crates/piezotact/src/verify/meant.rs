@@ -44,6 +44,8 @@ pub(super) struct OnTime {
 const FOLLOWS: f64 = 0.2;
 /// The window of the levels by which another realisation is found, s.
 const ENVELOPE_S: f64 = 0.01;
+/// A place where less than this share of the power that a place can have lies within the target is not looked at.
+const ALL_POWER: f64 = 0.998;
 
 /// How much later `response` is than `meant`, samples, by their levels in windows of 10 ms.
 fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
@@ -57,7 +59,6 @@ fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band
             .collect()
     };
     let (t, m) = (levels(meant.samples()), levels(response.samples()));
-    // The power of the response is what the target's levels are weighed with: a steady texture lies where the response is loud.
     let mut transform = RealTransform::new(fast_length(t.len() + m.len()));
     let cross = transform
         .forward(&t)
@@ -68,9 +69,19 @@ fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band
     let products = transform.inverse(cross);
     let n = products.len() as i64;
     // No more than a tenth of the target may lie outside what was recorded.
-    let least = -(t.len() as i64) / 10;
-    let most = (m.len() as i64 - t.len() as i64 * 9 / 10).max(least);
+    let (count, all) = (t.len() as i64, m.len() as i64);
+    let least = -count / 10;
+    let most = (all - count * 9 / 10).max(least);
+    // What is silent before and after the texture is none of it: all of the power lies within.
+    let mut sums = vec![0.0];
+    for level in &m {
+        sums.push(sums.last().copied().unwrap_or(0.0) + level);
+    }
+    let within =
+        |lag: i64| sums[(lag + count).clamp(0, all) as usize] - sums[lag.clamp(0, all) as usize];
+    let largest = (least..=most).map(within).fold(0.0, f64::max);
     let best = (least..=most)
+        .filter(|lag| within(*lag) >= ALL_POWER * largest)
         .max_by(|a, b| {
             let at = |lag: i64| products[lag.rem_euclid(n) as usize];
             at(*a).total_cmp(&at(*b))

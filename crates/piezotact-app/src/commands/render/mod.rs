@@ -16,10 +16,10 @@ use piezotact::transfer::TransferFunction;
 use piezotact_bench::{BenchError, BenchSpec};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, journal_path, read_recording, read_transfer};
+use piezotact_dataset::{ReadOptions, journal_path, read_transfer};
 use serde_json::{Value, json};
 
-use super::{bench_failure, outputs, rate_option, texture};
+use super::{bench_failure, inspected, outputs, rate_option, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
@@ -226,7 +226,7 @@ impl Job<'_> {
             scale: args.scale.clone(),
             rate: rate_option(args.target_rate)?,
         };
-        let contents = read_recording(self.target, &options)?;
+        let contents = inspected(self.target, &options)?;
         let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
         let config = config_of(args)?;
         let asked = Asked {

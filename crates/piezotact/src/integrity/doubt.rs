@@ -1,0 +1,243 @@
+//! What a signal leaves open that broke on its way, in fields and in words.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// One thing that broke a signal on its way from the sensor to the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "doubt", rename_all = "snake_case")]
+pub enum SignalDoubt {
+    /// A channel holds one value while it should not.
+    Frozen {
+        /// The channel.
+        channel: String,
+        /// How often.
+        count: usize,
+        /// Where the longest begins, s.
+        at_s: f64,
+        /// How long the longest lasts, s.
+        longest_s: f64,
+        /// The share of the recording, 0–1.
+        share: f64,
+    },
+    /// A channel falls to its floor at once and comes back at once.
+    DropOuts {
+        /// The channel.
+        channel: String,
+        /// How often.
+        count: usize,
+        /// Where the longest begins, s.
+        at_s: f64,
+        /// How long the longest lasts, s.
+        longest_s: f64,
+        /// The share of the recording, 0–1.
+        share: f64,
+    },
+    /// Lines of the mains and their harmonics.
+    MainsHum {
+        /// The channel.
+        channel: String,
+        /// The frequency of the mains as found, Hz.
+        mains_hz: f64,
+        /// The lines found, as multiples of it.
+        harmonics: Vec<usize>,
+        /// Their share of the power, 0–1.
+        share: f64,
+        /// How far the strongest stands above the lines around it, dB.
+        above_db: f64,
+    },
+    /// Two channels are one signal.
+    Copied {
+        /// The channel that is a copy.
+        channel: String,
+        /// Of which.
+        of: String,
+        /// The copy over the original.
+        factor: f64,
+        /// How much later it is, s.
+        delay_s: f64,
+    },
+    /// A drive beyond what can be played.
+    DriveBeyondLimit {
+        /// The channel.
+        channel: String,
+        /// Its largest magnitude, of full scale.
+        peak: f64,
+        /// The limit, of full scale.
+        limit: f64,
+        /// The share of samples beyond it, 0–1.
+        share: f64,
+        /// How much less than this drive was played, dB.
+        lost_db: f64,
+    },
+    /// A response that is dead while the drive goes on.
+    ResponseDead {
+        /// The channel.
+        channel: String,
+        /// How often.
+        count: usize,
+        /// How long the longest lasts, s.
+        longest_s: f64,
+        /// The share of the drive's power that was played meanwhile, 0–1.
+        share: f64,
+        /// How far the transfer function is too low, dB.
+        low_db: f64,
+    },
+    /// Clipping of a drive or a response behind a transfer function.
+    ClippedTransfer {
+        /// The channel.
+        channel: String,
+        /// The share of samples at the limit, 0–1.
+        fraction: f64,
+        /// How far the transfer function is off at most, dB; below zero where it is too low. Absent where it cannot be said.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        off_db: Option<f64>,
+    },
+}
+
+/// A share as a person says it.
+fn percent(share: f64) -> String {
+    let p = share * 100.0;
+    if p >= 1.0 || p <= 0.0 {
+        format!("{p:.0} %")
+    } else if p >= 0.01 {
+        format!("{p:.2} %")
+    } else {
+        "less than 0.01 %".into()
+    }
+}
+
+/// A time as a person says it.
+fn time(seconds: f64) -> String {
+    if seconds.abs() < 1.0 {
+        format!("{:.0} ms", seconds * 1e3)
+    } else {
+        format!("{seconds:.2} s")
+    }
+}
+
+fn times(count: usize) -> String {
+    if count == 1 {
+        "once".into()
+    } else {
+        format!("{count} times")
+    }
+}
+
+impl fmt::Display for SignalDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Frozen {
+                channel,
+                count,
+                at_s,
+                longest_s,
+                share,
+            } => write!(
+                f,
+                "`{channel}` holds one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection froze; record again, or leave these parts out",
+                times(*count),
+                time(*longest_s),
+                percent(*share)
+            ),
+            Self::DropOuts {
+                channel,
+                count,
+                at_s,
+                longest_s,
+                share,
+            } => write!(
+                f,
+                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls to its floor at once and comes back at once; check the cable, and record again",
+                times(*count),
+                time(*longest_s),
+                percent(*share)
+            ),
+            Self::MainsHum {
+                channel,
+                mains_hz,
+                harmonics,
+                share,
+                above_db,
+            } => {
+                let lines: Vec<String> = harmonics
+                    .iter()
+                    .take(4)
+                    .map(|n| format!("{:.0}", mains_hz * *n as f64))
+                    .collect();
+                let more = if harmonics.len() > 4 { ", …" } else { "" };
+                write!(
+                    f,
+                    "`{channel}` holds lines of constant phase at {}{more} Hz, {} of its power and up to {above_db:.0} dB above their surroundings: this is how mains hum looks; check shield and earth, and record again",
+                    lines.join(", "),
+                    percent(*share)
+                )
+            }
+            Self::Copied {
+                channel,
+                of,
+                factor,
+                delay_s,
+            } => {
+                write!(f, "`{channel}` is `{of}` times {factor:.4}")?;
+                if *delay_s != 0.0 {
+                    let side = if *delay_s > 0.0 { "later" } else { "earlier" };
+                    write!(f, ", {:.2} ms {side}", delay_s.abs() * 1e3)?;
+                }
+                f.write_str(
+                    ": one signal was recorded twice and nothing was measured between the two; check the wiring and the names of the channels",
+                )
+            }
+            Self::DriveBeyondLimit {
+                channel,
+                peak,
+                limit,
+                share,
+                lost_db,
+            } => {
+                write!(
+                    f,
+                    "`{channel}` reaches {peak:.2} and {limit:.2} of full scale can be played: {} of it lies beyond",
+                    percent(*share)
+                )?;
+                if *lost_db >= 0.05 {
+                    write!(f, ", and {lost_db:.1} dB less than it says can be played")?;
+                }
+                f.write_str("; check its unit, or lower the level")
+            }
+            Self::ResponseDead {
+                channel,
+                count,
+                longest_s,
+                share,
+                low_db,
+            } => write!(
+                f,
+                "`{channel}` is dead {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low; record again",
+                times(*count),
+                time(*longest_s),
+                percent(*share)
+            ),
+            Self::ClippedTransfer {
+                channel,
+                fraction,
+                off_db,
+            } => {
+                write!(f, "{} of `{channel}` lies at a limit", percent(*fraction))?;
+                match off_db {
+                    Some(off_db) if *off_db < 0.0 => write!(
+                        f,
+                        ": the transfer function is up to {:.1} dB too low; lower the level, and record again",
+                        -off_db
+                    ),
+                    Some(off_db) => write!(
+                        f,
+                        ": the transfer function is up to {off_db:.1} dB too high; lower the level, and record again"
+                    ),
+                    None => f.write_str(": lower the level, and record again"),
+                }
+            }
+        }
+    }
+}

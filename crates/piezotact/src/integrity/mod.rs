@@ -1,0 +1,212 @@
+//! Whether a signal came whole from the sensor to the file: limits, frozen and dead channels, drop-outs, copies, mains
+//! hum, drives that could not be played. It looks at samples, rate and unit, whatever the format of the file.
+
+mod clip;
+mod copied;
+mod doubt;
+mod hum;
+mod level;
+mod pair;
+
+pub use clip::{Limited, limited};
+pub use copied::{Copy, copied};
+pub use doubt::SignalDoubt;
+pub use hum::{Hum, mains_hum};
+pub use pair::{Pair, said_of_a_pair, transfer_doubts};
+
+use serde::{Deserialize, Serialize};
+
+use crate::doubt::Doubt;
+use crate::quantity::{Quantity, SampleRate, Unit};
+use crate::recording::Recording;
+use crate::series::{Series, mean, standard_deviation};
+
+/// A part of a signal, from the sample `from` up to and without the sample `to`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Span {
+    /// The first sample.
+    pub from: usize,
+    /// The sample after the last.
+    pub to: usize,
+}
+
+impl Span {
+    /// The number of samples.
+    #[must_use]
+    pub fn len(self) -> usize {
+        self.to - self.from
+    }
+
+    /// Whether it holds no sample.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.to <= self.from
+    }
+}
+
+/// What is broken in one signal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Defects {
+    /// Whether it never changes, but for rounding.
+    pub dead: bool,
+    /// Where it holds one value while the signal around it says that it should not.
+    pub frozen: Vec<Span>,
+    /// Where it falls to its floor at once and comes back at once. Nothing stands here and in `frozen`.
+    pub gaps: Vec<Span>,
+    /// Lines of the mains; absent where there are none.
+    pub hum: Option<Hum>,
+    /// The share of samples at a limit, 0–1.
+    pub clipped_fraction: f64,
+    /// The number of samples.
+    pub samples: usize,
+    /// The rate.
+    pub rate: SampleRate,
+}
+
+impl Defects {
+    /// Whether nothing is broken.
+    #[must_use]
+    pub fn none(&self) -> bool {
+        !self.dead
+            && self.frozen.is_empty()
+            && self.gaps.is_empty()
+            && self.hum.is_none()
+            && self.clipped_fraction <= 0.0
+    }
+
+    /// The share of the signal that is frozen or lost, 0–1.
+    #[must_use]
+    pub fn lost_share(&self) -> f64 {
+        let lost: usize = self.frozen.iter().chain(&self.gaps).map(|s| s.len()).sum();
+        if self.dead {
+            1.0
+        } else {
+            lost as f64 / self.samples.max(1) as f64
+        }
+    }
+
+    /// The doubts about the signal, which is called `channel`.
+    #[must_use]
+    pub fn doubts(&self, channel: &str) -> Vec<Doubt> {
+        let channel = || channel.to_owned();
+        if self.dead {
+            return vec![Doubt::DeadChannel { channel: channel() }];
+        }
+        let mut doubts = Vec::new();
+        let share = |spans: &[Span]| {
+            spans.iter().map(|s| s.len()).sum::<usize>() as f64 / self.samples.max(1) as f64
+        };
+        let seconds = |samples: usize| self.rate.duration_of(samples).0;
+        let longest = |spans: &[Span]| spans.iter().copied().max_by_key(|s| s.len());
+        if let Some(most) = longest(&self.frozen) {
+            doubts.push(Doubt::Signal(SignalDoubt::Frozen {
+                channel: channel(),
+                count: self.frozen.len(),
+                at_s: seconds(most.from),
+                longest_s: seconds(most.len()),
+                share: share(&self.frozen),
+            }));
+        }
+        if let Some(most) = longest(&self.gaps) {
+            doubts.push(Doubt::Signal(SignalDoubt::DropOuts {
+                channel: channel(),
+                count: self.gaps.len(),
+                at_s: seconds(most.from),
+                longest_s: seconds(most.len()),
+                share: share(&self.gaps),
+            }));
+        }
+        if self.clipped_fraction > 0.0 {
+            doubts.push(Doubt::Clipped {
+                what: channel(),
+                fraction: self.clipped_fraction,
+            });
+        }
+        doubts.extend(
+            self.hum
+                .as_ref()
+                .map(|hum| Doubt::Signal(hum.doubt(channel()))),
+        );
+        doubts
+    }
+}
+
+/// What is broken in `series`.
+///
+/// Source: [`limited`], [`mains_hum`]; drop-outs and frozen parts by abrupt edges of the short-time level, as stated in
+/// decision 29.
+#[must_use]
+pub fn inspect<Q: Quantity>(series: &Series<Q>) -> Defects {
+    inspect_samples(series.samples(), series.rate(), &Q::UNIT)
+}
+
+/// A channel whose standard deviation is less than this part of its mean holds rounding alone.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether `samples` never change, but for rounding.
+///
+/// Source: house rule; 1e-12 of the mean is a thousand times the rounding of a double.
+#[must_use]
+pub fn never_changes(samples: &[f64]) -> bool {
+    let first = samples.first().copied().unwrap_or(0.0);
+    samples.iter().all(|v| *v == first)
+        || standard_deviation(samples) <= ROUNDING * mean(samples).abs()
+}
+
+/// What is broken in `samples` at `rate`, in the SI unit `unit`. Positions, speeds and times rest and repeat by command:
+/// of them only that they never change is looked at.
+///
+/// Source: as [`inspect`].
+#[must_use]
+pub fn inspect_samples(samples: &[f64], rate: SampleRate, unit: &Unit) -> Defects {
+    let mut defects = Defects {
+        dead: never_changes(samples),
+        frozen: Vec::new(),
+        gaps: Vec::new(),
+        hum: None,
+        clipped_fraction: 0.0,
+        samples: samples.len(),
+        rate,
+    };
+    if defects.dead || commanded(unit) {
+        return defects;
+    }
+    let lost = level::lost(samples, rate);
+    defects.frozen = lost.frozen;
+    defects.gaps = lost.gaps;
+    defects.clipped_fraction = limited(samples).share();
+    if measured(unit) {
+        defects.hum = mains_hum(samples, rate);
+    }
+    defects
+}
+
+/// Whether a channel of this unit says where something was told to be.
+fn commanded(unit: &Unit) -> bool {
+    matches!(unit, Unit::Metre | Unit::MetrePerSecond | Unit::Second)
+}
+
+/// Whether a channel of this unit comes from a sensor; what a computer sends holds no hum.
+fn measured(unit: &Unit) -> bool {
+    !commanded(unit) && !matches!(unit, Unit::FullScale)
+}
+
+/// The doubts about all channels of `recording`, of each and of pairs, that it does not carry yet. `drive_limit` is the
+/// largest drive that can be played, of full scale.
+///
+/// Source: [`inspect_samples`], [`copied`], [`transfer_doubts`].
+#[must_use]
+pub fn doubts_of(recording: &Recording, drive_limit: f64) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    for channel in recording.channels() {
+        let (name, samples) = (&channel.name, &channel.samples);
+        doubts.extend(inspect_samples(samples, recording.rate(), &channel.unit).doubts(name));
+        if channel.unit == Unit::FullScale {
+            let beyond = pair::beyond(samples, name, drive_limit);
+            doubts.extend(beyond.map(Doubt::Signal));
+        }
+    }
+    doubts.extend(pair::copies_in(recording));
+    doubts.retain(|doubt| !recording.doubts.contains(doubt));
+    doubts
+}

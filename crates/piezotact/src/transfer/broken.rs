@@ -1,0 +1,22 @@
+//! What is broken in the two signals behind a transfer function.
+
+use crate::doubt::Doubt;
+use crate::integrity::{Pair, transfer_doubts};
+use crate::quantity::{Quantity, Unit};
+use crate::series::Series;
+
+/// The doubts about a drive and its response, named by their quantities. What is sent as digital samples can be played up
+/// to full scale.
+pub(super) fn doubts<I: Quantity, O: Quantity>(
+    drive: &Series<I>,
+    response: &Series<O>,
+) -> Vec<Doubt> {
+    transfer_doubts(&Pair {
+        drive: drive.samples(),
+        response: response.samples(),
+        rate: drive.rate(),
+        drive_name: I::NAME,
+        response_name: O::NAME,
+        drive_limit: (I::UNIT == Unit::FullScale).then_some(1.0),
+    })
+}
