@@ -10,6 +10,12 @@ const DROPPED: f64 = 0.1;
 const QUIET: f64 = 0.1;
 /// A window that is quieter than this share of the median is a lull.
 const LULL: f64 = 0.01;
+/// What is quieter than this share of the mean power counts as silent where levels are compared.
+const SILENT: f64 = 0.01;
+/// Of two realisations a lull is not told from chance below this, s.
+const CHANCE_S: f64 = 0.01;
+/// A waveform saturates where a limit leaves less than this share of the squares that a gain leaves.
+const SATURATES: f64 = 0.5;
 /// The longest window of short-time levels, s, and the shortest.
 const LEVEL_S: (f64, f64) = (0.5, 0.1);
 /// A window of the target quieter than this share of its mean power has no level of its own.
@@ -41,12 +47,18 @@ fn powers(x: &[f64], length: usize, hop: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The number of windows in the longest run for which `is` holds.
+/// The number of windows in the longest run for which `is` holds. Where a realisation begins and ends is only as well known as
+/// its level says: runs at the ends count for nothing.
 fn longest_run(count: usize, is: impl Fn(usize) -> bool) -> usize {
+    let begin = (0..count).find(|i| !is(*i)).unwrap_or(count);
     let (mut longest, mut run) = (0, 0);
-    for i in 0..count {
-        run = if is(i) { run + 1 } else { 0 };
-        longest = longest.max(run);
+    for i in begin..count {
+        if is(i) {
+            run += 1;
+        } else {
+            longest = longest.max(run);
+            run = 0;
+        }
     }
     longest
 }
@@ -139,10 +151,17 @@ impl Compared<'_> {
         let own = lull(&wanted, 0.0, hop_s);
         let found = lull(&got, self.noise_power, hop_s);
         let excess = (found - own).max(0.0);
-        let unsure = 0.5 * own + hop_s;
+        let unsure = (0.5 * own).max(CHANCE_S) + hop_s;
         Found {
             value: excess,
-            interval: [(excess - unsure).max(0.0), excess],
+            interval: [
+                (excess - unsure).max(0.0),
+                if excess > 0.0 {
+                    excess + 2.0 * hop_s
+                } else {
+                    0.0
+                },
+            ],
         }
     }
 
@@ -154,6 +173,47 @@ impl Compared<'_> {
             (power(self.measured) - self.noise_power).max(0.0) / wanted
         } else {
             0.0
+        }
+    }
+
+    /// The share of samples at a limit that the target would exceed, 0–1, where a limit explains what a gain does not; 0 else.
+    ///
+    /// Formula: m = clip(g·t, ±c) with g from the samples below the median of |t| and c the level that leaves the least squares,
+    /// against m = g·t; the sensor's noise is taken from both.
+    pub(super) fn saturated_share(&self) -> f64 {
+        let mut sizes: Vec<f64> = self.target.iter().map(|t| t.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let quantile = |share: f64| {
+            let at = (share * sizes.len() as f64) as usize;
+            sizes
+                .get(at.min(sizes.len().saturating_sub(1)))
+                .copied()
+                .unwrap_or(0.0)
+        };
+        let pairs = || self.target.iter().zip(self.measured);
+        let gain_of = |below: f64| {
+            let (tm, tt) = pairs()
+                .filter(|(t, _)| t.abs() <= below)
+                .fold((0.0, 0.0), |(tm, tt), (t, m)| (tm + t * m, tt + t * t));
+            if tt > 0.0 { tm / tt } else { 0.0 }
+        };
+        let (all, weak) = (gain_of(f64::INFINITY), gain_of(quantile(0.5)));
+        let noise = self.noise_power * self.target.len() as f64;
+        let left = |of: &dyn Fn(f64) -> f64| {
+            let squares: f64 = pairs().map(|(t, m)| (m - of(*t)).powi(2)).sum();
+            (squares - noise).max(0.0)
+        };
+        let linear = left(&|t| all * t);
+        let best = (1..=40)
+            .map(|i| 1.0 - 0.6f64.powi(i).max(5e-4).min(0.6))
+            .map(|share| {
+                let limit = (weak * quantile(share)).abs();
+                (left(&|t| (weak * t).clamp(-limit, limit)), 1.0 - share)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((squares, share)) if linear > 0.0 && squares < SATURATES * linear => share,
+            _ => 0.0,
         }
     }
 
@@ -193,7 +253,7 @@ impl Compared<'_> {
         let gain = self.gain().max(f64::MIN_POSITIVE);
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
         let wanted = powers(self.target, length, hop);
-        let silent = LULL * mean(&wanted);
+        let silent = SILENT * mean(&wanted);
         let sorted = |powers: &mut dyn Iterator<Item = f64>| {
             let mut levels: Vec<f64> = powers
                 .map(|power| DB_PER_NEPER * (power.max(0.0) + silent).ln())

@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::clock::Clock;
 use super::events::{Compared, Found};
 use super::lines::{Floor, Line, Lines, Pair, rms_error};
-use super::{Aspect, VerifyConfig};
+use super::{Aspect, FOLLOWS, VerifyConfig};
 use crate::criterion::{Criterion, Limit};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, SampleRate};
@@ -91,6 +91,8 @@ pub(super) struct Evidence<'a> {
     /// The share of the target that was measured.
     pub(super) covered: f64,
     pub(super) clipped: f64,
+    /// The longest part of what is compared in which the sensor froze.
+    pub(super) frozen_s: Option<f64>,
     pub(super) clock: &'a Clock,
     /// Whether it is an acceleration, for which detection thresholds are known.
     pub(super) felt: bool,
@@ -104,8 +106,6 @@ pub(super) struct Judgement {
     pub(super) more: Vec<Doubt>,
 }
 
-/// A waveform that correlates by more follows its target in time.
-const FOLLOWS: f64 = 0.5;
 /// A measurement that correlates by so much is a copy: no device and no sensor does that.
 const COPY: f64 = 1.0 - 1e-7;
 /// A delay that wanders by more is a doubt, s.
@@ -155,10 +155,15 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         ));
     }
     criteria.extend(in_time(evidence, &all, noise_power));
+    let saturated = if all.follows() {
+        compared(evidence, noise_power).saturated_share()
+    } else {
+        0.0
+    };
     criteria.push(Criterion::new(
         Aspect::Clipped,
         "",
-        evidence.clipped,
+        evidence.clipped.max(saturated),
         None,
         Limit::at_most(limits.clipped_fraction),
     ));
@@ -169,6 +174,15 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         criteria.push(Criterion {
             found: Some(correlation),
             ..Criterion::unmeasured(Aspect::Independent, "", Limit::at_most(COPY))
+        });
+    }
+    if let Some(frozen_s) = evidence
+        .frozen_s
+        .filter(|frozen_s| *frozen_s > limits.drop_out_s)
+    {
+        criteria.push(Criterion {
+            found: Some(frozen_s),
+            ..Criterion::unmeasured(Aspect::Frozen, "s", Limit::at_most(limits.drop_out_s))
         });
     }
     more.extend(of_clock(evidence.clock));
@@ -255,7 +269,8 @@ fn spectrum(
             // The edges of the rendering are no addition.
             .filter(|(hz, ..)| {
                 let half_hz = 0.5 * resolution_hz;
-                (FELT_HZ.0..=FELT_HZ.1).contains(hz)
+                hz + half_hz > FELT_HZ.0
+                    && hz - half_hz < FELT_HZ.1
                     && (hz + half_hz < config.band.low().0 * (1.0 - edge)
                         || hz - half_hz > config.band.high().0 * (1.0 + edge))
             })
@@ -286,16 +301,20 @@ fn spectrum(
     criteria
 }
 
-/// What happens in time.
-fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criterion<Aspect>> {
-    let limits = &evidence.config.limits;
+fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
     let [target, measured] = evidence.waveforms;
-    let compared = Compared {
+    Compared {
         target,
         measured,
         rate_hz: evidence.rate.hz(),
         noise_power,
-    };
+    }
+}
+
+/// What happens in time.
+fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criterion<Aspect>> {
+    let limits = &evidence.config.limits;
+    let compared = compared(evidence, noise_power);
     let drop_out = Limit::at_most(limits.drop_out_s);
     let level = Limit::at_most(limits.short_time_level_db);
     // When a texture is quiet is free, for how long is not: another realisation has its lulls elsewhere, and one that has

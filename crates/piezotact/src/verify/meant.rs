@@ -3,7 +3,7 @@
 use super::align::{Aligned, align, in_band, in_bands};
 use super::clock::{self, Clock};
 use super::lines::Floor;
-use super::{VerifyConfig, VerifyError, nmse_db};
+use super::{FOLLOWS, VerifyConfig, VerifyError, nmse_db};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Quantity, SampleRate};
 use crate::render::fade_ends;
@@ -40,8 +40,6 @@ pub(super) struct OnTime {
     pub(super) clock: Clock,
 }
 
-/// A measurement that correlates by less follows its target nowhere.
-const FOLLOWS: f64 = 0.2;
 /// The window of the levels by which another realisation is found, s.
 const ENVELOPE_S: f64 = 0.01;
 /// A place where less than this share of the power that a place can have lies within the target is not looked at.
@@ -99,15 +97,25 @@ pub(super) fn on_time<Q: Quantity>(
     response: &Series<Q>,
     band: Band,
 ) -> Result<OnTime, VerifyError> {
+    let found = on_one_clock(meant, response, band)?;
+    if found.aligned.correlation().abs() > FOLLOWS {
+        return Ok(found);
+    }
+    // Another realisation has no delay of its own: where it lies is where its level is the target's.
+    let lag = envelope_lag(meant, response, band);
+    Ok(OnTime {
+        aligned: found.aligned.moved_to(lag, response),
+        clock: Clock::default(),
+    })
+}
+
+fn on_one_clock<Q: Quantity>(
+    meant: &Series<Q>,
+    response: &Series<Q>,
+    band: Band,
+) -> Result<OnTime, VerifyError> {
     let rate = meant.rate();
     let first = align(meant, response, band)?;
-    if first.correlation().abs() < FOLLOWS {
-        // Another realisation has no delay of its own; where it lies is where its level is the target's.
-        return Ok(OnTime {
-            aligned: first.moved_to(envelope_lag(meant, response, band), response),
-            clock: Clock::default(),
-        });
-    }
     let difference_db = |aligned: &Aligned| {
         let (t, m) = (
             &aligned.target_in_band[aligned.from..aligned.to],

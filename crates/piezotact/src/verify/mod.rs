@@ -34,6 +34,7 @@ pub use verdict::{Aspect, Verdict};
 
 use crate::criterion::Criterion;
 use crate::doubt::Doubt;
+use crate::integrity::{Span, inspect};
 use crate::quantity::{Band, Decibels, Quantity};
 use crate::render::Mode;
 use crate::series::{Series, rms};
@@ -196,6 +197,8 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
         .log10()
 }
 
+/// A waveform that correlates by more, of either sign, follows its target in time.
+const FOLLOWS: f64 = 0.5;
 /// From this much less than all of the band judged it is a doubt.
 const TOLD_SHARE: f64 = 0.05;
 /// More power than this where the target has none, over the target's, is a doubt.
@@ -360,6 +363,7 @@ pub fn verify<Q: Quantity>(
         judged: &judged_bands,
         covered: compared.len() as f64 / target.samples().len() as f64,
         clipped: measured.clipping.fraction,
+        frozen_s: frozen(response, &aligned),
         clock: &clock,
         felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
         rate,
@@ -417,6 +421,16 @@ pub fn verify<Q: Quantity>(
         limits: config.limits.clone(),
         doubts,
     })
+}
+
+/// The longest part of what is compared in which the sensor of `response` froze, s.
+fn frozen<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> Option<f64> {
+    let defects = inspect(response);
+    let later = (aligned.delay.0 * response.rate().hz()).round().max(0.0) as usize;
+    let (from, to) = (aligned.from + later, aligned.to + later);
+    let within = |span: &Span| span.to.min(to).saturating_sub(span.from.max(from));
+    let longest = defects.frozen.iter().map(within).max()?;
+    Some(response.rate().duration_of(longest).0)
 }
 
 #[cfg(test)]

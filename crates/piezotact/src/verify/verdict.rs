@@ -37,7 +37,7 @@ impl Verdict {
         }
     }
 
-    /// What `criteria` say together. One that is not met decides; then one that is not decided; a part that could not be judged
+    /// What `criteria` say together. A recording that is a copy or froze decides nothing. One criterion that is not met decides; then one that is not decided; a part that could not be judged
     /// comes last, and a measurement of less than `least` of the target decides nothing.
     #[must_use]
     pub(super) fn of(criteria: &[Criterion<Aspect>], least: f64) -> Self {
@@ -51,6 +51,12 @@ impl Verdict {
             let criterion = criteria.iter().find(|criterion| criterion.what == what);
             criterion.and_then(|c| c.found).unwrap_or(1.0)
         };
+        // What a recording does not show is no fault of the rendering, and no merit.
+        let shows =
+            |c: &Criterion<Aspect>| !c.what.is_of_the_recording() || c.outcome == Outcome::Met;
+        if !criteria.iter().all(shows) {
+            return Self::NotDecided;
+        }
         match (of(false), of(true)) {
             (Outcome::NotMet, _) | (_, Outcome::NotMet) => Self::NotPassed,
             (Outcome::NotDecided, _) => Self::NotDecided,
@@ -101,6 +107,8 @@ pub enum Aspect {
     Covered,
     /// Whether the measurement is one: no copy of the target.
     Independent,
+    /// The longest part of the recording in which the sensor holds still, s.
+    Frozen,
     /// The difference that a finger could feel, in just-noticeable differences.
     FeltDifference,
 }
@@ -109,6 +117,11 @@ impl Aspect {
     /// Whether it says how much was judged, and not how well it was rendered.
     fn is_extent(self) -> bool {
         matches!(self, Self::JudgedPower | Self::JudgedLines | Self::Covered)
+    }
+
+    /// Whether it says that the recording shows nothing, or not all, of what was delivered.
+    fn is_of_the_recording(self) -> bool {
+        matches!(self, Self::Independent | Self::Frozen)
     }
 
     /// How a value of it is written.
@@ -127,7 +140,7 @@ impl Aspect {
             | Self::JudgedPower
             | Self::JudgedLines
             | Self::Covered => format!("{:.0} %", value * 100.0),
-            Self::DropOut => format!("{:.0} ms", value * 1e3),
+            Self::DropOut | Self::Frozen => format!("{:.0} ms", value * 1e3),
             Self::FeltDifference => format!("{value:.2} JND"),
             Self::Independent => format!("{value:.9}"),
         }
@@ -153,6 +166,7 @@ impl fmt::Display for Aspect {
             Self::JudgedLines => "lines of the band that are judged",
             Self::Covered => "length of the target that was measured",
             Self::Independent => "correlation with a copy of the target",
+            Self::Frozen => "sensor frozen for",
             Self::FeltDifference => "difference that can be felt",
         })
     }

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use piezotact::feature::Weighting;
 use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
 use piezotact::render::Mode;
-use piezotact::verify::VerifyConfig;
+use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
 use super::parts::{ThirdOctaves, line, within, within_band};
@@ -103,6 +103,10 @@ impl Case {
         };
         let config = VerifyConfig {
             mode,
+            rendered: Some(RenderedBand {
+                band: scene.band,
+                edge_ratio: 0.1,
+            }),
             ..VerifyConfig::over(scene.band, RATE_HZ)
         };
         let moved = matches!(
