@@ -10,12 +10,16 @@ const DROPPED: f64 = 0.1;
 const QUIET: f64 = 0.1;
 /// A window that is quieter than this share of the median is a lull.
 const LULL: f64 = 0.01;
+/// A window that is quieter than this share of the median may be one.
+const SHALLOW_LULL: f64 = 0.05;
 /// What is quieter than this share of the mean power counts as silent where levels are compared.
 const SILENT: f64 = 0.01;
 /// Of two realisations a lull is not told from chance below this, s.
 const CHANCE_S: f64 = 0.01;
 /// A waveform saturates where a limit leaves less than this share of the squares that a gain leaves.
 const SATURATES: f64 = 0.5;
+/// Crests that stand out by less than this share of what those of the target do may have been limited.
+const PRESSED: f64 = 0.8;
 /// The longest window of short-time levels, s, and the shortest.
 const LEVEL_S: (f64, f64) = (0.5, 0.1);
 /// A window of the target quieter than this share of its mean power has no level of its own.
@@ -28,6 +32,17 @@ const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 pub(super) struct Found {
     pub(super) value: f64,
     pub(super) interval: [f64; 2],
+}
+
+impl Found {
+    /// The larger of two findings of one thing.
+    pub(super) fn larger(self, other: Self) -> Self {
+        let [a, b] = [self.interval, other.interval];
+        Self {
+            value: self.value.max(other.value),
+            interval: [a[0].max(b[0]), a[1].max(b[1])],
+        }
+    }
 }
 
 /// The mean power of windows of `length` samples, `hop` apart.
@@ -139,29 +154,29 @@ impl Compared<'_> {
     /// The longest lull of the target, s.
     pub(super) fn own_lull_s(&self) -> f64 {
         let ([wanted, _], hop_s) = self.short();
-        lull(&wanted, 0.0, hop_s)
+        lull(&wanted, LULL, 0.0, hop_s)
     }
 
     /// How much longer the longest lull of the measurement is than that of its target, s, where they are two realisations.
     ///
     /// Formula: runs of windows of 10 ms with less than a hundredth of the median power of those that are not silent; of two
-    /// realisations of one texture the longest lulls differ, by as much as they last unless they are far longer.
+    /// realisations of one texture the longest lulls differ, by as much as they last unless they are far longer. Slow parts
+    /// of a texture fill a short drop-out: what is left open is what runs below a twentieth last longer.
     pub(super) fn longer_lulls(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
-        let own = lull(&wanted, 0.0, hop_s);
-        let found = lull(&got, self.noise_power, hop_s);
-        let excess = (found - own).max(0.0);
+        let excess = |share: f64| {
+            let own = lull(&wanted, share, 0.0, hop_s);
+            (
+                (lull(&got, share, self.noise_power, hop_s) - own).max(0.0),
+                own,
+            )
+        };
+        let (value, own) = excess(LULL);
+        let (open, _) = excess(SHALLOW_LULL);
         let unsure = (0.5 * own).max(CHANCE_S) + hop_s;
         Found {
-            value: excess,
-            interval: [
-                (excess - unsure).max(0.0),
-                if excess > 0.0 {
-                    excess + 2.0 * hop_s
-                } else {
-                    0.0
-                },
-            ],
+            value,
+            interval: [(value - unsure).max(0.0), value.max(open)],
         }
     }
 
@@ -215,6 +230,23 @@ impl Compared<'_> {
             Some((squares, share)) if linear > 0.0 && squares < SATURATES * linear => share,
             _ => 0.0,
         }
+    }
+
+    /// Whether the crests of the measurement stand at one level where those of its target do not, as a limit would leave them
+    /// in another realisation.
+    ///
+    /// Formula: the ratio of the quantiles 0.999 and 0.97 of |x|, below four fifths of the target's; 1.5 for noise, 1 for a tone.
+    pub(super) fn pressed(&self) -> bool {
+        let crest = |x: &[f64]| {
+            let mut sizes: Vec<f64> = x.iter().map(|v| v.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let at = |share: f64| sizes.get((share * sizes.len() as f64) as usize).copied();
+            match (at(0.999), at(0.97)) {
+                (Some(high), Some(low)) if low > 0.0 => high / low,
+                _ => 1.0,
+            }
+        };
+        crest(self.measured) < PRESSED * crest(self.target)
     }
 
     fn levels(&self) -> [Vec<f64>; 2] {
@@ -276,9 +308,9 @@ impl Compared<'_> {
     }
 }
 
-/// The longest run of windows of `powers` that are quieter than a hundredth of the usual one, s.
-fn lull(powers: &[f64], noise: f64, hop_s: f64) -> f64 {
-    let below = (LULL * (typical(powers) - noise)).max(noise);
+/// The longest run of windows of `powers` that are quieter than `share` of the usual one, s.
+fn lull(powers: &[f64], share: f64, noise: f64, hop_s: f64) -> f64 {
+    let below = (share * (typical(powers) - noise)).max(noise);
     match longest_run(powers.len(), |i| powers[i] - noise < below) {
         0 => 0.0,
         run => (run - 1) as f64 * hop_s + 0.9 * SHORT_S,

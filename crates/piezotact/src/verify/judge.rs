@@ -155,18 +155,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         ));
     }
     criteria.extend(in_time(evidence, &all, noise_power));
-    let saturated = if all.follows() {
-        compared(evidence, noise_power).saturated_share()
-    } else {
-        0.0
-    };
-    criteria.push(Criterion::new(
-        Aspect::Clipped,
-        "",
-        evidence.clipped.max(saturated),
-        None,
-        Limit::at_most(limits.clipped_fraction),
-    ));
+    criteria.push(limited(evidence, &all, noise_power));
     criteria.extend(extent(evidence, &lines));
     let correlation = all.correlation();
     if all.plain_correlation() >= COPY {
@@ -301,6 +290,21 @@ fn spectrum(
     criteria
 }
 
+/// The share of samples at a limit: as they show it, or as a limit explains them better than a gain.
+fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<Aspect> {
+    let compared = compared(evidence, noise_power);
+    let limit = Limit::at_most(evidence.config.limits.clipped_fraction);
+    let saturated = if all.follows() {
+        compared.saturated_share()
+    } else {
+        0.0
+    };
+    let found = evidence.clipped.max(saturated);
+    let open = !all.follows() && compared.pressed();
+    let interval = open.then_some([found, 1.0]);
+    Criterion::new(Aspect::Clipped, "", found, interval, limit)
+}
+
 fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
     let [target, measured] = evidence.waveforms;
     Compared {
@@ -321,7 +325,9 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
     // silence of its own may have it at other times.
     let free = evidence.config.mode == Mode::Texture && compared.own_lull_s() > limits.drop_out_s;
     let dropped = if all.follows() && !free {
-        compared.dropped_while_following()
+        compared
+            .dropped_while_following()
+            .larger(compared.longer_lulls())
     } else {
         compared.longer_lulls()
     };
