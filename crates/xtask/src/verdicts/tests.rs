@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn scene(texture: Texture) -> Scene {
+fn one_scene(texture: Texture) -> Scene {
     let device = Arc::new(Device::of(1).unwrap());
     Scene::new(texture, 1, &device).unwrap()
 }
@@ -15,7 +15,7 @@ fn true_of(scene: &Scene, kind: Kind, mode: Mode) -> Truth {
 /// Faults whose figures are known beforehand: the figure that is farthest over its limit is the one that was made.
 #[test]
 fn the_truth_is_what_was_done() {
-    let scene = scene(Texture::Tonal);
+    let scene = one_scene(scene::Texture::Tonal);
     use Kind::*;
     use Mode::{Replicate, Texture};
     let far = 0.6;
@@ -75,7 +75,7 @@ fn the_truth_is_what_was_done() {
 /// A delay between samples, and a waveform upside down, of a texture that is no tone.
 #[test]
 fn waveforms_count_in_replicate_alone() {
-    let scene = scene(Texture::Broad);
+    let scene = one_scene(scene::Texture::Broad);
     use Mode::{Replicate, Texture};
     for (kind, replicate, texture) in [
         (Kind::Polarity, Fact::Wrong, Fact::Right),
