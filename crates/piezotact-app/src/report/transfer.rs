@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use piezotact::Doubt;
+use piezotact::doubt::merged;
 use piezotact::quantity::{Band, Hertz, Quantity};
 use piezotact::transfer::{Distortion, TransferFunction};
 
@@ -135,7 +136,7 @@ fn doubts(doubts: &[Doubt], refused: &[String]) -> Markup {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
                 ul.doubts {
-                    @for doubt in doubts { li { (doubt) } }
+                    @for doubt in merged(doubts) { li { (doubt) } }
                     @for refusal in refused { li { (refusal) } }
                 }
             }

@@ -40,17 +40,15 @@ pub struct Range {
 /// `doubts`, those of one kind as one. Two are of one kind when they are the same doubt about the same things and differ in
 /// numbers, in the parts of a band that they list, or in what they name as their subject.
 #[must_use]
-pub fn merged(doubts: &[Doubt]) -> Vec<Merged> {
-    collect(doubts.iter().map(|doubt| (None, doubt)))
+pub fn merged<'a>(doubts: impl IntoIterator<Item = &'a Doubt>) -> Vec<Merged> {
+    merged_of(doubts.into_iter().map(|doubt| (None, doubt)))
 }
 
-/// As [`merged`], of doubts with the name of what each is about.
+/// As [`merged`], of doubts with the name of what each is about, where it has one.
 #[must_use]
-pub fn merged_of<'a>(doubts: impl IntoIterator<Item = (&'a str, &'a Doubt)>) -> Vec<Merged> {
-    collect(doubts.into_iter().map(|(name, doubt)| (Some(name), doubt)))
-}
-
-fn collect<'a>(doubts: impl Iterator<Item = (Option<&'a str>, &'a Doubt)>) -> Vec<Merged> {
+pub fn merged_of<'a>(
+    doubts: impl IntoIterator<Item = (Option<&'a str>, &'a Doubt)>,
+) -> Vec<Merged> {
     let mut kinds: Vec<(Option<Value>, Merged)> = Vec::new();
     for (name, doubt) in doubts {
         let Kind {
@@ -322,7 +320,7 @@ mod tests {
         let doubts: Vec<Doubt> = (0..50)
             .map(|k| outside(0.2 + 0.01 * f64::from(k)))
             .collect();
-        let told = merged_of(files.iter().map(String::as_str).zip(&doubts));
+        let told = merged_of(files.iter().map(|file| Some(file.as_str())).zip(&doubts));
         assert_eq!(
             (told.len(), told[0].count, told[0].about.len()),
             (1, 50, 50)
@@ -349,7 +347,7 @@ mod tests {
         let both = [outside(0.3), Doubt::ZeroUnknown];
         let all = names
             .iter()
-            .flat_map(|name| both.iter().map(move |d| (name.as_str(), d)));
+            .flat_map(|name| both.iter().map(move |d| (Some(name.as_str()), d)));
         for one in merged_of(all) {
             assert_eq!(one.about.len(), 20);
             assert!(
@@ -358,7 +356,9 @@ mod tests {
             );
             assert!(one.to_string().starts_with("0.vav, 1.vav and 18 more: "));
         }
-        let two = names[..2].iter().map(|name| (name.as_str(), &both[1]));
+        let two = names[..2]
+            .iter()
+            .map(|name| (Some(name.as_str()), &both[1]));
         let text = merged_of(two)[0].text_of(20, "recordings");
         assert!(
             text.starts_with("0.vav and 1.vav: the finger never leaves"),
