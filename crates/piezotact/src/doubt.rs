@@ -669,4 +669,10 @@ pub enum Doubt {
         /// Segments in the average.
         segments: usize,
     },
+    /// Of a force and its cell.
+    #[serde(untagged)]
+    Force(crate::stroke::ForceDoubt),
+    /// Of a drive that was played through what it was made with.
+    #[serde(untagged)]
+    Rehearsal(crate::recording::RehearsalDoubt),
 }

@@ -32,7 +32,7 @@ use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Quantity, SampleRate, Unit};
-use crate::recording::{Condition, Provenance};
+use crate::recording::{Checksum, Condition, Provenance};
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 
@@ -245,6 +245,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     #[must_use]
     pub fn coherence(&self) -> &[f64] {
         &self.coherence
+    }
+
+    /// The checksum of the lines: two of one checksum are one measurement.
+    #[must_use]
+    pub fn checksum(&self) -> Checksum {
+        let lines = self.response.iter().flat_map(|h| [h.re, h.im]);
+        Checksum::of(std::iter::once(self.resolution_hz).chain(lines))
+    }
+
+    /// The same measurement with every line multiplied by `factor`, a complex number by frequency in Hz.
+    #[must_use]
+    pub fn times(mut self, factor: impl Fn(f64) -> Complex<f64>) -> Self {
+        for (line, h) in self.response.iter_mut().enumerate() {
+            *h *= factor(line as f64 * self.resolution_hz);
+        }
+        self
     }
 
     /// The step between lines, Hz.

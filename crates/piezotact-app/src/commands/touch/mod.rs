@@ -219,6 +219,7 @@ fn complete(condition: &mut Condition, named: Condition, args: &Takes) -> Outcom
         angle_deg: own.angle_deg.or(named.angle_deg),
         speed_m_s: speed_m_s.or(own.speed_m_s).or(named.speed_m_s),
         touch: touch.or(own.touch).or(named.touch),
+        twin_seed: own.twin_seed,
     };
     Ok(())
 }
