@@ -144,7 +144,8 @@ fn a_tone_in_both_makes_no_relation() {
         assert_eq!(delay_said(&function), None);
     }
     println!("{found} of 20 with a tone in both are unrelated");
-    assert!(found >= 16, "{found} of 20");
+    // In SciPy 88 % of such pairs, and 81 % with a tone of twice that amplitude.
+    assert!(found >= 14, "{found} of 20");
 }
 
 /// One record, whatever the length of segments, has one delay: that which it has, within what is said of its uncertainty.
