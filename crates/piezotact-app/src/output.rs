@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
+use piezotact::doubt::{Merged, merged};
 use piezotact::quantity::Seconds;
 use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::failure::{Failure, Outcome};
 
@@ -97,13 +98,34 @@ pub(crate) fn headroom_text(headroom: &Headroom) -> String {
     )
 }
 
-/// Doubts as JSON: their fields, and their sentence as `text`.
+/// Doubts as JSON, those of one kind as one: the fields of the first, the sentence as `text`, and where there are several
+/// their `count`, the `ranges` of their numbers, and what they are `about`.
 pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
+    merged_json(&merged(doubts))
+}
+
+/// As [`doubts_json`].
+pub(crate) fn merged_json(doubts: &[Merged]) -> Outcome<Value> {
     let mut values = Vec::with_capacity(doubts.len());
-    for doubt in doubts {
-        let mut value = serde_json::to_value(doubt)?;
+    for one in doubts {
+        let mut value = serde_json::to_value(&one.doubt)?;
         if let Some(fields) = value.as_object_mut() {
-            fields.insert("text".into(), json!(doubt.to_string()));
+            fields.insert("text".into(), json!(one.to_string()));
+            if one.count > 1 {
+                fields.insert("count".into(), json!(one.count));
+            }
+            if !one.ranges.is_empty() {
+                let ranges = one.ranges.iter();
+                let ranges: Map<String, Value> = ranges
+                    .map(|range| (range.field.clone(), json!([range.low, range.high])))
+                    .collect();
+                fields.insert("ranges".into(), Value::Object(ranges));
+            }
+            for (name, names) in [("about", &one.about), ("subjects", &one.subjects)] {
+                if !names.is_empty() {
+                    fields.insert(name.into(), json!(names));
+                }
+            }
         }
         values.push(value);
     }
@@ -115,10 +137,10 @@ pub(crate) fn say(text: &str) {
     let _nobody_hears = writeln!(std::io::stderr().lock(), "{text}");
 }
 
-/// Says every doubt on standard error.
+/// Says every doubt on standard error, those of one kind once.
 pub(crate) fn say_doubts(doubts: &[Doubt]) {
     let mut text = String::new();
-    for doubt in doubts {
+    for doubt in merged(doubts) {
         let _never_fails = write!(
             text,
             "{}doubt: {doubt}",

@@ -263,7 +263,7 @@ fn what_was_measured_badly_is_named() {
     let folder = Folder::new();
     let Measured { drive, response } = measured();
     let good = transfer(&folder, "good", &drive, &response);
-    for named in ["swapped", "late", "sign", "clip", "nothing in common"] {
+    for named in ["swapped", "late", "sign", "clip", "no relation"] {
         assert!(!good.contains(named), "{good}");
     }
     let swapped = transfer(&folder, "swapped", &response, &drive);

@@ -230,3 +230,109 @@ fn what_is_no_measured_hand_is_refused() {
     .expect_failure(2, &["one finger at one placement", "panel add"]);
     assert!(!folder.path("panel").exists() && !folder.path("tf.json").exists());
 }
+
+/// The hand put down otherwise: a level in dB, and a tilt in dB from 0 to 2.5 kHz.
+fn placed(level_db: f64, tilt_db: f64) -> String {
+    let mut document: Value = serde_json::from_str(&hand(described())).unwrap();
+    for part in ["real", "imaginary"] {
+        for (k, value) in document[part]
+            .as_array_mut()
+            .unwrap()
+            .iter_mut()
+            .enumerate()
+        {
+            let db = level_db + tilt_db * k as f64 / 500.0;
+            *value = json!(value.as_f64().unwrap() * 10f64.powf(db / 20.0));
+        }
+    }
+    document.to_string()
+}
+
+/// A drive that is played through the very transfer function that it was rendered with proves nothing, whatever the file is
+/// called; through another placement, drawn from a panel, it may.
+#[test]
+fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
+    let folder = folder(described());
+    folder.write("copy.json", hand(described()));
+    for (number, level_db, tilt_db) in
+        [(1, 0.0, 0.0), (2, 2.0, 4.0), (3, -1.5, 8.0), (4, 1.0, -6.0)]
+    {
+        let name = format!("placed{number}.json");
+        folder.write(&name, placed(level_db, tilt_db));
+        run(
+            &folder,
+            &format!("panel add people {name} --placement {number} --repeat 1"),
+        )
+        .expect_success();
+    }
+    let scale = "--scale 2m/s2";
+    let render = "--transfer hand.json --out drive.wav --band 60..800 --level fit";
+    run(&folder, &format!("render texture.wav {scale} {render}")).expect_success();
+    let error_of = |bench: &str| -> (f64, String) {
+        let play = format!("play drive.wav --bench measured:{bench} --record felt.parquet --json");
+        let said = run(&folder, &play).json();
+        let verify = format!("verify --target texture.wav {scale} --measured felt.parquet");
+        let verified = run(&folder, &format!("{verify} --band 60..800 --json"));
+        let verified: Value = serde_json::from_str(&verified.out()).unwrap();
+        // What is said when it is played is said when it is read.
+        let own = |said: &Value| doubts(said).contains("played_through_its_own");
+        assert_eq!(own(&said), own(&verified), "{verified}");
+        (verified["error_db_rms"].as_f64().unwrap(), said.to_string())
+    };
+    for bench in ["hand.json,seed=3", "copy.json"] {
+        let (error_db, said) = error_of(bench);
+        assert!(error_db < 0.3, "{error_db}");
+        assert!(
+            said.contains("the target comes back whatever device and finger do"),
+            "{said}"
+        );
+    }
+    let mut errors = Vec::new();
+    for number in 1..=4 {
+        let (error_db, said) = error_of(&format!("hand.json,panel=people,placement={number}"));
+        assert!(!said.contains("played_through_its_own"), "{said}");
+        assert!(
+            said.contains("drawn from how placements of 1 people and cells lie apart"),
+            "{said}"
+        );
+        errors.push(error_db);
+    }
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    assert!(largest > 0.5, "{errors:?}");
+    run(
+        &folder,
+        "play drive.wav --bench measured:hand.json,placement=2 --record felt.parquet",
+    )
+    .expect_failure(2, &["panel=FOLDER with placement=N"]);
+}
+
+/// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people, also to a drive of before, which says the seed in
+/// its provenance alone.
+#[test]
+fn a_twin_s_participant_of_another_seed_is_somebody_else() {
+    let mut stated = described();
+    stated["condition"] = json!({ "participant": "P02", "load_n": 0.2, "angle_deg": 20.0 });
+    stated["provenance"] = json!({ "source": "twin", "bench": "twin", "seed": 7, "steps": [] });
+    stated["drive"]["volts_per_full_scale"] = json!(1.41);
+    let folder = folder(stated);
+    let render = "--transfer hand.json --out drive.wav --band 60..800 --level fit";
+    run(
+        &folder,
+        &format!("render texture.wav --scale 2m/s2 {render}"),
+    )
+    .expect_success();
+    for (seed, others) in [(7, false), (8, true)] {
+        let bench = format!("--bench twin:participant=2,seed={seed}");
+        let said = run(
+            &folder,
+            &format!("play drive.wav {bench} --record felt.parquet --json"),
+        );
+        let text = doubts(&said.json());
+        assert_eq!(
+            text.contains("P02 (twin of seed 7) and measured with P02 (twin of seed 8)"),
+            others,
+            "{text}"
+        );
+        assert_eq!(text.contains("rendered for participant"), others, "{text}");
+    }
+}

@@ -1,11 +1,13 @@
 //! How a bench is named on the command line: `twin`, `twin:participant=3,seed=7,gain=B3`, `measured:hand.json`,
-//! `measured:hand.json,noise=0.003,seed=7`.
+//! `measured:hand.json,noise=0.003,seed=7`, `measured:hand.json,panel=people,placement=2`.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use piezotact::device::AmplifierGain;
+use piezotact::panel::PlacementSpread;
 use piezotact::quantity::{Acceleration, Drive};
+use piezotact::recording::Condition;
 use piezotact::transfer::TransferFunction;
 
 use crate::measured::{MeasuredBench, SensorNoise};
@@ -35,20 +37,33 @@ pub struct MeasuredSpec {
     pub file: PathBuf,
     /// The noise that is added.
     pub noise: SensorNoise,
+    /// Another placement of the finger than the one that was measured; absent for that one.
+    pub placement: Option<DrawnPlacement>,
+}
+
+/// Another placement of a finger, drawn from how placements lie apart in a panel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DrawnPlacement {
+    /// The panel's folder.
+    pub panel: PathBuf,
+    /// The placement's number: each is another one.
+    pub number: u64,
 }
 
 /// What `measured` must look like on the command line.
-const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N, the settings after the whole name of the file";
+const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N,panel=FOLDER,placement=N, the settings after the whole name of the file";
 
 impl BenchSpec {
-    /// Opens the bench; a twin has the numbers `parameters`, and `read` reads the transfer function of a measured one.
+    /// Opens the bench; a twin has the numbers `parameters`, `read` reads the transfer function of a measured one, and
+    /// `spread` finds how placements lie apart in a panel's folder at the condition of that transfer function.
     ///
     /// # Errors
-    /// Those of `read` and of [`MeasuredBench::new`].
+    /// Those of `read`, of `spread` and of [`MeasuredBench::new`].
     pub fn open<E: From<BenchError>>(
         &self,
         parameters: &TwinParameters,
         read: impl FnOnce(&Path) -> Result<TransferFunction<Drive, Acceleration>, E>,
+        spread: impl FnOnce(&Path, &Condition) -> Result<PlacementSpread, E>,
     ) -> Result<Bench, E> {
         match self {
             Self::Twin {
@@ -59,9 +74,22 @@ impl BenchSpec {
                 let participant = Participant::of(*participant, *seed, parameters);
                 Ok(TwinBench::new(parameters, participant, *gain).into_bench())
             }
-            Self::Measured(MeasuredSpec { file, noise }) => {
+            Self::Measured(MeasuredSpec {
+                file,
+                noise,
+                placement,
+            }) => {
                 let called = file.file_name().unwrap_or(file.as_os_str());
-                let bench = MeasuredBench::new(read(file)?, &called.to_string_lossy(), *noise)?;
+                let (function, called) = (read(file)?, called.to_string_lossy());
+                let bench = match placement {
+                    None => MeasuredBench::new(function, &called, *noise)?,
+                    Some(DrawnPlacement { panel, number }) => {
+                        let spread = spread(panel, &function.condition)?;
+                        MeasuredBench::at_another_placement(
+                            function, &called, *noise, &spread, *number,
+                        )?
+                    }
+                };
                 Ok(bench.into_bench())
             }
         }
@@ -100,12 +128,25 @@ impl BenchSpec {
     pub fn apart_from_participant(&self) -> String {
         match self {
             Self::Twin { seed, gain, .. } => format!("twin:seed={seed},gain={gain}"),
-            Self::Measured(MeasuredSpec { file, noise }) => format!(
-                "measured:{},noise={},seed={}",
-                file.display(),
-                noise.rms_m_s2,
-                noise.seed
-            ),
+            Self::Measured(MeasuredSpec {
+                file,
+                noise,
+                placement,
+            }) => {
+                let placement = placement.as_ref().map_or(String::new(), |drawn| {
+                    format!(
+                        ",panel={},placement={}",
+                        drawn.panel.display(),
+                        drawn.number
+                    )
+                });
+                format!(
+                    "measured:{},noise={},seed={}{placement}",
+                    file.display(),
+                    noise.rms_m_s2,
+                    noise.seed
+                )
+            }
         }
     }
 }
@@ -168,6 +209,7 @@ fn whole(setting: &str, value: &str) -> Result<u64, BenchError> {
 /// when it has an equals sign.
 fn measured(text: &str) -> Result<BenchSpec, BenchError> {
     let (mut file, mut noise_m_s2, mut seed) = (text, None, None);
+    let (mut panel, mut number) = (None, None);
     while let Some((before, setting)) = file.rsplit_once(',') {
         let Some((key, value)) = setting.split_once('=') else {
             break;
@@ -175,6 +217,8 @@ fn measured(text: &str) -> Result<BenchSpec, BenchError> {
         let known = match key {
             "noise" => noise_m_s2.replace(level(setting, value)?).is_none(),
             "seed" => seed.replace(whole(setting, value)?).is_none(),
+            "panel" if !value.is_empty() => panel.replace(PathBuf::from(value)).is_none(),
+            "placement" => number.replace(whole(setting, value)?).is_none(),
             _ => {
                 return Err(wrong(
                     &format!(
@@ -192,7 +236,21 @@ fn measured(text: &str) -> Result<BenchSpec, BenchError> {
     if file.is_empty() {
         return Err(wrong(MEASURED_FORM, &format!("measured:{text}")));
     }
+    let placement = match (panel, number) {
+        (Some(panel), number) => Some(DrawnPlacement {
+            panel,
+            number: number.unwrap_or(1),
+        }),
+        (None, None) => None,
+        (None, Some(_)) => {
+            return Err(wrong(
+                "panel=FOLDER with placement=N: how far placements lie apart is known of people who were placed more than once, a single transfer function does not hold it",
+                text,
+            ));
+        }
+    };
     Ok(BenchSpec::Measured(MeasuredSpec {
+        placement,
         file: file.into(),
         noise: SensorNoise {
             rms_m_s2: noise_m_s2.unwrap_or(SensorNoise::USUAL_RMS_M_S2),
@@ -253,9 +311,24 @@ mod tests {
             let spec: BenchSpec = format!("measured:{text}").parse().unwrap();
             let noise = SensorNoise { rms_m_s2, seed };
             let file = PathBuf::from(file);
-            assert_eq!(spec, BenchSpec::Measured(MeasuredSpec { file, noise }));
+            let placement = None;
+            assert_eq!(
+                spec,
+                BenchSpec::Measured(MeasuredSpec {
+                    file,
+                    noise,
+                    placement
+                })
+            );
             assert!(spec.with_participant(2).is_err());
         }
+        let drawn: BenchSpec = "measured:hand.json,panel=a/people,placement=3"
+            .parse()
+            .unwrap();
+        assert_eq!(
+            drawn.apart_from_participant(),
+            "measured:hand.json,noise=0.0022,seed=1,panel=a/people,placement=3"
+        );
         for (bad, part) in [
             ("measured", "measured:FILE"),
             ("measured:", "measured:FILE"),
@@ -267,6 +340,8 @@ mod tests {
             ("measured:hand.json,seed=1.5", "a whole number"),
             ("measured:hand.json,seed=1,seed=2", "each setting once"),
             ("measured:hand.json,gain=B3", "noise=M_S2"),
+            ("measured:hand.json,panel=", "panel=FOLDER"),
+            ("measured:hand.json,placement=2", "placed more than once"),
             ("measured:a,b=c.json", "another name"),
         ] {
             let said = bad.parse::<BenchSpec>().unwrap_err().to_string();

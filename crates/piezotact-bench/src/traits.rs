@@ -2,7 +2,7 @@
 
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
-use piezotact::recording::{BenchKind, Condition};
+use piezotact::recording::{BenchKind, Checksum, Condition};
 use piezotact::{Doubt, Series};
 
 /// What is asked of one run: who touches how, and what the run is for.
@@ -69,6 +69,8 @@ pub struct AcquireDescription {
     pub seed: Option<u64>,
     /// What it will do and how it is set, for the provenance of what it records.
     pub steps: Vec<String>,
+    /// The transfer function that answers in place of a device and a finger; absent where they answer themselves.
+    pub answers_with: Option<Checksum>,
 }
 
 /// What the sensors read at rest, one value a channel, in their SI units.

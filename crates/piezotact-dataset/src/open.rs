@@ -6,7 +6,7 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
-use piezotact::recording::{Channel, Provenance, Recording};
+use piezotact::recording::{Channel, Provenance, Recording, played_through_its_own};
 use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
@@ -200,7 +200,18 @@ fn from_journal(path: &Path) -> Result<Contents, ReadError> {
     finite(path, contents_of(read_journal(path)?, FileKind::Journal))
 }
 
-fn contents_of(stored: Stored, kind: FileKind) -> Contents {
+fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
+    let recording = &mut stored.recording;
+    // What files of before say in their provenance alone.
+    let known = std::mem::take(&mut recording.condition);
+    recording.condition = known.with_twin_of(&recording.provenance);
+    if let Some(rendering) = &mut stored.rendering {
+        let known = std::mem::take(&mut rendering.condition);
+        rendering.condition = known.with_twin_of(&rendering.provenance);
+        let its_own = played_through_its_own(&rendering.provenance, &recording.provenance);
+        let said = its_own.filter(|doubt| !recording.doubts.contains(doubt));
+        recording.doubts.extend(said);
+    }
     let setup = stored.setup.or_else(|| {
         stored
             .rendering

@@ -230,7 +230,7 @@ impl TransferDocument {
                 .filter(|doubt| !self.doubts.contains(doubt)),
         );
         function.doubts.extend(unstated);
-        function.condition = self.condition.clone();
+        function.condition = self.condition.clone().with_twin_of(&self.provenance);
         function.drive = self.drive.clone();
         function.provenance = self.provenance.clone();
         Ok(function)

@@ -1,7 +1,10 @@
 //! What a result leaves open. A value that had to be clamped, gated, guessed or estimated from little
 //! comes back with a [`Doubt`] that says what was seen and what to do about it, and it reaches the report.
 
+mod merged;
 mod text;
+
+pub use merged::{Merged, Range, merged, merged_of};
 
 use serde::{Deserialize, Serialize};
 
@@ -46,11 +49,17 @@ pub enum Doubt {
         delay_s: f64,
         /// The length of a segment in s.
         segment_s: f64,
+        /// How far the delay may be off, s.
+        #[serde(default)]
+        reach_s: f64,
     },
     /// The answer comes before the drive.
     Acausal {
         /// How much before, s.
         lead_s: f64,
+        /// How far that may be off, s.
+        #[serde(default)]
+        reach_s: f64,
     },
     /// The drive has the unit of a response, and the response that of a drive.
     SwappedUnits {
@@ -131,10 +140,17 @@ pub enum Doubt {
         /// The share of samples at the limit, 0–1.
         fraction: f64,
     },
-    /// Drive and response have next to nothing in common.
+    /// Drive and response are no more alike than two unrelated signals.
     Unrelated {
-        /// The median coherence of the lines that are driven.
-        median_coherence: f64,
+        /// The mean coherence of the lines that are driven.
+        #[serde(alias = "median_coherence")]
+        coherence: f64,
+        /// What it exceeds in 5 % of unrelated pairs; 0 in files of before.
+        #[serde(default)]
+        limit: f64,
+        /// Independent averages; 0 in files of before.
+        #[serde(default)]
+        averages: f64,
     },
     /// The device behind a transfer function is not described: only the digital full scale limits the drive.
     DeviceNotDescribed,
@@ -659,4 +675,10 @@ pub enum Doubt {
     /// A signal that broke on its way.
     #[serde(untagged)]
     Signal(crate::integrity::SignalDoubt),
+    /// Of a force and its cell.
+    #[serde(untagged)]
+    Force(crate::stroke::ForceDoubt),
+    /// Of a drive that was played through what it was made with.
+    #[serde(untagged)]
+    Rehearsal(crate::recording::RehearsalDoubt),
 }

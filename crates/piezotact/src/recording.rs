@@ -1,5 +1,7 @@
 //! Several channels taken together, with what was going on and where they come from.
 
+mod rehearsal;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -8,6 +10,8 @@ use crate::doubt::Doubt;
 use crate::manipulate::Lineage;
 use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
+
+pub use rehearsal::{Checksum, NoChecksum, RehearsalDoubt, played_through_its_own};
 
 /// How the finger meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +35,9 @@ pub struct Condition {
     /// The participant's pseudonym.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
+    /// The seed of the digital twin whose participant this is: P02 of two seeds are two people. Absent for real people.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twin_seed: Option<u64>,
     /// The normal force asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_n: Option<Newtons>,
@@ -65,17 +72,33 @@ impl fmt::Display for Condition {
 }
 
 impl Condition {
+    /// Who it is: the pseudonym, with the seed of a twin's participant; `None` where nobody is named.
+    #[must_use]
+    pub fn person(&self) -> Option<String> {
+        let name = self.participant.as_ref()?;
+        Some(match self.twin_seed {
+            Some(seed) => format!("{name} (twin of seed {seed})"),
+            None => name.clone(),
+        })
+    }
+
+    /// The same condition with the seed of the twin that `provenance` names, where it does not say it itself: files of
+    /// before keep it there alone.
+    #[must_use]
+    pub fn with_twin_of(mut self, provenance: &Provenance) -> Self {
+        if self.participant.is_some() && provenance.bench == Some(BenchKind::Twin) {
+            self.twin_seed = self.twin_seed.or(provenance.seed);
+        }
+        self
+    }
+
     /// The doubts about a measurement under `measured` of a drive that was rendered for this condition: one
     /// for the participant, the load and the angle that both state and that differ.
     #[must_use]
     pub fn doubts_when_measured(&self, measured: &Self) -> Vec<Doubt> {
         let text = |value: Option<f64>, unit: &str| value.map(|value| format!("{value} {unit}"));
         let pairs = [
-            (
-                "participant",
-                self.participant.clone(),
-                measured.participant.clone(),
-            ),
+            ("participant", self.person(), measured.person()),
             (
                 "load",
                 text(self.load_n.map(|n| n.0), "N"),
@@ -119,6 +142,12 @@ pub struct Provenance {
     pub seed: Option<u64>,
     /// What was done, oldest first, each step with its parameters.
     pub steps: Vec<String>,
+    /// The transfer functions that a drive was rendered with or corrected on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub made_with: Vec<Checksum>,
+    /// The transfer function that answered in place of a device and a finger.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub answered_with: Option<Checksum>,
     /// What a texture was made from and what was done to it on purpose; absent where nothing was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lineage: Option<Lineage>,
@@ -423,5 +452,31 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(unit.contains("m/s²") && unit.contains("in N"), "{unit}");
+    }
+
+    /// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people, also where only the provenance says the seed.
+    #[test]
+    fn a_twin_s_participant_is_one_of_its_seed() {
+        let of = |seed: Option<u64>| Condition {
+            participant: Some("P02".into()),
+            twin_seed: seed,
+            ..Condition::default()
+        };
+        assert_eq!(of(Some(7)).doubts_when_measured(&of(Some(7))), []);
+        for other in [Some(8), None] {
+            let said = of(Some(7)).doubts_when_measured(&of(other));
+            assert_eq!(said.len(), 1, "{said:?}");
+            assert!(said[0].to_string().contains("P02 (twin of seed 7)"));
+        }
+        let before = Provenance {
+            bench: Some(BenchKind::Twin),
+            seed: Some(8),
+            ..Provenance::default()
+        };
+        let read: Condition = serde_json::from_str(r#"{"participant": "P02"}"#).unwrap();
+        assert_eq!(read.twin_seed, None);
+        let read = read.with_twin_of(&before);
+        assert_eq!(read.person().unwrap(), "P02 (twin of seed 8)");
+        assert_eq!(of(Some(7)).doubts_when_measured(&read).len(), 1);
     }
 }

@@ -222,6 +222,10 @@ pub fn render<O: Quantity>(
         }
     }
     doubts.extend(headroom.slew_doubt(function.drive.as_ref()));
+    let mut provenance = function.provenance.clone();
+    // One that was measured by playing through another stands for that one.
+    let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
+    provenance.made_with = known.collect();
     Ok(RenderedDrive {
         drive: Series::new(samples, config.output_rate)?,
         setup: function.drive.clone(),
@@ -231,7 +235,7 @@ pub fn render<O: Quantity>(
         headroom,
         achievable: achieved,
         given_up: lost,
-        provenance: function.provenance.clone().then(format!(
+        provenance: provenance.then(format!(
             "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
             config.inverse.inverse.name(),
             config.inverse.phase.name(),
@@ -240,6 +244,23 @@ pub fn render<O: Quantity>(
         )),
         doubts,
     })
+}
+
+/// The doubt about how much of the power of `target`, as it was recorded and with the fades of `config`, lies outside the
+/// band, where that is a tenth or more: the same as [`render`] says of it. Brought to a lower rate before, it would be less.
+///
+/// # Errors
+/// [`RenderError::Rate`] when what is in the band cannot be brought to the output rate, [`RenderError::Silent`] when the
+/// target holds nothing but its mean.
+pub fn power_outside<O: Quantity>(
+    target: &Series<O>,
+    config: &RenderConfig,
+) -> Result<Option<Doubt>, RenderError> {
+    let frame = Frame::of(target, config)?;
+    let padded = frame.padded(&frame.faded(target)?);
+    let band = config.inverse.band;
+    let mut plan = InversePlan::new(padded.len());
+    Ok(plan.outside_of(&padded, target.rate(), band))
 }
 
 /// How often the strength of limiting is halved between too weak and too strong.

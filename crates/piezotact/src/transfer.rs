@@ -10,6 +10,7 @@ mod cross;
 mod judge;
 mod multisine;
 mod periodic;
+mod related;
 mod repeats;
 
 pub(crate) use bundle::level_db;
@@ -20,6 +21,7 @@ pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
+pub use related::{Delay, Relation};
 pub use repeats::{farthest_apart_db, pooled};
 
 use std::marker::PhantomData;
@@ -30,8 +32,8 @@ use serde::{Deserialize, Serialize};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
-use crate::quantity::{Band, Hertz, Quantity, SampleRate, Seconds, Unit};
-use crate::recording::{Condition, Provenance};
+use crate::quantity::{Band, Quantity, SampleRate, Unit};
+use crate::recording::{Checksum, Condition, Provenance};
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 
@@ -107,9 +109,6 @@ pub struct CoherenceSummary {
     pub median: f64,
 }
 
-/// A drive that explains less than half of the response's power at most of its lines is another signal's.
-const UNRELATED: f64 = 0.5;
-
 /// Coherence above 1 by more than this is no rounding: the pair of signals cannot have it.
 pub(crate) const COHERENCE_ROUNDING: f64 = 1e-6;
 
@@ -141,29 +140,19 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         function.driven = judge::driven_band(&driven, spectra.resolution_hz);
         function.doubts.extend(judge::gaps(&driven, &function));
 
-        if let Some(median_coherence) = spectra
-            .driven_coherence(Hertz(0.0))
-            .filter(|median| *median < UNRELATED)
-        {
+        if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
             // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
-            function.doubts.push(Doubt::Unrelated { median_coherence });
+            function.doubts.push(Doubt::Unrelated {
+                coherence: relation.coherence,
+                limit: relation.limit,
+                averages: relation.averages,
+            });
             return Ok(function);
         }
-        let segment = Seconds(1.0 / spectra.resolution_hz);
-        let delay = function.delay();
-        if delay.0 > judge::LATE * segment.0 {
-            function.doubts.push(Doubt::LateResponse {
-                delay_s: delay.0,
-                segment_s: segment.0,
-            });
-        }
+        function.doubts.extend(judge::step_of_lines(&function));
         let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
         let inverted = function.inverted_polarity().filter(|_| from_force);
-        let found = [
-            judge::acausal(&function),
-            judge::unresolved(&function),
-            inverted,
-        ];
+        let found = [judge::unresolved(&function), inverted];
         function.doubts.extend(found.into_iter().flatten());
         Ok(function)
     }
@@ -258,6 +247,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         &self.coherence
     }
 
+    /// The checksum of the lines: two of one checksum are one measurement.
+    #[must_use]
+    pub fn checksum(&self) -> Checksum {
+        let lines = self.response.iter().flat_map(|h| [h.re, h.im]);
+        Checksum::of(std::iter::once(self.resolution_hz).chain(lines))
+    }
+
+    /// The same measurement with every line multiplied by `factor`, a complex number by frequency in Hz.
+    #[must_use]
+    pub fn times(mut self, factor: impl Fn(f64) -> Complex<f64>) -> Self {
+        for (line, h) in self.response.iter_mut().enumerate() {
+            *h *= factor(line as f64 * self.resolution_hz);
+        }
+        self
+    }
+
     /// The step between lines, Hz.
     #[must_use]
     pub fn resolution_hz(&self) -> f64 {
@@ -331,35 +336,6 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 magnitude(a.0).total_cmp(&magnitude(b.0))
             })
             .map(|(_, hertz)| hertz)
-    }
-
-    /// How late the response comes: the time of the largest value of the impulse response, each line weighted
-    /// with its coherence, and those that are known not to be driven with nothing; 0 when the largest value lies at a
-    /// negative time.
-    #[must_use]
-    pub fn delay(&self) -> Seconds {
-        let n = 2 * (self.response.len() - 1);
-        let driven = |hz: f64| self.driven.is_none_or(|band| band.contains(hz));
-        let weighted = self
-            .response
-            .iter()
-            .zip(&self.coherence)
-            .enumerate()
-            .map(|(line, (h, coherence))| {
-                if driven(line as f64 * self.resolution_hz) {
-                    h * coherence.clamp(0.0, 1.0)
-                } else {
-                    Complex::default()
-                }
-            })
-            .collect();
-        let impulse = fourier::RealTransform::new(n).inverse(weighted);
-        let largest = (0..n)
-            .max_by(|&a, &b| impulse[a].abs().total_cmp(&impulse[b].abs()))
-            .unwrap_or(0);
-        // The second half stands for negative times.
-        let late = if largest <= n / 2 { largest } else { 0 };
-        Seconds(late as f64 / (n as f64 * self.resolution_hz))
     }
 
     /// The impulse response at twice the highest line, as many samples as twice the lines less one, in units of `O` per

@@ -259,7 +259,7 @@ fn swapped_channels_are_named() {
     let plant = [vec![0.0; 8], resonator(200.0, 0.2, 0.1)].concat();
     let response = filtered(&plant, &drive);
     let function = function_of(response, drive, 2048);
-    let Some(Doubt::Acausal { lead_s }) = function
+    let Some(Doubt::Acausal { lead_s, .. }) = function
         .doubts
         .iter()
         .find(|d| matches!(d, Doubt::Acausal { .. }))
@@ -280,7 +280,9 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
             &drive[..drive.len() - late],
         ));
         let function = function_of(drive.clone(), response, 1024);
-        let Some(Doubt::LateResponse { delay_s, segment_s }) = function
+        let Some(Doubt::LateResponse {
+            delay_s, segment_s, ..
+        }) = function
             .doubts
             .iter()
             .find(|d| matches!(d, Doubt::LateResponse { .. }))

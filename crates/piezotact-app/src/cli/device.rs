@@ -24,7 +24,8 @@ pub(crate) struct Finger {
 #[derive(Debug, Args)]
 pub(crate) struct Characterise {
     /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE.
+    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
+    /// placements lie apart in the panel.
     #[arg(long)]
     pub(crate) bench: BenchSpec,
     /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which tells
@@ -246,7 +247,8 @@ pub(crate) struct Render {
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
     /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE.
+    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
+    /// placements lie apart in the panel.
     /// May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected.
     #[arg(long, requires = "mode")]
     pub(crate) bench: Vec<BenchSpec>,
@@ -274,7 +276,8 @@ pub(crate) struct Play {
     /// The drive (WAV) that `render` wrote.
     pub(crate) drive: PathBuf,
     /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE.
+    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
+    /// placements lie apart in the panel.
     #[arg(long)]
     pub(crate) bench: BenchSpec,
     /// The recording to write (Parquet).

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use piezotact::doubt::merged;
 use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
 use piezotact::recording::Condition;
@@ -101,7 +102,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     }
     let of_the_drive = contents.rendering.iter().flat_map(|r| &r.doubts);
     let of_the_drive = of_the_drive.filter(|doubt| !recording.doubts.contains(doubt));
-    for doubt in recording.doubts.iter().chain(of_the_drive) {
+    for doubt in merged(recording.doubts.iter().chain(of_the_drive)) {
         let _never_fails = write!(text, "\n  doubt: {doubt}");
     }
     print(&text)
@@ -182,7 +183,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             setup.gain, setup.volts_per_full_scale
         );
     }
-    for doubt in &function.doubts {
+    for doubt in merged(&function.doubts) {
         let _never_fails = write!(text, "\n  doubt: {doubt}");
     }
     print(&text)

@@ -7,7 +7,7 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
-use piezotact::recording::Recording;
+use piezotact::recording::{Recording, played_through_its_own};
 use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
@@ -126,9 +126,11 @@ pub(crate) fn play(
     // Refused before a file is begun.
     require_device(bench, drive, setup).map_err(bench_failure)?;
     bench.acquirer.ready(run).map_err(bench_failure)?;
+    let rendering = keeping.rendering;
+    let made_with = rendering.as_ref().map(|made| made.provenance.clone());
     let start = StartDocument {
         setup: setup.cloned(),
-        rendering: keeping.rendering,
+        rendering,
         ..start_document(announce(bench.acquirer.as_ref(), run))
     };
     let rate = start.rate_hz;
@@ -149,7 +151,11 @@ pub(crate) fn play(
         }
     });
     bar.finish_and_clear();
-    let recording = done.map_err(bench_failure)?;
+    let mut recording = done.map_err(bench_failure)?;
+    let its_own = made_with
+        .as_ref()
+        .and_then(|drive| played_through_its_own(drive, &recording.provenance));
+    recording.doubts.extend(its_own);
     if let Some(kept) = finish(journal, &recording)? {
         say(&kept);
     }

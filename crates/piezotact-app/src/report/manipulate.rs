@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use piezotact::Doubt;
+use piezotact::doubt::merged;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
 use piezotact::recording::BenchKind;
@@ -140,7 +141,7 @@ fn doubts(doubts: &[Doubt]) -> Markup {
             @if doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(doubts) { li { (doubt) } } }
             }
         }
     }

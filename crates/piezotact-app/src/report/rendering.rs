@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use maud::{Markup, html};
 use piezotact::correct::Mode;
+use piezotact::doubt::merged;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
 use piezotact::series::mean;
@@ -263,7 +264,7 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
             (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
             (figure(&figures::error(row.looped.told())?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
             @if !row.drive.doubts.is_empty() {
-                ul.doubts { @for doubt in &row.drive.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&row.drive.doubts) { li { (doubt) } } }
             }
         }
     })

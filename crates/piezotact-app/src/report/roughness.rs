@@ -1,6 +1,7 @@
 //! The report on a surface.
 
 use maud::{Markup, html};
+use piezotact::doubt::merged;
 use piezotact::surface::{
     ArealRoughness, HeightDistribution, HeightProfile, ProfileFilter, ProfileRoughness,
     height_distribution, height_limits_m,
@@ -68,7 +69,7 @@ fn doubts(surface: &Surface) -> Markup {
             @if surface.doubts.is_empty() {
                 p.soft { "None: nothing had to be guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in &surface.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&surface.doubts) { li { (doubt) } } }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The report of a score: whether a finger could tell, and where.
 
 use maud::{Markup, html};
+use piezotact::doubt::merged;
 use piezotact::quantity::{Decibels, Hertz};
 use piezotact::recording::Recording;
 use piezotact::score::{BandScore, Difference, Extent, Score, Verdict};
@@ -84,7 +85,7 @@ fn doubts(s: &Score) -> Markup {
             @if s.doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in &s.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&s.doubts) { li { (doubt) } } }
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use piezotact::Doubt;
+use piezotact::doubt::merged;
 use piezotact::quantity::{Band, Hertz, Quantity};
 use piezotact::transfer::{Distortion, TransferFunction};
 
@@ -103,7 +104,9 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                     (number(format!("{:.3}", coherence.median), "median coherence"))
                     (number(format!("{:.3}", coherence.lowest), &format!("lowest, at {:.0} Hz", coherence.lowest_at_hz)))
                 }
-                (number(format!("{:.2} ms", function.delay().0 * 1e3), "from the drive to the response"))
+                @if let Some(delay) = function.delay() {
+                    (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.reach_s * 1e3), "from the drive to the response, within a segment"))
+                }
                 @if let Some((repeats, apart_db)) = page.repeats {
                     (number(format!("{apart_db:.2} dB"), &format!("rms between the two of {repeats} repeats that differ most")))
                 }
@@ -133,7 +136,7 @@ fn doubts(doubts: &[Doubt], refused: &[String]) -> Markup {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
                 ul.doubts {
-                    @for doubt in doubts { li { (doubt) } }
+                    @for doubt in merged(doubts) { li { (doubt) } }
                     @for refusal in refused { li { (refusal) } }
                 }
             }

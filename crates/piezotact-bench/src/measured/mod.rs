@@ -5,6 +5,7 @@
 mod world;
 
 use piezotact::device::DriveSetup;
+use piezotact::panel::PlacementSpread;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Newtons, QuantityError, SampleRate};
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::resample::Resampler;
@@ -52,6 +53,8 @@ pub struct MeasuredBench {
     to_acquisition: Resampler,
     /// From the earliest time to the latest.
     impulse: Vec<f64>,
+    /// How it departs from what was measured, in words; empty where it does not.
+    placed: String,
 }
 
 impl MeasuredBench {
@@ -129,7 +132,35 @@ impl MeasuredBench {
             answers,
             to_acquisition,
             impulse,
+            placed: String::new(),
         })
+    }
+
+    /// The bench that answers as another placement of the finger might: `function` times a factor of level and phase that is
+    /// drawn from how placements of one finger lie apart in a panel, by the noise's seed and the placement's `number`.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn at_another_placement(
+        function: TransferFunction<Drive, Acceleration>,
+        called: &str,
+        noise: SensorNoise,
+        spread: &PlacementSpread,
+        number: u64,
+    ) -> Result<Self, BenchError> {
+        let mut random = Random::stream(noise.seed, number, "another placement");
+        let normals: Vec<f64> = (0..spread.draws()).map(|_| random.normal()).collect();
+        let mut bench = Self::new(function.times(spread.factor(&normals)), called, noise)?;
+        if let Some((level_db, phase_rad)) = spread.apart_over(bench.answers) {
+            bench.placed = format!(
+                "another placement of the finger, number {number} of seed {}, drawn from how {} of {} people and cells lie apart ({level_db:.2} dB and {:.1}° rms): ",
+                noise.seed,
+                spread.of.name(),
+                spread.groups,
+                phase_rad.to_degrees()
+            );
+        }
+        Ok(bench)
     }
 
     /// Its two halves.
@@ -155,10 +186,10 @@ impl MeasuredBench {
             None => "of which the file does not say whether a finger was measured",
         };
         match provenance.source.as_str() {
-            "" => format!("the transfer function {}, {on}", self.called),
+            "" => format!("{}the transfer function {}, {on}", self.placed, self.called),
             source => format!(
-                "the transfer function {} (from {source}), {on}",
-                self.called
+                "{}the transfer function {} (from {source}), {on}",
+                self.placed, self.called
             ),
         }
     }

@@ -58,6 +58,7 @@ impl World for MeasuredBench {
             ],
             condition: self.function.condition.clone(),
             seed: Some(self.noise.seed),
+            answers_with: Some(self.function.checksum()),
             steps: vec![
                 format!(
                     "played through {}: {} lines, an impulse response of {} samples at {}, nothing outside {}, clipped at a drive of {:.3}",

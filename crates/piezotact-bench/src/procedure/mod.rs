@@ -58,7 +58,8 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
             bench: Some(description.kind),
             seed: description.seed,
             steps,
-            lineage: None,
+            answered_with: description.answers_with,
+            ..Provenance::default()
         },
     }
 }

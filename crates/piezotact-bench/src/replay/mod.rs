@@ -76,28 +76,11 @@ pub struct Chapter {
     pub missing: Vec<String>,
 }
 
-/// Doubts of many recordings, each once, with how often it was said where that was more than once.
+/// Doubts of many recordings, those of one kind once and with what they are about.
 fn said_once<'a>(doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>) -> Vec<String> {
-    // Those that differ in numbers alone are one.
-    let mut said: Vec<(String, String, String, usize)> = Vec::new();
-    for (of, doubt) in doubts {
-        let text = doubt.to_string();
-        let kind: String = text
-            .chars()
-            .filter(|c| !c.is_ascii_digit() && !"-−.".contains(*c))
-            .collect();
-        match said.iter_mut().find(|(other, ..)| *other == kind) {
-            Some((.., count)) => *count += 1,
-            None => said.push((kind, of.to_owned(), text, 1)),
-        }
-    }
-    said.into_iter()
-        .map(|(_, of, text, count)| match count {
-            1 => format!("{of}: {text}"),
-            2 => format!("{of} and another: {text}"),
-            more => format!("{of} and {} others: {text}", more - 1),
-        })
-        .collect()
+    let named = doubts.map(|(of, doubt)| (Some(of), doubt));
+    let told = piezotact::doubt::merged_of(named);
+    told.iter().map(ToString::to_string).collect()
 }
 
 /// Why a chapter could not be measured.

@@ -196,6 +196,7 @@ impl Touching for ActTouch {
         Condition {
             sample: Some(self.sample.name.clone()),
             participant: Some(self.participant.pseudonym()),
+            twin_seed: Some(self.participant.seed),
             speed_m_s: match self.protocol.pace {
                 Pace::Metronome { speed_m_s, .. } => Some(speed_m_s),
                 Pace::Free => None,

@@ -34,6 +34,7 @@ pub fn record_texture(
     let condition = Condition {
         sample: Some(sample.name.clone()),
         participant: Some(participant.pseudonym()),
+        twin_seed: Some(participant.seed),
         load_n: Some(Newtons(load_n)),
         speed_m_s: Some(speed_m_s),
         touch: Some(Touch::Passive),
@@ -52,7 +53,7 @@ pub fn record_texture(
             ),
             parameters.provenance(),
         ],
-        lineage: None,
+        ..Provenance::default()
     };
     Ok((Series::new(samples, rate())?, condition, provenance))
 }

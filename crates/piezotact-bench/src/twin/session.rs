@@ -92,6 +92,7 @@ impl<T: Touching + 'static> Session<T> {
 impl<T: Touching> Acquire for Session<T> {
     fn describe(&self) -> AcquireDescription {
         AcquireDescription {
+            answers_with: None,
             name: self.bench.name(),
             kind: BenchKind::Twin,
             rate: rate(),

@@ -128,6 +128,7 @@ impl Touching for TriboAir {
         Condition {
             sample: Some(self.sample.name.clone()),
             participant: Some(self.participant.pseudonym()),
+            twin_seed: Some(self.participant.seed),
             speed_m_s: Some(self.speed_m_s),
             touch: Some(Touch::Passive),
             ..Condition::default()

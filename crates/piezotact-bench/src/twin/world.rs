@@ -114,6 +114,7 @@ impl World for TwinBench {
 
     fn input(&self) -> AcquireDescription {
         AcquireDescription {
+            answers_with: None,
             name: self.name(),
             kind: BenchKind::Twin,
             rate: acquisition_rate(),
@@ -124,6 +125,7 @@ impl World for TwinBench {
             ],
             condition: Condition {
                 participant: Some(self.participant.pseudonym()),
+                twin_seed: Some(self.participant.seed),
                 touch: Some(Touch::Resting),
                 ..Condition::default()
             },

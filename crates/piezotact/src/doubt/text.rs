@@ -58,16 +58,18 @@ impl fmt::Display for Doubt {
                 f,
                 "only {averages} segments were averaged: the estimate scatters; record longer or take shorter segments ({recommended} or more)"
             ),
-            Self::LateResponse { delay_s, segment_s } => write!(
+            Self::LateResponse { delay_s, segment_s, reach_s } => write!(
                 f,
-                "the response comes {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; take longer segments or align the channels",
+                "the response comes {:.1} ± {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; take longer segments or align the channels",
                 delay_s * 1e3,
+                reach_s * 1e3,
                 percent(delay_s / segment_s)
             ),
-            Self::Acausal { lead_s } => write!(
+            Self::Acausal { lead_s, reach_s } => write!(
                 f,
-                "the response comes {:.2} ms before the drive, which nothing can: drive and response are swapped, or their channels are out of step",
-                lead_s * 1e3
+                "the response comes {:.2} ± {:.2} ms before the drive, which nothing can: drive and response are swapped, or their channels are out of step",
+                lead_s * 1e3,
+                reach_s * 1e3
             ),
             Self::SwappedUnits { drive, response } => write!(
                 f,
@@ -140,9 +142,9 @@ impl fmt::Display for Doubt {
                 f,
                 "a later recording of this name was interrupted and stands in {journal}: look whether that is the one you mean"
             ),
-            Self::Unrelated { median_coherence } => write!(
+            Self::Unrelated { coherence, limit, averages } => write!(
                 f,
-                "the median coherence of the driven lines is {median_coherence:.3}: drive and response have next to nothing in common; check the channels and the sensor"
+                "the mean coherence of the driven lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation of drive and response is shown; check the channels and the sensor, or record longer"
             ),
             Self::DeviceNotDescribed => f.write_str(
                 "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, the amplifier may clip before; state them when it is made"
@@ -496,6 +498,8 @@ impl fmt::Display for Doubt {
                 4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
             ),
             Self::Signal(doubt) => doubt.fmt(f),
+            Self::Force(doubt) => fmt::Display::fmt(doubt, f),
+            Self::Rehearsal(doubt) => fmt::Display::fmt(doubt, f),
         }
     }
 }

@@ -131,6 +131,22 @@ fn other_benches_and_estimators_are_told_apart() {
     );
 }
 
+/// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people, and no repeats of one.
+#[test]
+fn two_twins_under_one_name_are_refused() {
+    let mut entries = four();
+    entries.push(of("a", 2, 0.15));
+    for (seed, entry) in [7, 7, 7, 7, 8].into_iter().zip(&mut entries) {
+        entry.function.provenance.bench = Some(BenchKind::Twin);
+        entry.function.provenance.seed = Some(seed);
+    }
+    let said = Panel::new(entries).unwrap_err().to_string();
+    assert!(
+        said.contains("one person under the name a") && said.contains("a (twin of seed 8)"),
+        "{said}"
+    );
+}
+
 #[test]
 fn a_measurement_of_somebody_else_is_named() {
     for text in ["twin, participant P02", "as participant P02 at 20°, 0.2 N"] {

@@ -9,6 +9,7 @@ mod average;
 mod control;
 mod learning;
 mod levels;
+mod placement;
 mod random;
 mod repeat;
 mod spread;
@@ -22,6 +23,7 @@ pub use average::{
 };
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
 pub use learning::{LearningCurve, LearningPoint, learning_curve};
+pub use placement::{PlacementSpread, SpreadOf, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{
     BandSpread, CellSpread, FallsWithLoad, PersonDistance, WorstCase, bundle_of_all,
@@ -138,6 +140,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             }
         }
         together::distinct(&entries)?;
+        together::one_person_a_name(&entries)?;
         let mut participants: Vec<String> = entries
             .iter()
             .map(|e| e.filing.participant.clone())
@@ -285,6 +288,26 @@ pub enum PanelError {
     /// There is none.
     #[error("expected transfer functions of people, found none; measure or add some")]
     Nothing,
+    /// Two people under one name: participants of twins of different seeds.
+    #[error(
+        "expected one person under the name {}, found {one_is} in {one} and {other_is} in {other}; file them under names of their own, or in panels of their own",
+        .one.participant
+    )]
+    TwoPeople {
+        /// One measurement.
+        one: Filing,
+        /// Whose it is.
+        one_is: String,
+        /// Another.
+        other: Filing,
+        /// Whose that is.
+        other_is: String,
+    },
+    /// Nobody was measured twice in a cell.
+    #[error(
+        "expected somebody who was measured more than once at a load and angle, found nobody: how far placements lie apart is not known; measure a few people with the finger put back"
+    )]
+    NothingRepeated,
     /// A name, load, angle or number that no measurement has.
     #[error("expected the {what} of {filing} as {expected}, found {found}; correct it")]
     Impossible {

@@ -171,6 +171,33 @@ pub(super) fn distinct<I: Quantity, O: Quantity>(
     Ok(())
 }
 
+/// Whose measurement it is; a file of before says a twin's seed in its provenance alone.
+fn person<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Option<String> {
+    let known = entry.function.condition.clone();
+    known.with_twin_of(&entry.function.provenance).person()
+}
+
+/// Refuses two people under one name: P02 of the twin of one seed and P02 of that of another.
+pub(super) fn one_person_a_name<I: Quantity, O: Quantity>(
+    entries: &[Entry<I, O>],
+) -> Result<(), PanelError> {
+    let mut people: BTreeMap<&str, (&Entry<I, O>, Option<String>)> = BTreeMap::new();
+    for entry in entries {
+        let is = person(entry);
+        let name = entry.filing.participant.as_str();
+        let (one, one_is) = people.entry(name).or_insert_with(|| (entry, is.clone()));
+        if *one_is != is {
+            return Err(PanelError::TwoPeople {
+                one: one.filing.clone(),
+                one_is: one_is.clone().unwrap_or_default(),
+                other: entry.filing.clone(),
+                other_is: is.unwrap_or_default(),
+            });
+        }
+    }
+    Ok(())
+}
+
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The doubt about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Doubt> {

@@ -229,6 +229,21 @@ impl InversePlan {
         (share >= 0.1).then_some(Doubt::PowerOutsideBand { share, band })
     }
 
+    /// The same of a target at `rate` that was not inverted.
+    pub(crate) fn outside_of(
+        &mut self,
+        target: &[f64],
+        rate: SampleRate,
+        band: Band,
+    ) -> Option<Doubt> {
+        let n = self.transform.length();
+        let spectrum = self.transform.forward(target);
+        let inside = |line: &usize| band.contains(*line as f64 * rate.hz() / n as f64);
+        let lines = (0..spectrum.len()).filter(inside);
+        self.in_band = lines.map(|line| spectrum[line].norm_sqr()).sum();
+        self.outside(target, band)
+    }
+
     /// The drive whose response is `target`; see [`invert`].
     ///
     /// # Errors

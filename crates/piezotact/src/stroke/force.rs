@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
+use super::force_doubt::doubts_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
     floor, friction_level, sliding_by_friction, sliding_parts, stick_slip_in_friction,
@@ -159,7 +160,7 @@ pub fn segment_by_force(
     )?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
     let force = above_drifting_zero(frames, smoothed(&force, smoothing), rule.on_n.0);
-    drift_doubt(rule.on_n.0, force.baseline.range(), &mut doubts);
+    doubts.extend(doubts_of_force(normal_n, &force, rule.on_n.0));
 
     let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
     let tangential: Vec<Tangential<'_>> = signals
@@ -265,17 +266,6 @@ pub(super) fn zeros(
             (at * frames.size, all.collect())
         })
         .collect()
-}
-
-/// The doubt that the zero drifts by a sizeable part of what a contact needs.
-pub(super) fn drift_doubt(on_n: f64, (low, high): (f64, f64), doubts: &mut Vec<Doubt>) {
-    if high - low > 0.1 * on_n {
-        doubts.push(Doubt::ForceDrift {
-            from_n: low,
-            to_n: high,
-            threshold_n: on_n,
-        });
-    }
 }
 
 /// A tangential force and its zero.

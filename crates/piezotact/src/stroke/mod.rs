@@ -6,6 +6,7 @@
 mod contact;
 mod cuts;
 mod force;
+mod force_doubt;
 mod frames;
 mod sliding;
 mod speed;
@@ -19,6 +20,7 @@ use crate::roles::{Motion, Roles};
 
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
+pub use force_doubt::ForceDoubt;
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
-use super::force::{HIGH_FRICTION, Judging, clipped, drift_doubt, friction, oriented, zeros};
+use super::force::{HIGH_FRICTION, Judging, clipped, friction, oriented, zeros};
+use super::force_doubt::doubts_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::stick_slip_in_friction;
 use super::{
@@ -229,7 +230,7 @@ fn held(
             },
         }));
     };
-    drift_doubt(on_n, force.baseline.range(), doubts);
+    doubts.extend(doubts_of_force(normal_n, &force, on_n));
     let tangential: Vec<Polyline> = signals
         .tangential_force_n
         .iter()

@@ -282,6 +282,7 @@ pub fn average<I: Quantity, O: Quantity>(
     averaged.drive.clone_from(&first.drive);
     averaged.condition = first.condition.clone();
     averaged.condition.participant = None;
+    averaged.condition.twin_seed = None;
     averaged.provenance = in_common(functions, people)
         .then(format!("{told} of {} transfer functions", functions.len()));
     Ok(averaged)
@@ -289,9 +290,9 @@ pub fn average<I: Quantity, O: Quantity>(
 
 /// How many participants are named.
 fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) -> usize {
-    let mut people: Vec<&String> = functions
+    let mut people: Vec<String> = functions
         .iter()
-        .filter_map(|f| f.condition.participant.as_ref())
+        .filter_map(|f| f.condition.person())
         .collect();
     people.sort();
     people.dedup();
@@ -327,6 +328,9 @@ fn in_common<I: Quantity, O: Quantity>(
     } else if !all(&|p| p.source == common.source) {
         common.source = format!("average of {} measurements", functions.len());
     }
+    common.answered_with = common
+        .answered_with
+        .filter(|one| all(&|p| p.answered_with == Some(*one)));
     common.bench = common.bench.filter(|kind| all(&|p| p.bench == Some(*kind)));
     common.seed = common.seed.filter(|seed| all(&|p| p.seed == Some(*seed)));
     common.steps.retain(|step| all(&|p| p.steps.contains(step)));

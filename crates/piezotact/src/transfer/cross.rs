@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use num_complex::Complex;
 
+use super::related::line_correlation;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::{
@@ -26,8 +27,13 @@ pub struct CrossSpectra<I: Quantity, O: Quantity> {
     pub averages: usize,
     /// The number of independent ones that scatter as much.
     pub effective_averages: f64,
+    /// How much larger the variance of a mean over lines is, as neighbouring lines are correlated.
+    pub(super) line_correlation: f64,
     quantities: PhantomData<(I, O)>,
 }
+
+/// The same for a Hann window, which is taken where the window is not known.
+const HANN_CORRELATION: f64 = 1.4;
 
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     /// Spectra that another program averaged, on a uniform axis from 0 Hz.
@@ -69,6 +75,7 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             resolution_hz,
             averages,
             effective_averages: averages as f64,
+            line_correlation: HANN_CORRELATION,
             quantities: PhantomData,
         })
     }
@@ -209,6 +216,7 @@ pub struct CrossPlan {
     rate: SampleRate,
     hop: usize,
     scale: f64,
+    line_correlation: f64,
 }
 
 impl CrossPlan {
@@ -230,6 +238,7 @@ impl CrossPlan {
         let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
         Ok(Self {
             sums: CrossSum::new(&window, config.detrend),
+            line_correlation: line_correlation(&window),
             segment: n,
             config: config.clone(),
             rate,
@@ -299,6 +308,7 @@ impl CrossPlan {
             resolution_hz: self.rate.hz() / n as f64,
             averages,
             effective_averages: self.config.effective_averages(averages)?,
+            line_correlation: self.line_correlation,
             quantities: PhantomData,
         })
     }

@@ -2,13 +2,12 @@
 //! that the segments do not resolve, lines that nothing drove.
 
 use num_complex::Complex;
-use rustfft::FftPlanner;
 
 use super::TransferFunction;
+use super::related::{Delay, delay_of_signals};
 use crate::doubt::Doubt;
-use crate::fourier::RealTransform;
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::series::{Series, rms};
+use crate::series::Series;
 use crate::spectrum::RECOMMENDED_SEGMENTS;
 
 /// Fewer lines than this within the half-power bandwidth of a resonance leave a bias of more than 2 %
@@ -19,9 +18,7 @@ const PROMINENT_DB: f64 = 6.0;
 /// Lines below this coherence say nothing of a resonance.
 const BELIEVED: f64 = 0.5;
 /// A response later than this share of a segment is underestimated.
-pub(super) const LATE: f64 = 0.05;
-/// How far a cross-correlation stands out of its rms when two signals are one: noise reaches 5 to 6.
-const RELATED: f64 = 9.0;
+const LATE: f64 = 0.05;
 
 /// Whether a doubt says that the two signals are out of step.
 fn out_of_step(doubt: &Doubt) -> bool {
@@ -93,37 +90,28 @@ pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<D
     })
 }
 
-/// The envelope of the impulse response and the step of its samples, s: positive frequencies only, those that are driven
-/// and answer, with a Hann taper over them so that their ends do not ring.
-fn envelope<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-) -> Option<(Vec<f64>, f64, f64)> {
-    let n = 2 * (function.response.len() - 1);
-    let band = function
-        .driven
-        .or_else(|| Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok())?;
-    let (low, width) = (band.low().0, band.high().0 - band.low().0);
-    let mut bins = vec![Complex::default(); n];
-    for (line, hz) in function.lines_in(band) {
-        let place = (hz - low) / width;
-        let taper = 0.5 - 0.5 * (std::f64::consts::TAU * place).cos();
-        bins[line] = function.response[line] * (function.coherence[line].clamp(0.0, 1.0) * taper);
+/// The doubt about channels that are out of step by `delay`: a response that is late by a share of the segment, or one that
+/// comes before its drive by more than may be its uncertainty.
+fn out_of_step_by(delay: Delay, segment_s: f64) -> Option<Doubt> {
+    let Delay { delay_s, reach_s } = delay;
+    if delay_s - reach_s > LATE * segment_s {
+        return Some(Doubt::LateResponse {
+            delay_s,
+            segment_s,
+            reach_s,
+        });
     }
-    FftPlanner::new().plan_fft_inverse(n).process(&mut bins);
-    let step_s = 1.0 / (n as f64 * function.resolution_hz);
-    Some((bins.iter().map(|h| h.norm()).collect(), step_s, width))
+    (delay_s < -reach_s).then_some(Doubt::Acausal {
+        lead_s: -delay_s,
+        reach_s,
+    })
 }
 
-/// The answer comes before the drive: the envelope of the impulse response is largest at a negative time, further from
-/// 0 than half of what the band resolves.
-pub(super) fn acausal<I: Quantity, O: Quantity>(
+/// The doubt about channels that are out of step, as far as lines show it.
+pub(super) fn step_of_lines<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
-    let (envelope, step_s, width_hz) = envelope(function)?;
-    let largest = (0..envelope.len()).max_by(|a, b| envelope[*a].total_cmp(&envelope[*b]))?;
-    let lead_s = (envelope.len() - largest) as f64 * step_s;
-    let early = largest > envelope.len() / 2 && lead_s > 0.5 / width_hz;
-    early.then_some(Doubt::Acausal { lead_s })
+    out_of_step_by(function.delay()?, 1.0 / function.resolution_hz)
 }
 
 /// The resonance with the fewest lines within its half-power bandwidth, when they are too few.
@@ -209,7 +197,8 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
     (net < -0.2 * all).then_some(Doubt::PolarityInverted)
 }
 
-/// What the whole signals say where the segments hold no common event: how late the response is in truth.
+/// What the whole signals say where their lines are unrelated or out of step: whatever the length of segments, one delay or
+/// none.
 pub(super) fn timing<I: Quantity, O: Quantity>(
     function: &mut TransferFunction<I, O>,
     drive: &Series<I>,
@@ -218,33 +207,26 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     if !function.doubts.iter().any(out_of_step) {
         return;
     }
-    let Some(lag) = common_lag(drive.samples(), response.samples()) else {
-        return;
-    };
-    let (delay_s, segment_s) = (lag as f64 / drive.rate().hz(), 1.0 / function.resolution_hz);
-    let late = delay_s > LATE * segment_s;
-    if late || delay_s < -0.5 * segment_s {
-        function.doubts.retain(|doubt| !out_of_step(doubt));
-        function.doubts.push(if late {
-            Doubt::LateResponse { delay_s, segment_s }
-        } else {
-            Doubt::Acausal { lead_s: -delay_s }
-        });
+    let whole = function
+        .driven
+        .and_then(|band| delay_of_signals(drive.samples(), response.samples(), drive.rate(), band));
+    let unrelated = function
+        .doubts
+        .iter()
+        .any(|doubt| matches!(doubt, Doubt::Unrelated { .. }));
+    match (whole, function.delay()) {
+        // No lag stands out: there is none to speak of.
+        (None, _) => function
+            .doubts
+            .retain(|doubt| !out_of_step(doubt) || matches!(doubt, Doubt::Unrelated { .. })),
+        // Lines resolve a delay within their segment better than the signals do, which may be of few frequencies.
+        (Some(whole), Some(of_lines)) if !unrelated && whole.agrees(&of_lines) => {}
+        (Some(whole), _) => {
+            function.doubts.retain(|doubt| !out_of_step(doubt));
+            let segment_s = 1.0 / function.resolution_hz;
+            function.doubts.extend(out_of_step_by(whole, segment_s));
+        }
     }
 }
 
-/// By how many samples `response` follows `drive`, where their correlation stands out clearly.
-fn common_lag(drive: &[f64], response: &[f64]) -> Option<i64> {
-    let n = (2 * drive.len()).next_power_of_two();
-    let mut plan = RealTransform::new(n);
-    let (x, y) = (plan.forward(drive), plan.forward(response));
-    let correlation = plan.inverse(x.iter().zip(&y).map(|(x, y)| x.conj() * y).collect());
-    let largest = (0..n).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()))?;
-    let stands_out = correlation[largest].abs() > RELATED * rms(&correlation);
-    let lag = if largest < n / 2 {
-        largest as i64
-    } else {
-        largest as i64 - n as i64
-    };
-    stands_out.then_some(lag)
 }

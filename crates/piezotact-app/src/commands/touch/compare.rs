@@ -7,7 +7,7 @@ use piezotact::compare::{
     across_roughness, active_against_passive, comparable, friction_against_rms, indistinguishable,
     rms_on_speed, spatial_period,
 };
-use piezotact::feature::RECOMMENDED_STROKES;
+use piezotact::doubt::merged_of;
 use piezotact::quantity::{Band, Hertz, Unit};
 use piezotact::surface::SampleSet;
 use serde_json::{Map, Value, json};
@@ -106,25 +106,16 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     Ok(())
 }
 
-/// The doubts of all comparisons, each with its setting; that strokes are few is said once for all.
+/// The doubts of all comparisons, those of one kind once and with the settings that they are about.
 fn doubts_in_words(results: &[Compared]) -> Vec<String> {
-    let mut few = 0;
-    let mut words = Vec::new();
-    for result in results {
-        for doubt in &result.doubts {
-            match doubt {
-                Doubt::FewStrokes { .. } if results.len() > 1 => few += 1,
-                doubt if result.setting.is_empty() => words.push(doubt.to_string()),
-                doubt => words.push(format!("{}: {doubt}", result.setting)),
-            }
-        }
-    }
-    if few > 0 {
-        words.push(format!(
-            "{few} groups have fewer than {RECOMMENDED_STROKES} strokes: averages scatter"
-        ));
-    }
-    words
+    let all = results.iter().flat_map(|result| {
+        let setting = Some(result.setting.as_str()).filter(|setting| !setting.is_empty());
+        result.doubts.iter().map(move |doubt| (setting, doubt))
+    });
+    merged_of(all)
+        .iter()
+        .map(|doubt| doubt.text_of(results.len(), "settings"))
+        .collect()
 }
 
 struct Compared {

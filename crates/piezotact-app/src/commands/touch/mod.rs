@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
+use piezotact::doubt::merged_of;
 use piezotact::feature::{self, Analysis, FeatureConfig};
 use piezotact::filter::HighPass;
 use piezotact::quantity::{Newtons, Unit};
@@ -66,68 +67,22 @@ impl Take {
     }
 }
 
-/// A doubt in words, and the first recording that it is about with the number of the others.
-pub(crate) struct Shared {
-    pub(crate) first: Option<String>,
-    pub(crate) others: usize,
-    pub(crate) text: String,
-}
-
-impl std::fmt::Display for Shared {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match (&self.first, self.others) {
-            (None, _) => {}
-            (Some(name), 0) => write!(f, "{name}: ")?,
-            (Some(name), 1) => write!(f, "{name} and another: ")?,
-            (Some(name), more) => write!(f, "{name} and {more} others: ")?,
-        }
-        f.write_str(&self.text)
-    }
-}
-
-/// Every doubt about the recordings and about their groups, once.
-pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<Shared> {
-    let mut all: Vec<(Doubt, Shared)> = Vec::new();
-    let of_takes = takes.iter().flat_map(|take| {
-        take.doubts()
-            .into_iter()
-            .map(|doubt| (doubt, Some(&take.name)))
-    });
-    let of_groups = groups.iter().flat_map(|group| {
-        group
-            .summary
-            .doubts
-            .iter()
-            .map(|doubt| (doubt.clone(), None))
-    });
-    let mut last = None;
-    for (doubt, name) in of_takes.chain(of_groups) {
-        // Doubts that differ in their numbers only are one doubt about several recordings.
-        let kind = std::mem::discriminant(&doubt);
-        let many = takes.len() > 3 && name.is_some();
-        let named = matches!(doubt, Doubt::Guessed { .. } | Doubt::DeadChannel { .. });
-        let known = all.iter_mut().find(|(other, shared)| {
-            *other == doubt
-                || (many
-                    && !named
-                    && shared.first.is_some()
-                    && std::mem::discriminant(other) == kind)
-        });
-        match known {
-            // Another doubt of the same kind about the same recording counts once.
-            Some((_, shared)) => shared.others += usize::from(name.is_some() && last != name),
-            None => all.push((
-                doubt.clone(),
-                Shared {
-                    first: name.cloned(),
-                    others: 0,
-                    text: doubt.to_string(),
-                },
-            )),
-        }
-        last = name;
-    }
-    all.into_iter().map(|(_, shared)| shared).collect()
+/// Every doubt about the recordings and about their groups in words, those of one kind once and with all whom they are about.
+pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<String> {
+    let of_takes: Vec<(Option<&str>, Vec<Doubt>)> = takes
+        .iter()
+        .map(|take| (Some(take.name.as_str()), take.doubts()))
+        .collect();
+    let of_takes = of_takes
+        .iter()
+        .flat_map(|(name, doubts)| doubts.iter().map(|doubt| (*name, doubt)));
+    let of_groups = groups
+        .iter()
+        .flat_map(|group| group.summary.doubts.iter().map(|doubt| (None, doubt)));
+    merged_of(of_takes.chain(of_groups))
+        .iter()
+        .map(|doubt| doubt.text_of(takes.len(), "recordings"))
+        .collect()
 }
 
 /// A bar over many recordings; on anything but a terminal a line at its start.
@@ -264,6 +219,7 @@ fn complete(condition: &mut Condition, named: Condition, args: &Takes) -> Outcom
         angle_deg: own.angle_deg.or(named.angle_deg),
         speed_m_s: speed_m_s.or(own.speed_m_s).or(named.speed_m_s),
         touch: touch.or(own.touch).or(named.touch),
+        twin_seed: own.twin_seed,
     };
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::doubt::merged;
 use piezotact_dataset::{cuts_path, cuts_text};
 use serde_json::{Value, json};
 
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
         return print_json(&json!({ "recordings": recordings }));
     }
     for take in &takes {
-        for doubt in take.doubts() {
+        for doubt in merged(&take.doubts()) {
             say(&format!("doubt: {}: {doubt}", take.name));
         }
         print(&summary(take))?;

@@ -5,6 +5,7 @@ mod figures;
 mod tables;
 
 use maud::{Markup, html};
+use piezotact::doubt::merged;
 use piezotact::panel::{Artefact, Cell, CellPenalties, Dip, Filing, Panel, PanelAnalysis, WillDo};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
@@ -424,7 +425,7 @@ fn doubts(said: &PanelAnalysis) -> Markup {
             @if said.doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in &said.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&said.doubts) { li { (doubt) } } }
             }
         }
     }

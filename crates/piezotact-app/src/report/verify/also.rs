@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use piezotact::Doubt;
+use piezotact::doubt::merged;
 use piezotact::verify::Verification;
 
 use super::Page;
@@ -84,7 +85,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
             h3 { "Doubts about them" }
             @for also in page.also {
                 p { b { (also.label) } @if also.doubts.is_empty() { ": none beside those about the target." } }
-                @if !also.doubts.is_empty() { ul.doubts { @for doubt in &also.doubts { li { (doubt) } } } }
+                @if !also.doubts.is_empty() { ul.doubts { @for doubt in merged(also.doubts.iter().copied()) { li { (doubt) } } } }
             }
         }
     })

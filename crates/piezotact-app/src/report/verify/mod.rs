@@ -7,6 +7,7 @@ mod straight;
 
 use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
+use piezotact::doubt::merged;
 use piezotact::manipulate::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{Condition, Provenance, Recording};
@@ -182,7 +183,7 @@ fn doubts(page: &Page<'_>) -> Markup {
             @if doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(doubts) { li { (doubt) } } }
             }
         }
     }

@@ -8,9 +8,10 @@ use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Correction, Mode, Step};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
-use piezotact::recording::Recording;
+use piezotact::recording::{Recording, played_through_its_own};
 use piezotact::render::{
-    Clipping, Inverse, RenderConfig, RenderError, RenderedDrive, achievable, headroom, render,
+    Clipping, Inverse, RenderConfig, RenderError, RenderedDrive, achievable, headroom,
+    power_outside, render,
 };
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -134,8 +135,18 @@ pub fn closed_loop(
     config: &LoopConfig,
     told: &mut dyn FnMut(&Iteration),
 ) -> Result<Looped, BenchError> {
+    let recorded = target;
     let (target, converted) = at_a_common_rate(target, bench, config)?;
     let mut first = opened(&target, function, config)?;
+    if converted.is_some() {
+        // What a lower rate leaves out is part of the texture all the same.
+        first
+            .doubts
+            .retain(|doubt| !matches!(doubt, Doubt::PowerOutsideBand { .. }));
+        first
+            .doubts
+            .extend(power_outside(recorded, &config.render)?);
+    }
     first.doubts.extend(converted);
     // A transfer function that does not say its device is used on this one.
     let mut function = function.clone();
@@ -269,6 +280,11 @@ pub fn closed_loop(
         }
     };
     let condition = recording.condition.clone();
+    let its_own = played_through_its_own(&rendered.provenance, &recording.provenance);
+    // It was corrected on what answered.
+    let answered = recording.provenance.answered_with;
+    let known = &mut rendered.provenance.made_with;
+    known.extend(answered.filter(|one| !known.contains(one)));
     let shown = confirmed
         .as_ref()
         .unwrap_or(&iterations[best.number].verification);
@@ -282,6 +298,7 @@ pub fn closed_loop(
         .doubts_when_measured(&condition)
         .into_iter()
         .chain(missed)
+        .chain(its_own)
         .chain(recording.doubts.iter().cloned())
         .chain(shown.doubts.iter().cloned());
     for doubt in new {

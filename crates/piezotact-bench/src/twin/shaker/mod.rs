@@ -310,6 +310,7 @@ impl Touching for ShakerBench {
             ShakerMount::Finger => Condition {
                 touch: Some(Touch::Resting),
                 participant: Some(self.participant.pseudonym()),
+                twin_seed: Some(self.participant.seed),
                 ..Condition::default()
             },
             ShakerMount::Plate => Condition::default(),
