@@ -56,6 +56,15 @@ a = [1.0, 2.0, 2.0, 3.5, 7.0, 7.0, 7.0, 9.0]
 b = [2.0, 1.0, 4.0, 3.0, 8.0, 9.0, 7.5, 7.5]
 line = stats.linregress(np.log10(a), np.log10(b))
 reach = stats.t.ppf(0.975, len(a) - 2) * line.stderr
+long_a = [3.1, 0.2, 5.5, 4.0, 4.0, 9.1, 7.7, 6.0, 2.2, 8.8, 1.0, 5.0]
+long_b = [1.0, 2.5, 4.4, 2.0, 6.1, 5.0, 9.9, 3.3, 3.3, 7.0, 0.5, 8.0]
+# Every order of the eight values, ties and all.
+exact = stats.permutation_test(
+    (a,),
+    lambda x: stats.spearmanr(x, b).statistic,
+    permutation_type="pairings",
+    n_resamples=np.inf,
+)
 paired = stats.ttest_rel(b, a)
 interval = paired.confidence_interval(0.95)
 
@@ -77,6 +86,12 @@ print(
             a=a,
             b=b,
             spearman=float(stats.spearmanr(a, b).statistic),
+            spearman_p=float(np.mean(abs(exact.null_distribution) >= abs(exact.statistic) - 1e-12)),
+            long_a=long_a,
+            long_b=long_b,
+            long_spearman=[float(v) for v in stats.spearmanr(long_a, long_b)],
+            slope_p=float(line.pvalue),
+            share_intervals=[[k, n, *(float(v) for v in stats.binomtest(k, n).proportion_ci())] for k, n in ((0, 5), (4, 4), (17, 20), (36, 36))],
             slope=float(line.slope),
             slope_interval=[float(line.slope - reach), float(line.slope + reach)],
             intercept=float(line.intercept),

@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod output;
 mod report;
+mod wording;
 
 use std::process::ExitCode;
 

@@ -84,15 +84,14 @@ pub(crate) fn difference_db(value_db: f64) -> String {
 
 /// How far a drive stays below what limits it, as a person says it.
 pub(crate) fn headroom_text(headroom: &Headroom) -> String {
-    let side = if headroom.headroom_db >= 0.0 {
-        "below"
-    } else {
-        "above"
+    let Some(headroom_db) = headroom.headroom_db else {
+        return "the drive is silence: it lies below what any converter plays".into();
     };
+    let side = if headroom_db >= 0.0 { "below" } else { "above" };
     format!(
         "peak {} of full scale, {:.1} dB {side} {} at {:.3}",
         digits(headroom.peak),
-        headroom.headroom_db.abs(),
+        headroom_db.abs(),
         headroom.limited_by,
         headroom.limit
     )

@@ -365,7 +365,7 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
     ] {
         let looped = disturbed(mishap, 4).unwrap();
         assert!(
-            matches!(&looped.end, LoopEnd::Broken(reason) if reason.contains(why)),
+            matches!(&looped.end, LoopEnd::Broken(reason) if reason.to_string().contains(why)),
             "{}",
             looped.end
         );

@@ -207,7 +207,7 @@ pub fn render<O: Quantity>(
                     peak: headroom.peak,
                     limit: headroom.limit,
                     limited_by: headroom.limited_by,
-                    fits_at: floored(Decibels(headroom.headroom_db)),
+                    fits_at: floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
                 });
             }
             Clipping::Allow => {

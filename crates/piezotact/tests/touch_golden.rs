@@ -5,9 +5,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use piezotact::compare::{log_fit, paired_difference, spearman};
+use piezotact::compare::{log_fit, paired_difference, rank_correlation, spearman};
 use piezotact::feature::{FeatureConfig, analyse};
 use piezotact::filter::{HighPass, ZeroPhase};
+use piezotact::panel::share_interval;
 use piezotact::quantity::{Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::roles::Roles;
@@ -30,6 +31,12 @@ struct Golden {
     b: Vec<f64>,
     spearman: f64,
     paired: [f64; 5],
+    spearman_p: f64,
+    long_a: Vec<f64>,
+    long_b: Vec<f64>,
+    long_spearman: [f64; 2],
+    slope_p: f64,
+    share_intervals: Vec<[f64; 4]>,
     slope: f64,
     slope_interval: [f64; 2],
     intercept: f64,
@@ -187,7 +194,22 @@ fn statistics_are_those_of_scipy() {
         golden.spearman,
         1e-12,
     );
+    // Every one of 40320 orders, with ties.
+    let ranked = rank_correlation(&golden.a, &golden.b).unwrap();
+    check("Spearman's p", ranked.p_value, golden.spearman_p, 1e-12);
+    let long = rank_correlation(&golden.long_a, &golden.long_b).unwrap();
+    check("Spearman of 12", long.rho, golden.long_spearman[0], 1e-12);
+    check("its p", long.p_value, golden.long_spearman[1], 1e-9);
+    for [k, n, low, high] in golden.share_intervals {
+        let found = share_interval(k as usize, n as usize);
+        // Quantiles of the beta distribution are iterated.
+        assert!(
+            (found[0] - low).abs() < 1e-6 && (found[1] - high).abs() < 1e-6,
+            "{k} of {n}: {found:?}"
+        );
+    }
     let fit = log_fit(&golden.a, &golden.b).unwrap();
+    check("slope's p", fit.p_value.unwrap(), golden.slope_p, 1e-9);
     check("slope", fit.slope, golden.slope, 1e-12);
     check("intercept", fit.intercept, golden.intercept, 1e-11);
     check("R²", fit.r_squared, golden.r_squared, 1e-12);

@@ -4,15 +4,17 @@ use std::collections::BTreeSet;
 
 use maud::{Markup, html};
 use piezotact::correct::Mode;
+use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
 use piezotact::series::mean;
-use piezotact_bench::procedure::{LoopEnd, Looped};
+use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
 use crate::failure::Outcome;
 use crate::output::{difference_db, headroom_text};
+use crate::wording;
 
 /// What counts as close, dB: the rms over what the inverse reaches, and the largest of its lines.
 const CLOSE_DB: (f64, f64) = (1.0, 3.0);
@@ -47,6 +49,8 @@ struct Figures {
     closed_db: f64,
     most_db: f64,
     close: bool,
+    /// Whether the open loop was kept.
+    open_kept: bool,
 }
 
 impl Page {
@@ -90,6 +94,7 @@ impl Page {
             closed_db: looped.told().judged_error_db(),
             most_db: looped.told().error_db_max_achievable(),
             close: is_close(&row),
+            open_kept: looped.kept.is_open(),
         });
         self.lines.push(line(&row));
         self.sections.push(one(&row)?);
@@ -127,9 +132,17 @@ impl Page {
     }
 }
 
+/// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
+fn got_worse(row: &Row<'_>) -> bool {
+    let gain = row.looped.gain.as_ref();
+    !row.looped.kept.is_open()
+        && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Judged::NotMet)
+}
+
 fn is_close(row: &Row<'_>) -> bool {
     let v = row.looped.told();
     row.looped.confirmed.is_some()
+        && !got_worse(row)
         && v.judged_error_db() <= CLOSE_DB.0
         && v.error_db_max_achievable() <= CLOSE_DB.1
 }
@@ -149,21 +162,29 @@ fn summary(page: &Page) -> Markup {
         (1, _) => format!("It did not come {within} of its target, over what is reached"),
         (all, _) => format!("{close} of {all} came {within} of their target, over what is reached"),
     };
+    let kept = page
+        .figures
+        .iter()
+        .filter(|figures| figures.open_kept)
+        .count();
     html! {
         section class=(if close == page.asked { "verdict" } else { "verdict failed" }) {
-            strong { (told) }
+            strong { (told) "." }
+            @if kept > 0 {
+                p { @if page.asked == 1 { "The open loop is kept: correcting came no closer beyond the spread of the measurements." } @else { (format!("In {kept} of {} the open loop is kept: correcting came no closer beyond the spread of the measurements.", page.asked)) } }
+            }
             div.numbers {
                 @match page.figures.as_slice() {
                     [] => {}
                     [only] => {
                         (number(format!("{:.2} dB", only.open_db), "rms error open"))
-                        (number(format!("{:.2} dB", only.closed_db), "rms error closed"))
+                        (number(format!("{:.2} dB", only.closed_db), if only.open_kept { "rms error of the open loop, measured once more" } else { "rms error closed" }))
                         (number(format!("{:.1} dB", only.most_db), "error of one line, largest"))
                     }
                     _ => {
                         (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
-                        (number(format!("{:.2} dB", mean(&closed)), "rms error closed, mean"))
-                        (number(format!("{:.2} dB", largest(&closed)), "rms error closed, largest"))
+                        (number(format!("{:.2} dB", mean(&closed)), "rms error kept, mean"))
+                        (number(format!("{:.2} dB", largest(&closed)), "rms error kept, largest"))
                         (number(format!("{:.1} dB", largest(&most)), "error of one line, largest"))
                     }
                 }
@@ -190,13 +211,15 @@ fn table(page: &Page) -> Markup {
                         th.n { "correlation" }
                         th.n { "reached" }
                         th.n { "at the limit" }
+                        th.n { "gain, dB (95 %)" }
                         th.n { "steps" }
+                        th { "kept" }
                         th { "ended" }
                     }
                     @for line in &page.lines { (line) }
                 }
             }
-            p.soft { "Before the arrow the open loop's drive; after it the best of the closed loop, measured once more by a measurement that neither corrected nor chose it. dB rms and largest line: over the part of the band that its drive reaches, in green where within the limits; what was turned down for a drive to fit is not in it. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when it got no better twice in a row, when it got clearly worse, or when a measurement could not be believed." }
+            p.soft { "Before the arrow the open loop's drive; after it the drive that is kept, measured once more by a measurement that neither corrected nor chose it. Gain: how much closer the best corrected drive came than the open loop in what the loop makes small (spectrum, or NMSE of the waveform), with what the spread of the measurements leaves; without a gain above zero throughout, the open loop is kept. dB rms and largest line: over the part of the band that its drive reaches, in green where within the limits and not worse than open; what was turned down for a drive to fit is not in it. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when there was no improvement in two iterations, when it got clearly worse, or when a measurement could not be believed." }
         }
     }
 }
@@ -217,9 +240,35 @@ fn line(row: &Row<'_>) -> Markup {
             td.n { (then(open.waveform_correlation, closed.waveform_correlation, 3)) }
             td.n { (format!("{:.0} %", reached * 100.0)) }
             td.n { (format!("{:.2} %", closed.clipped_fraction.max(row.looped.iterations[row.looped.best].held) * 100.0)) }
+            td.n { (gain(row)) }
             td.n { (row.looped.best) }
+            td { (kept(row)) }
             td { (ended(&row.looped.end)) @if row.looped.confirmed.is_none() { ", not measured once more" } }
         }
+    }
+}
+
+/// How much closer the best corrected drive came, with what the spread of measurements leaves.
+fn gain(row: &Row<'_>) -> String {
+    let Some(gain) = &row.looped.gain else {
+        return "–".into();
+    };
+    let [aim, _] = &gain.criteria;
+    match (aim.found, aim.interval) {
+        (Some(found), Some([low, high])) => {
+            let [found, low, high] = [found, low, high].map(|db| wording::signed(db, 2));
+            format!("{found} ({low} to {high})")
+        }
+        _ => "–".into(),
+    }
+}
+
+/// Which drive is kept, in two words.
+fn kept(row: &Row<'_>) -> &'static str {
+    match row.looped.kept {
+        kept if kept.is_open() => "open loop",
+        _ if got_worse(row) => "corrected, spectrum worse",
+        _ => "corrected",
     }
 }
 
@@ -231,6 +280,14 @@ fn ended(end: &LoopEnd) -> &'static str {
         LoopEnd::Worse => "worse",
         LoopEnd::Broken(_) => "broken off",
     }
+}
+
+/// A sentence with its first letter as one begins.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }
 
 /// A number of the open loop and what became of it.
@@ -259,6 +316,7 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
             h2 { (row.called) }
             p {
                 (format!("{}. ", headroom_text(&row.drive.headroom)))
+                (format!("{}. ", capital(&row.looped.kept.to_string())))
                 @if bands.is_empty() { "Nothing of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
             (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
@@ -276,7 +334,7 @@ fn method(page: &Page) -> Markup {
             h2 { "How it was done" }
             @if let Some(aim) = page.aim {
                 p { (format!(
-                    "Aim: {}. Judged over {}. Every drive was played twice with the finger lying as it lay: the second measurement judged it, both together corrected it. The loop kept the best, stopped when it got no better, and measured that one once more.",
+                    "Aim: {}. Judged over {}. Every drive was played twice with the finger lying as it lay: the second measurement judged it, both together corrected it. The loop stopped when there was no improvement in two iterations, and measured the best once more; it is kept where it came closer than the open loop beyond the spread of the measurements, else the open loop is.",
                     aim.told(), page.band
                 )) }
             }

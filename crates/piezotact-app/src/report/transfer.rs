@@ -83,7 +83,8 @@ fn usual_reach_db<I: Quantity, O: Quantity>(
     let mut reach: Vec<f64> = function
         .lines_in(band)
         .map(|(line, _)| {
-            10.0 * (limits.high[line] / limits.low[line].max(f64::MIN_POSITIVE)).log10()
+            // A lower limit of 0 is infinitely far below.
+            10.0 * (limits.high[line] / limits.low[line].max(0.0)).log10()
         })
         .collect();
     reach.sort_by(f64::total_cmp);
@@ -98,7 +99,8 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
             strong { (format!("{:?} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
             div.numbers {
                 @if let Some(reach_db) = usual_reach_db(function, judged) {
-                    (number(format!("± {reach_db:.2} dB"), &format!("95 % confidence of the median line over {judged}")))
+                    @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
+                    (number(reach, &format!("95 % confidence of the median line over {judged}")))
                 }
                 @if let Some(coherence) = function.coherence_in(judged) {
                     (number(format!("{:.3}", coherence.median), "median coherence"))

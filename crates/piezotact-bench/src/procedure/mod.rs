@@ -6,7 +6,9 @@ mod repeats;
 
 pub(crate) use characterise::LOWEST_JUDGED;
 pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
-pub use closed_loop::{Iteration, LoopConfig, LoopEnd, Looped, closed_loop};
+pub use closed_loop::{
+    Closeness, Gain, GainIn, Iteration, Kept, LoopConfig, LoopEnd, Looped, Mishap, closed_loop,
+};
 pub use repeats::{Attempt, Gating, Measure, Refused, RepeatConfig, Repeated, repeated};
 
 use piezotact::Doubt;

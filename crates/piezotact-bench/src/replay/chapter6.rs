@@ -129,6 +129,7 @@ fn passive(replay: &Replay) -> Result<Option<SpatialPeriod>, ReplayError> {
     let slidings: Vec<Sliding<'_>> = vibrations
         .iter()
         .map(|(speed_m_s, taken, vibration)| Sliding {
+            group: String::new(),
             speed_m_s: *speed_m_s,
             rate: vibration.rate(),
             stretches: taken

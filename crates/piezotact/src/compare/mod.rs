@@ -1,8 +1,10 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
 mod groups;
+mod lines;
 mod paired;
 mod period;
+mod rank;
 mod summary;
 mod trends;
 
@@ -10,9 +12,14 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use groups::{Discrimination, Groups, Texture, indistinguishable};
+pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
-pub use period::{Sliding, SpatialPeriod, SpeedPeak, spatial_period};
+pub use period::{
+    GroupPeriod, PeriodRule, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
+};
+pub use rank::{RankCorrelation, rank_correlation};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
+pub(crate) use trends::deviation_interval;
 pub use trends::{
     ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
     across_roughness, active_against_passive, friction_against_rms, rms_on_speed,
@@ -65,6 +72,30 @@ pub fn spearman(a: &[f64], b: &[f64]) -> Option<f64> {
     (spread > 0.0).then(|| product(&a, &b) / spread.sqrt())
 }
 
+/// Which way one quantity goes with another, as far as the data carry it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// It rises with the other: the 95 % interval lies above 0.
+    Rises,
+    /// It falls with the other: the 95 % interval lies below 0.
+    Falls,
+    /// The 95 % interval holds 0, or there is none.
+    NotShown,
+}
+
+impl Direction {
+    /// The direction of a slope or a difference within `interval`.
+    #[must_use]
+    pub fn of(interval: Option<[f64; 2]>) -> Self {
+        match interval {
+            Some([low, _]) if low > 0.0 => Self::Rises,
+            Some([_, high]) if high < 0.0 => Self::Falls,
+            _ => Self::NotShown,
+        }
+    }
+}
+
 /// A straight line through the logarithms of two positive quantities: y ∝ x^slope.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogFit {
@@ -73,18 +104,29 @@ pub struct LogFit {
     /// Its 95 % confidence interval; absent for fewer than three points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope_interval: Option<[f64; 2]>,
+    /// The probability, two-sided, of a slope at least as steep were there none; absent for fewer than three points.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub p_value: Option<f64>,
     /// log10(y) at x = 1.
     pub intercept: f64,
     /// The share of the variance of log y that the line explains.
     pub r_squared: f64,
-    /// The number of points.
+    /// The number of points, which the interval and p are over.
     pub points: usize,
+}
+
+impl LogFit {
+    /// Whether y rises or falls with x.
+    #[must_use]
+    pub fn direction(&self) -> Direction {
+        Direction::of(self.slope_interval)
+    }
 }
 
 /// The least-squares line of log10 `y` on log10 `x`; `None` for fewer than two points above zero, or when x never
 /// changes.
 ///
-/// Formula: ordinary least squares; the interval from Student's t with n − 2 degrees of freedom.
+/// Formula: ordinary least squares; the interval and p from Student's t with n − 2 degrees of freedom.
 ///
 /// Source: N. R. Draper and H. Smith, *Applied Regression Analysis*, 3rd ed., chapter 1.
 #[must_use]
@@ -111,26 +153,38 @@ pub fn log_fit(x: &[f64], y: &[f64]) -> Option<LogFit> {
     }
     let slope = xy / xx;
     let left = (yy - slope * xy).max(0.0);
-    let slope_interval = t_quantile(points.len().saturating_sub(2)).map(|t| {
-        let reach = t * (left / (n - 2.0) / xx).sqrt();
-        [slope - reach, slope + reach]
-    });
+    let freedom = points.len().saturating_sub(2);
+    let error = (left / (n - 2.0) / xx).sqrt();
+    let slope_interval = t_quantile(freedom).map(|t| [slope - t * error, slope + t * error]);
     Some(LogFit {
         slope,
         slope_interval,
+        p_value: two_sided_p(slope / error, freedom),
         intercept: my - slope * mx,
         r_squared: if yy > 0.0 { 1.0 - left / yy } else { 1.0 },
         points: points.len(),
     })
 }
 
-/// The 97.5 % quantile of Student's t; `None` without a degree of freedom.
-fn t_quantile(freedom: usize) -> Option<f64> {
+/// The 97.5 % quantile of Student's t with `freedom` degrees of freedom; `None` without one.
+///
+/// Source: Student (1908), Biometrika 6(1); as SciPy's `t.ppf(0.975, freedom)`.
+#[must_use]
+pub fn t_quantile(freedom: usize) -> Option<f64> {
     if freedom == 0 {
         return None;
     }
     let t = StudentsT::new(0.0, 1.0, freedom as f64).ok()?;
     Some(t.inverse_cdf(0.975))
+}
+
+/// The two-sided probability of Student's t at least as far from 0; `None` without a degree of freedom.
+fn two_sided_p(t: f64, freedom: usize) -> Option<f64> {
+    if freedom == 0 || t.is_nan() {
+        return None;
+    }
+    let distribution = StudentsT::new(0.0, 1.0, freedom as f64).ok()?;
+    Some(2.0 * distribution.cdf(-t.abs()))
 }
 
 /// The rms over the lines of `band` of the difference of two PSDs with the same lines, `resolution_hz` apart from

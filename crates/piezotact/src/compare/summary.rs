@@ -91,6 +91,9 @@ pub struct Summary {
     pub strongest_hz: f64,
     /// Peaks of the mean PSD.
     pub peaks: Vec<Peak>,
+    /// Lines that every sample has and that do not move with the speed, Hz: the machine's; see [`super::common_lines`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub machine_lines_hz: Vec<f64>,
     /// The finger's own frequency; absent while the speed is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<Fingerprint>,
@@ -212,6 +215,7 @@ pub fn summarise(
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
         strongest_hz: strongest(&psd, band),
+        machine_lines_hz: Vec::new(),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
             // Where it is expected a smaller peak is believed.
             Some(_) => {

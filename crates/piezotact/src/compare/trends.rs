@@ -2,7 +2,12 @@
 
 use serde::Serialize;
 
-use super::{LogFit, Summary, difference_db_rms, log_fit, spearman};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{
+    LogFit, PairedDifference, RankCorrelation, Summary, difference_db_rms, log_fit,
+    paired_difference, rank_correlation,
+};
 use crate::feature::Statistics;
 use crate::quantity::Band;
 
@@ -16,17 +21,17 @@ pub struct RoughnessTrend {
     /// The line of log rms on log Ra.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_on_ra: Option<LogFit>,
-    /// Spearman's rank correlation of Ra and rms.
+    /// The rank correlation of Ra and rms over samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rms_rank_correlation: Option<f64>,
-    /// Spearman's rank correlation of Ra and friction coefficient.
+    pub rms_rank_correlation: Option<RankCorrelation>,
+    /// The rank correlation of Ra and friction coefficient over samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction_rank_correlation: Option<f64>,
+    pub friction_rank_correlation: Option<RankCorrelation>,
 }
 
 /// How rms and friction follow `ra`: the Ra in m of each of `samples`, where it is known.
 ///
-/// Formula: [`log_fit`] and [`spearman`] over sample means.
+/// Formula: [`log_fit`] and [`rank_correlation`] over sample means: intervals and p are over samples.
 ///
 /// Source: L. Felicetti's thesis (2024), figures 33 and 34.
 #[must_use]
@@ -45,23 +50,22 @@ pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) 
         samples: known.iter().map(|(s, _)| s.name.clone()).collect(),
         // Two samples always lie on a line.
         rms_on_ra: log_fit(&ra_m, &rms).filter(|fit| fit.points > 2),
-        rms_rank_correlation: spearman(&ra_m, &rms),
-        friction_rank_correlation: spearman(&with_friction, &friction),
+        rms_rank_correlation: rank_correlation(&ra_m, &rms),
+        friction_rank_correlation: rank_correlation(&with_friction, &friction),
         ra_m,
     }
 }
 
-/// Spearman's rank correlation of friction coefficient and rms over `groups`; `None` for fewer than three with
-/// friction.
+/// The rank correlation of friction coefficient and rms over `groups`; `None` for fewer than three with friction.
 ///
-/// Source: [`spearman`].
+/// Source: [`rank_correlation`].
 #[must_use]
-pub fn friction_against_rms(groups: &[&Summary]) -> Option<f64> {
+pub fn friction_against_rms(groups: &[&Summary]) -> Option<RankCorrelation> {
     let (friction, rms): (Vec<f64>, Vec<f64>) = groups
         .iter()
         .filter_map(|s| Some((s.friction_coefficient?.mean, s.rms.mean)))
         .unzip();
-    spearman(&friction, &rms)
+    rank_correlation(&friction, &rms)
 }
 
 /// The line of log rms on log speed over `groups`, one for each speed; `None` for fewer than two speeds.
@@ -84,8 +88,9 @@ pub struct ActivePassivePair {
     /// The rms over the band of the difference of the mean PSDs, dB; absent when their lines differ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub difference_db_rms: Option<f64>,
-    /// Active over passive rms, dB.
-    pub level_difference_db: f64,
+    /// Active over passive rms, dB; absent where one of them is silent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_difference_db: Option<f64>,
 }
 
 /// Active against passive touch of the same samples.
@@ -93,16 +98,20 @@ pub struct ActivePassivePair {
 pub struct ActivePassive {
     /// One for each sample that was touched both ways.
     pub pairs: Vec<ActivePassivePair>,
-    /// Spearman's rank correlation of the two rms over the samples.
+    /// The level of active less that of passive touch, dB: mean, interval and p over samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rms_rank_correlation: Option<f64>,
+    pub level: Option<PairedDifference>,
+    /// The rank correlation of the two rms over samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_rank_correlation: Option<RankCorrelation>,
     /// The band of the differences, Hz.
     pub band_hz: Band,
 }
 
 /// Active against passive touch: the samples that occur in both lists, by name.
 ///
-/// Formula: [`difference_db_rms`] of mean PSDs over `band`; [`spearman`] of the rms.
+/// Formula: [`difference_db_rms`] of mean PSDs over `band`; [`rank_correlation`] of the rms and [`paired_difference`] of the levels,
+/// both over samples.
 ///
 /// Source: L. Felicetti's thesis (2024), section 3.2.3.
 #[must_use]
@@ -116,21 +125,25 @@ pub fn active_against_passive(
         .filter_map(|a| Some((*a, *passive.iter().find(|p| p.name == a.name)?)))
         .collect();
     let (a, p): (Vec<f64>, Vec<f64>) = both.iter().map(|(a, p)| (a.rms.mean, p.rms.mean)).unzip();
+    let pairs: Vec<ActivePassivePair> = both
+        .iter()
+        .map(|(a, p)| {
+            let step_hz = a.psd.resolution_hz;
+            let same = (p.psd.resolution_hz / step_hz - 1.0).abs() < 1e-3;
+            let difference = difference_db_rms(&a.psd.mean, &p.psd.mean, step_hz, band);
+            let level = 20.0 * (a.rms.mean / p.rms.mean).log10();
+            ActivePassivePair {
+                sample: a.name.clone(),
+                difference_db_rms: difference.filter(|_| same),
+                level_difference_db: Some(level).filter(|db| db.is_finite()),
+            }
+        })
+        .collect();
+    let levels: Vec<f64> = pairs.iter().filter_map(|p| p.level_difference_db).collect();
     ActivePassive {
-        pairs: both
-            .iter()
-            .map(|(a, p)| {
-                let step_hz = a.psd.resolution_hz;
-                let same = (p.psd.resolution_hz / step_hz - 1.0).abs() < 1e-3;
-                let difference = difference_db_rms(&a.psd.mean, &p.psd.mean, step_hz, band);
-                ActivePassivePair {
-                    sample: a.name.clone(),
-                    difference_db_rms: difference.filter(|_| same),
-                    level_difference_db: 20.0 * (a.rms.mean / p.rms.mean).log10(),
-                }
-            })
-            .collect(),
-        rms_rank_correlation: spearman(&a, &p),
+        level: paired_difference(&vec![0.0; levels.len()], &levels),
+        pairs,
+        rms_rank_correlation: rank_correlation(&a, &p),
         band_hz: band,
     }
 }
@@ -140,6 +153,9 @@ pub fn active_against_passive(
 pub struct LevelSpread {
     /// Mean, standard deviation and median of 20·log10(rms), dB re 1 u.
     pub level_db: Statistics,
+    /// The 95 % confidence interval of the standard deviation over people, dB; absent for fewer than two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sd_interval_db: Option<[f64; 2]>,
     /// The number of participants.
     pub participants: usize,
 }
@@ -147,9 +163,11 @@ pub struct LevelSpread {
 /// How far participants differ: the level of each group's mean rms in dB, over `groups`, one for each participant.
 /// `None` without groups above zero.
 ///
-/// Formula: statistics of 20·log10(rms).
+/// Formula: statistics of 20·log10(rms); the standard deviation times √((n − 1)/χ²) at the quantiles of χ² with n − 1
+/// degrees of freedom.
 ///
-/// Source: spread between people as a ratio, since levels differ by factors.
+/// Source: spread between people as a ratio, since levels differ by factors; G. W. Snedecor and W. G. Cochran,
+/// *Statistical Methods*, 8th ed., section 5.11, for the interval.
 #[must_use]
 pub fn across_participants(groups: &[&Summary]) -> Option<LevelSpread> {
     let mut levels: Vec<f64> = groups
@@ -157,8 +175,19 @@ pub fn across_participants(groups: &[&Summary]) -> Option<LevelSpread> {
         .filter(|s| s.rms.mean > 0.0)
         .map(|s| 20.0 * s.rms.mean.log10())
         .collect();
+    let participants = levels.len();
+    let level_db = Statistics::of(&mut levels)?;
     Some(LevelSpread {
-        participants: levels.len(),
-        level_db: Statistics::of(&mut levels)?,
+        participants,
+        sd_interval_db: deviation_interval(level_db.sd, participants),
+        level_db,
     })
+}
+
+/// The 95 % confidence interval of a standard deviation `sd` over `n` independent values; `None` for fewer than two.
+pub(crate) fn deviation_interval(sd: f64, n: usize) -> Option<[f64; 2]> {
+    let freedom = n.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
+    let squares = ChiSquared::new(freedom).ok()?;
+    let end = |quantile: f64| sd * (freedom / squares.inverse_cdf(quantile)).sqrt();
+    Some([end(0.975), end(0.025)])
 }

@@ -1,9 +1,12 @@
 //! The average over people: by both means, what it costs a new person, and whether it will do.
 
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
+use crate::compare::t_quantile;
+use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
 use crate::series::{mean, rms};
@@ -12,6 +15,11 @@ use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 
 /// Fewer people than this have penalties without an interval: each is in the others' average.
 const ENOUGH_FOR_INTERVAL: usize = 3;
+
+/// In an average of fewer people than this one odd person moves it by more than a tenth.
+const ONE_ODD_COUNTS_BELOW: usize = 12;
+/// More people than this are not asked for.
+const MOST_PEOPLE: usize = 300;
 
 /// When an average over people will do for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,27 +44,33 @@ impl Criterion {
     }
 }
 
-/// Whether the average will do.
+/// What an average has to meet to do for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum WillDo {
-    /// The upper end of the interval is within the criterion, and so are enough people.
-    Yes,
-    /// The lower end of the interval is beyond the criterion.
-    No,
-    /// Neither can be said, or part of the band was not driven.
-    Unsure,
+pub enum AverageRule {
+    /// The mean over people of the rms penalty, dB.
+    MeanPenalty,
+    /// The share of people whose own penalty is within the criterion.
+    ShareWithin,
+    /// The share of people who were driven over all of the band.
+    Driven,
 }
 
-/// A verdict on an average.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A verdict on an average: whether it will do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Whether it will do.
-    pub will_do: WillDo,
+    /// Met: it will do; not met: it will not; else it is not decided.
+    pub outcome: Outcome,
     /// By which criterion.
     pub criterion: Criterion,
     /// The share of people whose penalty is within it, 0–1.
     pub share_within: f64,
+    /// The criterion's parts.
+    pub criteria: Vec<Rule<AverageRule>>,
+    /// How many people would decide it were they to scatter as these do; absent where it is decided, or where no number up to
+    /// 300 would.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub people_needed: Option<usize>,
 }
 
 /// What the average of the others costs one person.
@@ -218,33 +232,181 @@ fn costs<I: Quantity, O: Quantity>(
     let interval_db_rms = left
         .interval_db_rms
         .filter(|_| people.len() >= ENOUGH_FOR_INTERVAL);
-    let within = people
-        .iter()
-        .filter(|p| p.db_rms <= criterion.db_rms)
-        .count();
-    let share_within = within as f64 / people.len() as f64;
-    // Of what was not driven nothing is known, however alike the numbers there are.
-    let driven = functions.iter().all(|f| f.not_driven(band).is_none());
-    let will_do = match interval_db_rms.filter(|_| driven) {
-        Some([_, high]) if high <= criterion.db_rms && share_within >= criterion.least_share => {
-            WillDo::Yes
-        }
-        Some([low, _]) if low > criterion.db_rms => WillDo::No,
-        _ => WillDo::Unsure,
-    };
+    let verdict = verdict(
+        functions,
+        &people,
+        interval_db_rms,
+        averaging,
+        band,
+        criterion,
+    )?;
     Ok(CellPenalties {
         averaging,
         mean_db_rms: left.mean_db_rms,
         interval_db_rms,
         mean_db_max: mean(&people.iter().map(|p| p.db_max).collect::<Vec<_>>()),
         worst,
-        verdict: Verdict {
-            will_do,
-            criterion,
-            share_within,
-        },
+        verdict,
         people,
     })
+}
+
+/// Whether the average will do, by the penalties of everybody left out.
+fn verdict<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    people: &[PersonPenalty],
+    interval_db_rms: Option<[f64; 2]>,
+    averaging: BundleAverage,
+    band: Band,
+    criterion: Criterion,
+) -> Result<Verdict, PanelError> {
+    let n = people.len();
+    let penalties: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
+    let mean_db_rms = mean(&penalties);
+    let within = penalties
+        .iter()
+        .filter(|db| **db <= criterion.db_rms)
+        .count();
+    let share_within = within as f64 / n as f64;
+    let most = Limit::at_most(criterion.db_rms);
+    let least = Limit::at_least(criterion.least_share);
+    // The penalties of two people are one number.
+    let (mean_rule, share_rule) = match interval_db_rms {
+        None => (
+            Rule::unmeasured(AverageRule::MeanPenalty, "dB rms", most),
+            Rule::unmeasured(AverageRule::ShareWithin, "", least),
+        ),
+        Some(interval) => {
+            let [low, mut high] = share_interval(within, n);
+            if high < criterion.least_share && n < ONE_ODD_COUNTS_BELOW {
+                // One odd person in a small average puts everybody beyond.
+                let within = within_without_odd(functions, &penalties, averaging, band, criterion)?;
+                high = share_interval(within, n)[1];
+            }
+            let share = AverageRule::ShareWithin;
+            (
+                Rule::new(
+                    AverageRule::MeanPenalty,
+                    "dB rms",
+                    mean_db_rms,
+                    Some(interval),
+                    most,
+                ),
+                Rule::new(share, "", share_within, Some([low, high]), least),
+            )
+        }
+    };
+    // Of what was not driven nothing is known, however alike the numbers there are.
+    let driven = functions
+        .iter()
+        .filter(|f| f.not_driven(band).is_none())
+        .count();
+    let all = Limit::AtLeast {
+        met: 1.0,
+        not_met: 0.0,
+    };
+    let driven_rule = Rule::new(AverageRule::Driven, "", driven as f64 / n as f64, None, all);
+    let rules = [mean_rule.outcome, share_rule.outcome];
+    let outcome = match driven_rule.outcome {
+        Outcome::Met => Outcome::of_all(rules),
+        _ => Outcome::NotDecided,
+    };
+    let undecided = outcome == Outcome::NotDecided && driven == n;
+    Ok(Verdict {
+        outcome,
+        criterion,
+        share_within,
+        criteria: vec![mean_rule, share_rule, driven_rule],
+        people_needed: undecided
+            .then(|| people_needed(&penalties, share_within, criterion))
+            .flatten()
+            .filter(|needed| *needed > n),
+    })
+}
+
+/// The 95 % confidence interval of a share of which `k` of `n` were counted, 0–1.
+///
+/// Formula: quantiles of the beta distribution, B(0.025; k, n − k + 1) and B(0.975; k + 1, n − k).
+///
+/// Source: C. J. Clopper and E. S. Pearson (1934), Biometrika 26(4); as SciPy's `binomtest(k, n).proportion_ci()`.
+///
+/// ```
+/// // Nobody of 36 beyond is the fewest that says 90 %.
+/// let low = |n| piezotact::panel::share_interval(n, n)[0];
+/// assert!(low(35) < 0.9 && low(36) > 0.9);
+/// ```
+#[must_use]
+pub fn share_interval(k: usize, n: usize) -> [f64; 2] {
+    let quantile = |q: f64, a: usize, b: usize| {
+        Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(q))
+    };
+    let low = match k {
+        0 => 0.0,
+        k => quantile(0.025, k, n + 1 - k),
+    };
+    let high = match n - k.min(n) {
+        0 => 1.0,
+        beyond => quantile(0.975, k + 1, beyond),
+    };
+    [low, high]
+}
+
+/// How many people are within the criterion, by the average of the others with or without any one of them.
+fn within_without_odd<I: Quantity, O: Quantity>(
+    functions: &[&TransferFunction<I, O>],
+    penalties: &[f64],
+    averaging: BundleAverage,
+    band: Band,
+    criterion: Criterion,
+) -> Result<usize, PanelError> {
+    let people = functions.len();
+    let mut within = 0;
+    for (i, own) in functions.iter().enumerate() {
+        let own_db = super::levels::levels_db(own, band);
+        let mut found = penalties[i] <= criterion.db_rms;
+        for odd in (0..people).filter(|j| *j != i) {
+            if found {
+                break;
+            }
+            let others: Vec<&TransferFunction<I, O>> = (0..people)
+                .filter(|j| *j != i && *j != odd)
+                .map(|j| functions[j])
+                .collect();
+            let averaged_db = super::levels::levels_db(&average(&others, averaging)?, band);
+            let off = averaged_db.iter().zip(&own_db).map(|(a, own)| a - own);
+            found = rms(&off.collect::<Vec<f64>>()) <= criterion.db_rms;
+        }
+        within += usize::from(found);
+    }
+    Ok(within)
+}
+
+/// The fewest people who would decide, were they to scatter as those whose `penalties` these are; `None` where no number up
+/// to [`MOST_PEOPLE`] does. Of two that are beyond their limits one alone decides.
+fn people_needed(penalties: &[f64], share: f64, criterion: Criterion) -> Option<usize> {
+    let middle = mean(penalties);
+    let squares: f64 = penalties.iter().map(|p| (p - middle) * (p - middle)).sum();
+    let deviation = (squares / (penalties.len() as f64 - 1.0)).sqrt();
+    let distance = (criterion.db_rms - middle).abs();
+    let by_mean = fewest(|people| {
+        let reach = t_quantile(people - 1).map(|t| t * deviation / (people as f64).sqrt());
+        reach.is_some_and(|reach| reach <= distance)
+    });
+    let by_share = fewest(|people| {
+        let within = (share * people as f64).round() as usize;
+        let [low, high] = share_interval(within, people);
+        low >= criterion.least_share || high < criterion.least_share
+    });
+    match (middle > criterion.db_rms, share < criterion.least_share) {
+        (true, true) => Some(by_mean?.min(by_share?)),
+        (true, false) => by_mean,
+        (false, true) => by_share,
+        (false, false) => Some(by_mean?.max(by_share?)),
+    }
+}
+
+fn fewest(decides: impl Fn(usize) -> bool) -> Option<usize> {
+    (ENOUGH_FOR_INTERVAL..=MOST_PEOPLE).find(|people| decides(*people))
 }
 
 fn difference<I: Quantity, O: Quantity>(

@@ -3,6 +3,7 @@
 use num_complex::Complex;
 
 use super::*;
+use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
 use crate::recording::BenchKind;
 use crate::transfer::Estimator;
@@ -207,13 +208,19 @@ fn what_was_not_driven_is_doubted() {
             &PanelConfig::usual(band(), 1),
         )
         .unwrap();
-        (said.averages[0].penalties[0].verdict.will_do, said.doubts)
+        (said.averages[0].penalties[0].verdict.clone(), said.doubts)
     };
-    assert_eq!(verdict(four()).0, WillDo::Yes);
+    let driven = |verdict: &Verdict| verdict.criteria.last().map(|c| (c.what, c.outcome));
+    let is = |outcome| Some((AverageRule::Driven, outcome));
+    assert_eq!(driven(&verdict(four()).0), is(Outcome::Met));
     let mut entries = four();
     entries[1].function.driven = Band::new(Hertz(100.0), Hertz(1000.0)).ok();
-    let (will_do, said) = verdict(entries.clone());
-    assert_eq!(will_do, WillDo::Unsure);
+    let (unsure, said) = verdict(entries.clone());
+    assert_eq!(driven(&unsure), is(Outcome::NotDecided));
+    assert_eq!(
+        (unsure.outcome, unsure.people_needed),
+        (Outcome::NotDecided, None)
+    );
     let named = |said: &[Doubt]| said.iter().any(|d| d.to_string().contains("participant b"));
     assert!(
         matches!(said[0], Doubt::NotDriven { .. }) && named(&said),

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::levels::Levels;
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
-use crate::compare::mean_interval;
+use crate::compare::{deviation_interval, mean_interval};
+use crate::criterion::{Criterion, Limit};
 use crate::quantity::{Band, Quantity};
 use crate::series::{mean, rms};
 use crate::transfer::BundleAverage;
@@ -26,12 +27,21 @@ pub struct LearningCurve {
     pub averaging: BundleAverage,
     /// From one person to all but one.
     pub points: Vec<LearningPoint>,
-    /// The fewest people whose mean penalty lies within `within_db` of that of all but one.
-    pub enough: usize,
+    /// How many people an average needs for more of them to gain less than `within_db`, with its interval over people,
+    /// against how many were measured.
+    pub enough: Criterion<LearningRule>,
     /// The tolerance of `enough`, dB.
     pub within_db: f64,
     /// Random orders of the others that were drawn for each person; 0 where every subset was averaged.
     pub orders: usize,
+}
+
+/// What a [`LearningCurve`] is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LearningRule {
+    /// How many people are enough; the limit is how many were measured.
+    PeopleEnough,
 }
 
 /// One point of a [`LearningCurve`].
@@ -51,7 +61,9 @@ pub struct LearningPoint {
 ///
 /// Formula: for each person left out and each number n, the mean over sets of n others of the rms over lines of the
 /// difference of levels: all sets where there are at most eight others, or else the first n of each of `orders` random
-/// orders drawn by `seed`.
+/// orders drawn by `seed`. Enough: a new person is σ·√(1 + 1/n) off an average of n, σ the rms over the band of the standard
+/// deviation over people, so that n is enough where σ·(√(1 + 1/n) − 1) ≤ `within_db`; its interval from that of σ (χ² with one
+/// degree of freedom less than people, as if all lines of a person moved together: the widest that it can be).
 ///
 /// Source: learning curves as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd ed.,
 /// section 7.10.
@@ -157,18 +169,44 @@ fn curve(
             }
         })
         .collect();
-    let last = points.last().map_or(0.0, |p| p.mean_db_rms);
-    let enough = points
-        .iter()
-        .find(|p| p.mean_db_rms <= last + within_db)
-        .map_or(others, |p| p.people);
     LearningCurve {
         cell,
         averaging,
         points,
-        enough,
+        enough: enough(people, within_db),
         within_db,
         orders: if every { 0 } else { orders.max(1) },
+    }
+}
+
+/// How many people an average needs, by how far `people` scatter.
+fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningRule> {
+    let n = people.len();
+    let lines = people.first().map_or(0, |person| person.db.len());
+    let squares: f64 = (0..lines)
+        .map(|line| {
+            let levels: Vec<f64> = people.iter().map(|person| person.db[line]).collect();
+            let middle = mean(&levels);
+            let about: f64 = levels.iter().map(|db| (db - middle) * (db - middle)).sum();
+            about / (n as f64 - 1.0)
+        })
+        .sum();
+    let deviation_db = (squares / lines.max(1) as f64).sqrt();
+    // σ·(√(1 + 1/n) − 1) = d solved for n, in whole people.
+    let needed = |deviation_db: f64| -> f64 {
+        let ratio = 1.0 + within_db / deviation_db;
+        (1.0 / (ratio * ratio - 1.0)).ceil().max(1.0)
+    };
+    let limit = Limit::at_most(n as f64);
+    match deviation_interval(deviation_db, n).filter(|_| deviation_db > 0.0) {
+        Some(interval) => Criterion::new(
+            LearningRule::PeopleEnough,
+            "people",
+            needed(deviation_db),
+            Some(interval.map(needed)),
+            limit,
+        ),
+        None => Criterion::unmeasured(LearningRule::PeopleEnough, "people", limit),
     }
 }
 

@@ -46,6 +46,16 @@ impl<I: Quantity, O: Quantity> Levels<I, O> {
             let mut row = Vec::new();
             for cell in panel.cells() {
                 let function = panel.person(who, *cell, averaging)?;
+                if let Some(silent) = function.as_ref().and_then(|f| {
+                    let mut lines = f.lines_in(band);
+                    lines.find(|(line, _)| f.response()[*line].norm() <= f64::MIN_POSITIVE)
+                }) {
+                    return Err(PanelError::NoResponse {
+                        participant: who.clone(),
+                        cell: cell.to_string(),
+                        at_hz: silent.1,
+                    });
+                }
                 row.push(function.map(|function| Own {
                     db: levels_db(&function, band),
                     function,

@@ -18,11 +18,11 @@ mod trend;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
-    AverageDifference, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict, WillDo,
-    average_of_panel, cell_averages,
+    AverageDifference, AverageRule, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict,
+    average_of_panel, cell_averages, share_interval,
 };
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
-pub use learning::{LearningCurve, LearningPoint, learning_curve};
+pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
 pub use placement::{PlacementSpread, SpreadOf, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{
@@ -388,6 +388,18 @@ pub enum PanelError {
         /// Which.
         filing: Filing,
     },
+    /// A line without a level.
+    #[error(
+        "cannot compare levels: the transfer function of participant {participant} at {cell} is 0 at {at_hz:.1} Hz, which is no measurement; narrow the band to what was measured"
+    )]
+    NoResponse {
+        /// Whose.
+        participant: String,
+        /// At which load and angle.
+        cell: String,
+        /// At which line, Hz.
+        at_hz: f64,
+    },
     /// No line lies in the band.
     #[error("expected lines of the transfer functions within {band}, found none; widen the band")]
     Empty {
@@ -415,3 +427,5 @@ pub enum PanelError {
 mod belonging;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod verdicts;

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
+use crate::compare::Direction;
+use crate::criterion::Outcome;
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::series::{mean, rms};
@@ -18,6 +20,15 @@ const LEAST_SPREAD_DB: f64 = 0.25;
 const ENOUGH_FOR_OUTLIERS: usize = 4;
 /// Fewer people than this say nothing of what another panel would find.
 pub(super) const ENOUGH_FOR_RESAMPLES: usize = 4;
+
+/// Fewer people than this can exchange loads in too few ways to show anything at p < 0.05 …
+const ENOUGH_FOR_EXCHANGE: usize = 6;
+/// … and of no more than these every way is counted.
+const ALL_EXCHANGES: usize = 11;
+/// Resamples agree where this share of them does.
+const AGREED: f64 = 0.95;
+/// A probability below this shows a direction.
+const SIGNIFICANT: f64 = 0.05;
 
 /// How far people lie apart in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +95,18 @@ pub struct WorstCase {
     pub resamples: usize,
 }
 
+impl WorstCase {
+    /// Whether it is the worst: met where 95 % of the resamples agree, of six people or more, or where it is the only cell.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        let agreed = self.share.is_some_and(|share| share >= AGREED);
+        match agreed && self.people >= ENOUGH_FOR_EXCHANGE || self.ranking.len() < 2 {
+            true => Outcome::Met,
+            false => Outcome::NotDecided,
+        }
+    }
+}
+
 /// Whether the maximum deviation falls with load at one angle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FallsWithLoad {
@@ -93,8 +116,16 @@ pub struct FallsWithLoad {
     pub loads_n: Vec<Newtons>,
     /// The maximum deviation at each, dB, over those people who were measured at all of them.
     pub deviations_db: Vec<f64>,
-    /// Whether it falls at every step.
+    /// Whether it falls at every step, as measured.
     pub falls: bool,
+    /// From the lightest to the heaviest load, dB.
+    pub change_db: f64,
+    /// The probability, two-sided, of a change at least as large did load not matter to how far people lie apart; absent for
+    /// fewer people than can show one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub p_value: Option<f64>,
+    /// Whether it rises or falls from the lightest to the heaviest load, at p < 0.05.
+    pub direction: Direction,
     /// How many people that are.
     pub people: usize,
     /// Of the resamples, each half of the people, the share in which it falls at every step; absent for fewer than four people.
@@ -395,7 +426,12 @@ pub(super) fn worst<I: Quantity, O: Quantity>(
 /// Whether the maximum deviation over `band` falls with load, at every angle with two or more loads, and in which share
 /// of `resamples`, each half of the people drawn by `seed`. Only people who were measured at all loads count.
 ///
-/// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst_case`] for the share.
+/// Formula: p is the share of exchanges of the lightest and the heaviest load, person by person, of the curves less the mean
+/// curve of each load, in which the maximum deviation changes at least as much: all of them for up to eleven people, else
+/// `resamples` of them, itself counted.
+///
+/// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst_case`] for the share; P. I. Good, *Permutation,
+/// Parametric, and Bootstrap Tests of Hypotheses*, 3rd ed., section 3.7, for p.
 ///
 /// # Errors
 /// Those of [`spread_by_cell`].
@@ -432,7 +468,17 @@ pub(super) fn falls<I: Quantity, O: Quantity>(
         let falling = |db: &[f64]| db.windows(2).all(|pair| pair[0] > pair[1]);
         let overall = |db: &[f64]| db.first() > db.last();
         let deviations_db = over(&people);
+        let change_db = deviations_db[cells.len() - 1] - deviations_db[0];
+        let ends = [cells[0], cells[cells.len() - 1]];
+        let p_value = exchanged(levels, &people, ends, resamples, seed);
         found.push(FallsWithLoad {
+            change_db,
+            p_value,
+            direction: match p_value {
+                Some(p) if p < SIGNIFICANT && change_db > 0.0 => Direction::Rises,
+                Some(p) if p < SIGNIFICANT => Direction::Falls,
+                _ => Direction::NotShown,
+            },
             angle_deg: Degrees(angle_deg),
             loads_n: loads_n.into_iter().map(Newtons).collect(),
             falls: falling(&deviations_db),
@@ -443,6 +489,66 @@ pub(super) fn falls<I: Quantity, O: Quantity>(
         });
     }
     found
+}
+
+/// The probability of the change of the maximum deviation from one cell to another did the cell not matter; `None` for fewer
+/// people than can show one.
+fn exchanged<I: Quantity, O: Quantity>(
+    levels: &Levels<I, O>,
+    people: &[usize],
+    ends: [usize; 2],
+    resamples: usize,
+    seed: u64,
+) -> Option<f64> {
+    if people.len() < ENOUGH_FOR_EXCHANGE || resamples == 0 {
+        return None;
+    }
+    let about_mean = |cell: usize| -> Option<Vec<Vec<f64>>> {
+        let curves: Vec<&[f64]> = people
+            .iter()
+            .map(|person| Some(levels.at(*person, cell)?.db.as_slice()))
+            .collect::<Option<_>>()?;
+        let middle = mean_curve(&curves);
+        let off = |curve: &&[f64]| curve.iter().zip(&middle).map(|(db, m)| db - m).collect();
+        Some(curves.iter().map(off).collect())
+    };
+    let curves = [about_mean(ends[0])?, about_mean(ends[1])?];
+    let lines = levels.frequencies_hz.len();
+    let widest = |end: usize, swapped: &[bool]| -> f64 {
+        let range = |line: usize| {
+            let values = swapped.iter().enumerate();
+            let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), (person, swap)| {
+                let db = curves[end ^ usize::from(*swap)][person][line];
+                (low.min(db), high.max(db))
+            });
+            high - low
+        };
+        (0..lines).map(range).fold(0.0, f64::max)
+    };
+    let change = |swapped: &[bool]| (widest(1, swapped) - widest(0, swapped)).abs();
+    let mut swapped = vec![false; people.len()];
+    let found = change(&swapped) - 1e-9;
+    // To exchange everybody changes the sign alone: the last person stays.
+    let (as_large, of) = if people.len() <= ALL_EXCHANGES {
+        let all = 1_usize << (people.len() - 1);
+        let mut count = 0;
+        for set in 0..all {
+            for (person, swap) in swapped.iter_mut().enumerate() {
+                *swap = set >> person & 1 == 1;
+            }
+            count += usize::from(change(&swapped) >= found);
+        }
+        (count, all)
+    } else {
+        let mut draws = Draws::new(seed);
+        let mut count = 1;
+        for _ in 0..resamples {
+            swapped.fill_with(|| draws.below(2) == 1);
+            count += usize::from(change(&swapped) >= found);
+        }
+        (count, resamples + 1)
+    };
+    Some(as_large as f64 / of as f64)
 }
 
 /// Every pair of loads that a trend looks at.

@@ -7,6 +7,9 @@ use crate::doubt::Doubt;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::{Series, peak, rms};
 
+/// Half a step of a converter of 24 bits, full scale = 1: what is smaller is not played.
+const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;
+
 /// How much of what the device can do a drive uses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Headroom {
@@ -18,8 +21,10 @@ pub struct Headroom {
     pub limit: f64,
     /// What that limit is.
     pub limited_by: String,
-    /// How far the peak stays below the limit; negative when it does not fit.
-    pub headroom_db: f64,
+    /// How far the peak stays below the limit; negative when it does not fit. Absent for a drive below half a step of 24 bits,
+    /// which no converter plays: how far silence stays below a limit is no number.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub headroom_db: Option<f64>,
     /// The share of samples beyond the limit, 0–1.
     pub clipped_fraction: f64,
     /// The steepest slope at the actuator, V/s; absent when the device is not described.
@@ -72,8 +77,7 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
         limited_by: setup
             .map_or("the digital full scale", DriveSetup::limited_by)
             .into(),
-        // A drive of −240 dB is silence.
-        headroom_db: Decibels::from_amplitude_ratio(limit / peak.max(1e-12)).0,
+        headroom_db: (peak >= SMALLEST).then(|| Decibels::from_amplitude_ratio(limit / peak).0),
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
         slope_v_per_s: setup.map(|setup| {
             steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
@@ -86,17 +90,20 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
 pub struct GainFit {
     /// The gain.
     pub gain: AmplifierGain,
-    /// How far the drive's peak would stay below the first limit, dB; negative when it does not fit.
-    pub headroom_db: f64,
-    /// How far its steepest slope would stay below what the amplifier can charge the actuator with, dB.
-    pub slew_headroom_db: f64,
+    /// How far the drive's peak would stay below the first limit, dB; negative when it does not fit, absent for silence.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub headroom_db: Option<f64>,
+    /// How far its steepest slope would stay below what the amplifier can charge the actuator with, dB; absent where it has none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub slew_headroom_db: Option<f64>,
 }
 
 impl GainFit {
     /// Whether the drive fits at this gain.
     #[must_use]
     pub fn fits(&self) -> bool {
-        self.headroom_db >= 0.0 && self.slew_headroom_db >= 0.0
+        let within = |headroom_db: Option<f64>| headroom_db.is_none_or(|db| db >= 0.0);
+        within(self.headroom_db) && within(self.slew_headroom_db)
     }
 }
 
@@ -108,7 +115,8 @@ impl GainFit {
 /// Source: DRV2667 data sheet SLOS751E.
 #[must_use]
 pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
-    let db = |ratio: f64| Decibels::from_amplitude_ratio(ratio.clamp(1e-12, 1e12)).0;
+    let below = |limit: f64, found: f64| Decibels::from_amplitude_ratio(limit / found).0;
+    let silent = headroom.peak < SMALLEST;
     AmplifierGain::ALL
         .into_iter()
         .map(|gain| {
@@ -120,8 +128,9 @@ pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
             let slope = headroom.slope_v_per_s.unwrap_or(0.0);
             GainFit {
                 gain,
-                headroom_db: db(other.drive_limit() / peak.max(1e-12)),
-                slew_headroom_db: db(other.slew_limit_v_per_s() / slope.max(1e-12)),
+                headroom_db: (!silent).then(|| below(other.drive_limit(), peak)),
+                slew_headroom_db: (!silent && slope > 0.0)
+                    .then(|| below(other.slew_limit_v_per_s(), slope)),
             }
         })
         .collect()

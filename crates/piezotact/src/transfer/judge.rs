@@ -228,5 +228,3 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
         }
     }
 }
-
-}

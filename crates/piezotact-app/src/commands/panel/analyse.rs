@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
+use piezotact::criterion::Outcome as Judged;
 use piezotact::panel::{
     Artefact, ArtefactConfig, Dip, Entry, Filing, Panel, PanelAnalysis, PanelConfig, analyse,
     artefact_of,
@@ -16,7 +17,9 @@ use crate::cli::panel::Analyse;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
-use crate::report::panel::{Cleaning, Page, render, will_do_word as word};
+use crate::report::panel::{
+    Cleaning, Page, enough_text, falls_text, needed_text, render, share_text, will_do_word as word,
+};
 
 type Function = TransferFunction<Uncalibrated, Uncalibrated>;
 type AnyPanel = Panel<Uncalibrated, Uncalibrated>;
@@ -137,8 +140,13 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
                 share * 100.0
             )
         });
+        let found = if worst.outcome() == Judged::Met {
+            "people lie furthest apart at"
+        } else {
+            "where people lie furthest apart is not decided; as measured, at"
+        };
         lines.push(format!(
-            "people lie furthest apart at {}: {:.1} dB at {:.0} Hz{sure}",
+            "{found} {}: {:.1} dB at {:.0} Hz{sure}",
             worst.cell, worst.max_deviation_db, worst.at_hz
         ));
     }
@@ -149,18 +157,11 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             .zip(&falls.deviations_db)
             .map(|(load, db)| format!("{load}: {db:.1} dB"))
             .collect();
-        let sure = falls.share.map_or(String::new(), |share| {
-            format!(", in {:.0} % of draws of half of the people", share * 100.0)
-        });
         lines.push(format!(
-            "maximum deviation at {}°: {}; it {} with load at every step{sure}",
+            "maximum deviation at {}°: {}; {}",
             falls.angle_deg.0,
             each.join(", "),
-            if falls.falls {
-                "falls"
-            } else {
-                "does not fall"
-            }
+            falls_text(falls)
         ));
     }
     if let Some((cell, costs)) = said
@@ -171,15 +172,24 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             format!(" (95 %: {low:.1} to {high:.1})")
         });
         lines.push(format!(
-            "will the average do at {cell}? {}: a new person is {:.1} dB rms off{interval}, criterion {} dB for the interval and {:.0} % of people; {:.0} % are within; most for {}: {:.1} dB",
-            word(costs.verdict.will_do),
+            "will the average do at {cell}? {}: a new person is {:.1} dB rms off{interval}, criterion {} dB for the interval and {:.0} % of people; {}; most for {}: {:.1} dB",
+            word(costs.verdict.outcome),
             costs.mean_db_rms,
             costs.verdict.criterion.db_rms,
             costs.verdict.criterion.least_share * 100.0,
-            costs.verdict.share_within * 100.0,
+            share_text(costs),
             costs.worst.participant,
             costs.worst.db_rms
         ));
+        lines.extend(needed_text(costs));
+        let curve = said.learning.iter().find(|curve| curve.cell.is(cell));
+        lines.extend(curve.map(|curve| {
+            format!(
+                "for more people in the average to gain less than {} dB: {}",
+                curve.within_db,
+                enough_text(curve)
+            )
+        }));
     }
     lines
 }
@@ -197,7 +207,7 @@ fn result(
         let costs = said.judged().and_then(|cell| said.penalties_at(cell));
         fields.insert(
             "will_the_average_do".into(),
-            json!(costs.map(|c| word(c.verdict.will_do))),
+            json!(costs.map(|c| word(c.verdict.outcome))),
         );
         if let Some(cleaning) = cleaning {
             let dips: Vec<Value> = cleaning

@@ -74,7 +74,8 @@ pub(super) fn run(
     let looped = closed_loop(&mut bench, target, asked.function, &loop_config, &mut told)
         .map_err(Error::Bench)?;
     say(&format!(
-        "closed loop: {:.2} dB rms open, {:.2} dB rms closed (iteration {}, {}); {}",
+        "closed loop: {}; {:.2} dB rms open, {:.2} dB rms kept (iteration {}, {}); {}",
+        looped.kept,
         looped.iterations[0].verification.judged_error_db(),
         looped.told().judged_error_db(),
         looped.best,
@@ -127,6 +128,9 @@ impl Corrected {
             .collect();
         json!({
             "best": self.looped.best,
+            "kept": self.looped.kept,
+            "gain": self.looped.gain,
+            "end": self.looped.end,
             "ended": self.looped.end.to_string(),
             "iterations": each,
             "confirmed": self.looped.confirmed.as_ref().map(of),

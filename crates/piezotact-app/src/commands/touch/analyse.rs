@@ -101,6 +101,14 @@ pub(crate) fn line(summary: &Summary) -> String {
     if let Some(found_hz) = summary.fingerprint.and_then(|f| f.found_hz) {
         text += &format!(", fingerprint {} Hz", digits(found_hz));
     }
+    if !summary.machine_lines_hz.is_empty() {
+        let lines: Vec<String> = summary
+            .machine_lines_hz
+            .iter()
+            .map(|hz| digits(*hz))
+            .collect();
+        text += &format!(", the machine's {} Hz", lines.join(", "));
+    }
     text
 }
 

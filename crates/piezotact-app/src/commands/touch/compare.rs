@@ -3,10 +3,11 @@
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::compare::{
-    ActivePassive, Discrimination, Sliding, SpatialPeriod, Summary, Texture, across_participants,
-    across_roughness, active_against_passive, comparable, friction_against_rms, indistinguishable,
-    rms_on_speed, spatial_period,
+    ActivePassive, Discrimination, LevelSpread, Sliding, SpatialPeriod, Summary, Texture,
+    across_participants, across_roughness, active_against_passive, comparable,
+    friction_against_rms, indistinguishable, rms_on_speed, spatial_period,
 };
+use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged_of;
 use piezotact::quantity::{Band, Hertz, Unit};
 use piezotact::surface::SampleSet;
@@ -15,12 +16,13 @@ use serde_json::{Map, Value, json};
 use super::segment::check_outputs;
 use super::{
     Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, differ_in, doubts_once,
-    left_out, ridge_m, sample_sets, tables, take_all,
+    left_out, lines_of_all, ridge_m, sample_sets, tables, take_all,
 };
 use crate::cli::{By, Compare};
 use crate::failure::{Outcome, usage};
 use crate::output::{digits, doubts_json, print, print_json, say, write_text};
 use crate::report;
+use crate::wording;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
     let computing = &args.computing;
@@ -90,20 +92,41 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         print(&result.text)?;
     }
     if args.by == By::Touch {
-        for pair in touch(&takes, &sets)?.pairs {
+        let found = touch(&takes, &sets)?;
+        for pair in &found.pairs {
             print(&format!(
-                "{}: active and passive PSDs differ by {} dB rms, level {:+.1} dB",
+                "{}: active and passive PSDs differ by {} dB rms, level by {}",
                 pair.sample,
                 pair.difference_db_rms
                     .map_or("?".into(), |db| format!("{db:.1}")),
                 pair.level_difference_db
+                    .map_or("more than can be measured".into(), |db| format!(
+                        "{db:+.1} dB"
+                    ))
             ))?;
         }
+        for line in active_passive(&found) {
+            print(&line)?;
+        }
+    }
+    for line in lines_of_all(&takes) {
+        print(&wording::common_line(&line))?;
     }
     for path in [&computing.csv, &computing.report].into_iter().flatten() {
         print(&format!("wrote {}", path.display()))?;
     }
     Ok(())
+}
+
+/// What active and passive touch say over all samples.
+pub(crate) fn active_passive(found: &ActivePassive) -> Vec<String> {
+    let level = found.level.as_ref();
+    let level = level.map(|l| wording::level_difference(["active", "passive touch"], l, "samples"));
+    let ranks = found.rms_rank_correlation.as_ref();
+    let ranks = ranks.map(|r| wording::ranks("active rms", "passive rms", r, "samples"));
+    let few = (found.pairs.len() == 1)
+        .then(|| "active and passive touch: not decided from 1 sample".to_owned());
+    level.into_iter().chain(ranks).chain(few).collect()
 }
 
 /// The doubts of all comparisons, those of one kind once and with the settings that they are about.
@@ -157,16 +180,24 @@ fn result(
         By::Sample | By::File => samples(&mut compared, &summaries, sets, discrimination)?,
         By::Participant => {
             if let Some(spread) = across_participants(&summaries) {
-                compared.say(&format!(
-                    "levels of {} participants differ by {:.1} dB (standard deviation)",
-                    spread.participants, spread.level_db.sd
-                ));
+                compared.say(&participants(&spread));
                 compared.put("level_spread", &spread)?;
             }
         }
         By::Touch => {}
     }
     Ok(compared)
+}
+
+/// How far participants differ, with what their number leaves open.
+fn participants(spread: &LevelSpread) -> String {
+    match spread.sd_interval_db {
+        Some([low, high]) => format!(
+            "levels of {} participants differ by {:.1} dB (standard deviation; 95 %: {low:.1} to {high:.1} dB for people like them)",
+            spread.participants, spread.level_db.sd
+        ),
+        None => "one participant: how far people differ is not decided".into(),
+    }
 }
 
 impl Compared {
@@ -193,22 +224,13 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
     )?;
     compared.put("rms_on_speed", &fit)?;
     if let Some(fit) = fit {
-        let interval = fit.slope_interval.map_or(String::new(), |[low, high]| {
-            format!(" (95 %: {low:.2} to {high:.2})")
-        });
-        compared.say(&format!(
-            "rms grows with speed to the power {:.2}{interval}",
-            fit.slope
-        ));
+        compared.put("rms_trend", &fit.direction())?;
+        compared.say(&wording::power_law("rms", "speed", &fit, "speeds"));
     }
     let period = period(comparison)?;
     let mm = |m: f64| m * 1e3;
     // What does not stand out is a candidate and no period.
-    let stands_out = |p: &&SpatialPeriod| {
-        !p.doubts
-            .iter()
-            .any(|d| matches!(d, Doubt::NoCommonPeriod { .. }))
-    };
+    let stands_out = |p: &&SpatialPeriod| p.outcome() == Judged::Met;
     let candidate = period
         .as_ref()
         .filter(|p| !stands_out(p))
@@ -225,6 +247,15 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
             .filter(stands_out)
             .and_then(|p| p.interval_m.map(|i| i.map(mm))),
     )?;
+    if let Some(period) = &period {
+        compared.put("spatial_period_outcome", &period.outcome())?;
+        compared.put("spatial_period_criteria", &period.criteria)?;
+        compared.put(
+            "spatial_period_over",
+            &json!({"what": period.over, "count": period.units}),
+        )?;
+        compared.put("spatial_period_groups", &period.groups)?;
+    }
     let peaks: Vec<Value> = match &period {
         Some(period) => period
             .peaks
@@ -241,9 +272,6 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
     };
     compared.put("peaks", &peaks)?;
     if let Some(period) = period {
-        let interval = period.interval_m.map_or(String::new(), |[low, high]| {
-            format!(" (95 %: {:.3} to {:.3} mm)", mm(low), mm(high))
-        });
         let peaks: Vec<String> = period
             .peaks
             .iter()
@@ -255,13 +283,9 @@ fn speeds(compared: &mut Compared, comparison: &Comparison<'_>, summaries: &[&Su
                 )
             })
             .collect();
-        let what = match candidate {
-            None => "spatial period",
-            Some(_) => "no spatial period stands out at all speeds; the strongest candidate is",
-        };
         compared.say(&format!(
-            "{what} {:.3} mm{interval}: {}",
-            mm(period.period_m),
+            "{}: {}",
+            wording::spatial_period(&period),
             peaks.join(", ")
         ));
         compared.doubts.extend(period.doubts);
@@ -283,7 +307,9 @@ pub(crate) fn period(comparison: &Comparison<'_>) -> Outcome<Option<SpatialPerio
                     &take.segmentation,
                     analysis.config.high_pass,
                 )?;
+                let load = take.condition().load_n;
                 slidings.push((
+                    load.map_or("load not stated".to_owned(), |load| load.to_string()),
                     speed.mean,
                     take.recording.rate(),
                     vibrations,
@@ -294,20 +320,23 @@ pub(crate) fn period(comparison: &Comparison<'_>) -> Outcome<Option<SpatialPerio
     }
     let parts: Vec<_> = slidings
         .iter()
-        .map(|(speed_m_s, rate, vibrations, segmentation)| Sliding {
-            speed_m_s: *speed_m_s,
-            rate: *rate,
-            stretches: vibrations
-                .channels
-                .iter()
-                .flat_map(|channel| {
-                    segmentation
-                        .strokes
-                        .iter()
-                        .map(|s| s.steady.of(channel.as_slice()))
-                })
-                .collect(),
-        })
+        .map(
+            |(group, speed_m_s, rate, vibrations, segmentation)| Sliding {
+                group: group.clone(),
+                speed_m_s: *speed_m_s,
+                rate: *rate,
+                stretches: vibrations
+                    .channels
+                    .iter()
+                    .flat_map(|channel| {
+                        segmentation
+                            .strokes
+                            .iter()
+                            .map(|s| s.steady.of(channel.as_slice()))
+                    })
+                    .collect(),
+            },
+        )
         .collect();
     let filtered = comparison.cells.iter().flat_map(|cell| &cell.takes);
     let lowest_hz = filtered
@@ -326,21 +355,21 @@ fn samples(
         sets.iter().find_map(|set| set.sample(sample))?.ra_m
     });
     if let Some(fit) = trend.rms_on_ra {
-        compared.say(&format!(
-            "rms follows Ra to the power {:.2}{}",
-            fit.slope,
-            trend
-                .rms_rank_correlation
-                .map_or(String::new(), |rho| format!(", rank correlation {rho:.2}"))
-        ));
+        compared.say(&wording::power_law("rms", "Ra", &fit, "samples"));
     }
-    if let Some(rho) = trend.friction_rank_correlation {
-        compared.say(&format!("friction and Ra: rank correlation {rho:.2}"));
+    if let Some(found) = &trend.rms_rank_correlation {
+        compared.say(&wording::ranks("rms", "Ra", found, "samples"));
+    }
+    if let Some(found) = &trend.friction_rank_correlation {
+        compared.say(&wording::ranks("friction", "Ra", found, "samples"));
     }
     compared.put("roughness", &trend)?;
     let friction = friction_against_rms(summaries);
-    if let Some(rho) = friction {
-        compared.say(&format!("friction and rms: rank correlation {rho:.2}"));
+    if let Some(found) = &friction {
+        compared.say(&wording::ranks("friction", "rms", found, "samples"));
+    }
+    if let Some(text) = one_stroke_each(summaries) {
+        compared.say(&text);
     }
     compared.put("friction_rms_rank_correlation", &friction)?;
     // What people feel is known of accelerations (and of what stands for them), not of taxels.
@@ -368,6 +397,17 @@ fn samples(
     compared.put("distances", &groups)
 }
 
+/// What strokes that were not repeated leave open.
+pub(crate) fn one_stroke_each(summaries: &[&Summary]) -> Option<String> {
+    let single = summaries.iter().filter(|s| s.strokes < 2).count();
+    (single > 0).then(|| {
+        format!(
+            "{single} of {} samples rest on one stroke: how far strokes of one sample differ is not known, so that differences between samples are not decided; record 10 or more",
+            summaries.len()
+        )
+    })
+}
+
 /// What tells samples apart.
 pub(crate) fn textures(summaries: &[&Summary]) -> Vec<Texture> {
     summaries
@@ -391,6 +431,7 @@ fn json(by: By, takes: &[Take], sets: &[SampleSet], results: Vec<Compared>) -> O
     });
     let mut value = Map::new();
     value.insert("by".into(), json!(format!("{by:?}").to_lowercase()));
+    value.insert("common_lines".into(), json!(lines_of_all(takes)));
     if by == By::Touch {
         let touch = serde_json::to_value(touch(takes, sets)?)?;
         value.insert("active_against_passive".into(), touch);

@@ -4,7 +4,9 @@ use std::cmp::Ordering;
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::compare::{Periods, Summary, summarise};
+use piezotact::compare::{
+    CommonLine, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
+};
 use piezotact::recording::Touch;
 use piezotact::surface::SampleSet;
 
@@ -124,7 +126,24 @@ pub(crate) fn cells<'a>(
             return Err(missing(take, by));
         }
     }
-    of_takes(&analysed, by, sets, ridge_m)
+    of_takes(&analysed, by, sets, ridge_m, &lines_of_all(takes))
+}
+
+/// The lines that all analysed recordings have.
+pub(crate) fn lines_of_all(takes: &[Take]) -> Vec<CommonLine> {
+    let all: Vec<LinesOf<'_>> = takes
+        .iter()
+        .filter_map(|take| {
+            let analysis = take.analysis.as_ref()?;
+            Some(LinesOf {
+                sample: take.condition().sample.as_deref()?,
+                speed_m_s: speed_m_s(take),
+                psd: &analysis.psd,
+                band: analysis.config.band,
+            })
+        })
+        .collect();
+    common_lines(&all)
 }
 
 fn missing(take: &Take, by: By) -> Failure {
@@ -146,6 +165,7 @@ fn of_takes<'a>(
     by: By,
     sets: &[SampleSet],
     ridge_m: Option<f64>,
+    lines: &[CommonLine],
 ) -> Outcome<Vec<Cell<'a>>> {
     let mut groups: Vec<(String, Vec<&Take>)> = Vec::new();
     for take in takes {
@@ -172,10 +192,9 @@ fn of_takes<'a>(
                     sets.iter().find_map(|set| set.sample(sample))?.wavelength_m
                 }),
             };
-            Ok(Cell {
-                summary: summarise(&key, &members, periods)?,
-                takes,
-            })
+            let mut summary = summarise(&key, &members, periods)?;
+            set_apart(&mut summary, lines);
+            Ok(Cell { summary, takes })
         })
         .collect()
 }
@@ -221,12 +240,13 @@ pub(crate) fn comparisons<'a>(
     });
     let keys: Vec<Key> = settings.iter().map(|(key, _)| key.clone()).collect();
     let varying = Key::varying(&keys);
+    let lines = lines_of_all(takes);
     settings
         .into_iter()
         .map(|(key, members)| {
             Ok(Comparison {
                 setting: key.text(&varying),
-                cells: of_takes(&members, by, sets, ridge_m)?,
+                cells: of_takes(&members, by, sets, ridge_m, &lines)?,
             })
         })
         .collect()
@@ -311,9 +331,11 @@ pub(crate) fn both_ways<'a>(takes: &'a [Take], sets: &[SampleSet]) -> Outcome<Bo
         let has = |take: &&&'a Take| others.iter().any(|other| counterparts(take, other));
         takes.iter().filter(has).copied().collect()
     };
+    let lines = lines_of_all(takes);
+    let by = By::Sample;
     Ok(BothWays {
-        active: of_takes(&with(&active, &passive), By::Sample, sets, None)?,
-        passive: of_takes(&with(&passive, &active), By::Sample, sets, None)?,
+        active: of_takes(&with(&active, &passive), by, sets, None, &lines)?,
+        passive: of_takes(&with(&passive, &active), by, sets, None, &lines)?,
     })
 }
 

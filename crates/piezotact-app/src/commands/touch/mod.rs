@@ -30,7 +30,9 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
 use crate::report::name;
 
-pub(crate) use grouping::{Cell, Comparison, both_ways, cells, comparisons, differ_in, left_out};
+pub(crate) use grouping::{
+    Cell, Comparison, both_ways, cells, comparisons, differ_in, left_out, lines_of_all,
+};
 
 /// One recording with its strokes.
 pub(crate) struct Take {

@@ -404,8 +404,10 @@ pub(super) fn learning(said: &PanelAnalysis) -> Outcome<Option<(String, String)>
         orders => format!("over {orders} random orders of the others for each person"),
     };
     let caption = format!(
-        "At {}, {how}; bars: 95 % over people left out. From {} on, more people gain less than {} dB.",
-        curve.cell, curve.enough, curve.within_db
+        "At {}, {how}; bars: 95 % over people left out. For more people to gain less than {} dB: {}.",
+        curve.cell,
+        curve.within_db,
+        super::enough_text(curve)
     );
     Ok(Some((chart.svg(HEIGHT)?, caption)))
 }

@@ -5,8 +5,13 @@ mod figures;
 mod tables;
 
 use maud::{Markup, html};
+use piezotact::compare::Direction;
+use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
-use piezotact::panel::{Artefact, Cell, CellPenalties, Dip, Filing, Panel, PanelAnalysis, WillDo};
+use piezotact::panel::{
+    Artefact, AverageRule, Cell, CellPenalties, Dip, FallsWithLoad, Filing, LearningCurve, Panel,
+    PanelAnalysis,
+};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
 use piezotact::transfer::{BundleAverage, TransferFunction};
@@ -14,6 +19,7 @@ use piezotact_dataset::{PanelFolder, PanelKind};
 
 use super::{broad_document, figure};
 use crate::failure::Outcome;
+use crate::wording;
 
 type Function = TransferFunction<Uncalibrated, Uncalibrated>;
 
@@ -94,11 +100,88 @@ fn bench_line(page: &Page<'_>) -> String {
 }
 
 /// Whether the average will do, in a word.
-pub(crate) fn will_do_word(will_do: WillDo) -> &'static str {
-    match will_do {
-        WillDo::Yes => "yes",
-        WillDo::No => "no",
-        WillDo::Unsure => "unsure",
+pub(crate) fn will_do_word(outcome: Judged) -> &'static str {
+    match outcome {
+        Judged::Met => "yes",
+        Judged::NotMet => "no",
+        Judged::NotDecided => "not decided",
+    }
+}
+
+/// The share of people within the criterion, with its interval and how many would decide.
+pub(crate) fn share_text(costs: &CellPenalties) -> String {
+    let verdict = &costs.verdict;
+    let n = costs.people.len();
+    let within = (verdict.share_within * n as f64).round();
+    let rule = verdict
+        .criteria
+        .iter()
+        .find(|c| c.what == AverageRule::ShareWithin);
+    let interval = match rule.and_then(|rule| rule.interval) {
+        Some([low, high]) => format!(
+            "95 %: {} to {} of people like them",
+            percent(low),
+            percent(high)
+        ),
+        None => "from too few people for an interval".into(),
+    };
+    format!("{within:.0} of {n} are ({interval})")
+}
+
+/// How many people would decide, where it is not decided.
+pub(crate) fn needed_text(costs: &CellPenalties) -> Option<String> {
+    let verdict = &costs.verdict;
+    let driven = |c: &&piezotact::criterion::Criterion<AverageRule>| c.what == AverageRule::Driven;
+    let driven = verdict.criteria.iter().find(driven).map(|c| c.outcome);
+    match (verdict.outcome, verdict.people_needed) {
+        (Judged::NotDecided, _) if driven != Some(Judged::Met) => {
+            Some("Not everybody was driven over all of the band.".into())
+        }
+        (Judged::NotDecided, Some(needed)) => Some(format!(
+            "If further people scatter as these {} do, {needed} would decide it.",
+            costs.people.len()
+        )),
+        (Judged::NotDecided, None) => Some(
+            "Not even 300 people who scatter as these do would decide it: they lie too close to the criterion.".into(),
+        ),
+        _ => None,
+    }
+}
+
+/// How many people are enough, with its interval.
+pub(crate) fn enough_text(curve: &LearningCurve) -> String {
+    let measured = curve.points.len() + 1;
+    let (Some(found), Some([low, high])) = (curve.enough.found, curve.enough.interval) else {
+        return format!("how many people are enough is not decided from {measured}");
+    };
+    let range = format!("{found:.0} people (95 %: {low:.0} to {high:.0})");
+    match curve.enough.outcome {
+        Judged::Met => format!("{range} are enough, {measured} were measured"),
+        Judged::NotMet => format!("{range} are needed, {measured} were measured"),
+        Judged::NotDecided => {
+            format!("whether {measured} people are enough is not decided: it takes {range}")
+        }
+    }
+}
+
+/// Whether people lie closer together under load.
+pub(crate) fn falls_text(falls: &FallsWithLoad) -> String {
+    let Some(p) = falls.p_value else {
+        return format!(
+            "whether it changes with load is not decided from {} people",
+            falls.people
+        );
+    };
+    let numbers = format!(
+        "{} dB from the lightest to the heaviest load ({} over {} people)",
+        wording::signed(falls.change_db, 1),
+        wording::p_text(p),
+        falls.people
+    );
+    match falls.direction {
+        Direction::Falls => format!("it falls with load: {numbers}"),
+        Direction::Rises => format!("it rises with load: {numbers}"),
+        Direction::NotShown => format!("no trend with load shown: {numbers}"),
     }
 }
 
@@ -131,10 +214,10 @@ fn headline(said: &PanelAnalysis) -> Markup {
             }
         };
     };
-    let class = match costs.verdict.will_do {
-        WillDo::Yes => "verdict",
-        WillDo::No => "verdict failed",
-        WillDo::Unsure => "verdict unsure",
+    let class = match costs.verdict.outcome {
+        Judged::Met => "verdict",
+        Judged::NotMet => "verdict failed",
+        Judged::NotDecided => "verdict unsure",
     };
     let number = |value: String, what: String| html! { div { b { (value) } span { (what) } } };
     let spread = said.spreads.iter().find(|s| s.cell.is(cell));
@@ -150,7 +233,7 @@ fn headline(said: &PanelAnalysis) -> Markup {
     html! {
         section class=(class) {
             p.headline { strong { (verdict_line(costs)) } " " (verdict_reason(cell, costs)) }
-            p.headline { strong { "People differ most at " (cell) "." } " " (how_sure(said)) }
+            p.headline { strong { (worst_line(said, cell)) } " " (how_sure(said)) }
             div.numbers {
                 (number(format!("{deviation_db:.1} dB"), format!("largest deviation between people at {cell}, at {at_hz:.0} Hz")))
                 @if let Some(spread) = spread {
@@ -160,7 +243,9 @@ fn headline(said: &PanelAnalysis) -> Markup {
                 (number(format!("{:.1} dB rms", costs.worst.db_rms), format!("the most, for {}", costs.worst.participant)))
                 (number(percent(costs.verdict.share_within), format!("of people within {} dB rms", costs.verdict.criterion.db_rms)))
                 @if let Some(curve) = curve {
-                    (number(plural(curve.enough, "person").replace("persons", "people"), format!("in the average are enough: more gain less than {} dB", curve.within_db)))
+                    @if let (Some(found), Some([low, high])) = (curve.enough.found, curve.enough.interval) {
+                        (number(format!("{low:.0} to {high:.0}"), format!("people in the average for more to gain less than {} dB (95 %; most likely {found:.0})", curve.within_db)))
+                    }
                 }
             }
         }
@@ -168,10 +253,22 @@ fn headline(said: &PanelAnalysis) -> Markup {
 }
 
 fn verdict_line(costs: &CellPenalties) -> &'static str {
-    match costs.verdict.will_do {
-        WillDo::Yes => "The average will do.",
-        WillDo::No => "The average will not do.",
-        WillDo::Unsure => "Whether the average will do is not sure.",
+    match costs.verdict.outcome {
+        Judged::Met => "The average will do.",
+        Judged::NotMet => "The average will not do.",
+        Judged::NotDecided => "Whether the average will do is not decided.",
+    }
+}
+
+fn worst_line(said: &PanelAnalysis, cell: Cell) -> String {
+    match &said.worst {
+        Some(worst) if said.cells.len() > 1 && worst.outcome() == Judged::Met => {
+            format!("People differ most at {cell}.")
+        }
+        _ if said.cells.len() > 1 => {
+            format!("Where people differ most is not decided; as measured, at {cell}.")
+        }
+        _ => format!("People at {cell}."),
     }
 }
 
@@ -189,10 +286,11 @@ fn verdict_reason(cell: Cell, costs: &CellPenalties) -> String {
         ),
     };
     format!(
-        "{held}. Asked for: the interval within {} dB rms, and {} of people; {} are.",
+        "{held}. Asked for: the interval within {} dB rms, and {} of people within it; {}. {}",
         criterion.db_rms,
         percent(criterion.least_share),
-        percent(costs.verdict.share_within)
+        share_text(costs),
+        needed_text(costs).unwrap_or_default()
     )
 }
 
@@ -224,10 +322,9 @@ fn falling(said: &PanelAnalysis) -> Markup {
     html! {
         @for falls in &said.falls {
             p {
-                "At " (falls.angle_deg.0) "° the largest deviation "
-                @if falls.falls { "falls with load at every step" } @else { "does not fall with load at every step" }
+                "Largest deviation at " (falls.angle_deg.0) "°: " (falls_text(falls))
                 @if let (Some(every), Some(overall)) = (falls.share, falls.share_overall) {
-                    "; of draws of half of these " (falls.people) " people it falls at every step in " (percent(every))
+                    "; of draws of half of these people it falls at every step in " (percent(every))
                     ", and from the lightest to the heaviest load in " (percent(overall))
                 }
                 "."

@@ -1,8 +1,8 @@
 //! The tables of a report on a panel.
 
 use maud::{Markup, html};
-use piezotact::compare::PairedDifference;
-use piezotact::panel::{PairDistances, PanelAnalysis};
+use piezotact::compare::{Direction, PairedDifference};
+use piezotact::panel::{AverageRule, CellPenalties, LearningCurve, PairDistances, PanelAnalysis};
 use piezotact::transfer::BundleAverage;
 
 use super::{averaging_word, percent, will_do_word};
@@ -14,6 +14,16 @@ fn test(paired: Option<PairedDifference>, mean_db: f64) -> String {
             p.mean, p.interval[0], p.interval[1]
         )
     })
+}
+
+/// Which way the mean goes, where its interval over people has a direction.
+fn shown(paired: Option<PairedDifference>) -> &'static str {
+    match paired.map(|p| Direction::of(Some(p.interval))) {
+        Some(Direction::Rises) => "louder",
+        Some(Direction::Falls) => "fainter",
+        Some(Direction::NotShown) => "no change shown",
+        None => "not decided",
+    }
 }
 
 fn p_value(p: Option<f64>) -> String {
@@ -76,7 +86,7 @@ pub(super) fn loads(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "gain rises for" } th.n { "mean step, dB (95 %)" } th.n { "least of all, dB" } th.n { "rising lines, least of all" } th.n { "sign test, p" } }
+                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "gain rises for" } th.n { "mean step, dB (95 %)" } th { "shown" } th.n { "least of all, dB" } th.n { "rising lines, least of all" } th.n { "paired t, p" } th.n { "sign test, p" } }
                 @for step in &said.load_steps {
                     @let least = step.people.iter().map(|p| p.mean_db).fold(f64::MAX, f64::min);
                     tr {
@@ -85,8 +95,10 @@ pub(super) fn loads(said: &PanelAnalysis) -> Markup {
                         td.n { (step.people.len()) }
                         td.n { (step.rising) }
                         td.n { (test(step.paired, step.mean_db)) }
+                        td { (shown(step.paired)) }
                         td.n { (format!("{least:+.2}")) }
                         td.n { (percent(step.least_rising_share)) }
+                        td.n { (p_value(step.paired.map(|p| p.p_value))) }
                         td.n { (p_value(step.sign_test_p)) }
                     }
                 }
@@ -99,7 +111,7 @@ pub(super) fn angles(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "difference, dB rms, median" } th.n { "largest" } th { "of" } th.n { "louder when steeper" } th.n { "mean step, dB (95 %)" } th.n { "paired t, p" } th.n { "sign test, p" } }
+                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "difference, dB rms, median" } th.n { "largest" } th { "of" } th.n { "louder when steeper" } th.n { "mean step, dB (95 %)" } th { "shown" } th.n { "paired t, p" } th.n { "sign test, p" } }
                 @for effect in &said.angle_effects {
                     tr {
                         td { (effect.from_deg.0) "° → " (effect.to_deg.0) "°" }
@@ -110,6 +122,7 @@ pub(super) fn angles(said: &PanelAnalysis) -> Markup {
                         td { (effect.largest_of) }
                         td.n { (effect.louder) }
                         td.n { (test(effect.paired, effect.mean_db)) }
+                        td { (shown(effect.paired)) }
                         td.n { (p_value(effect.paired.map(|p| p.p_value))) }
                         td.n { (p_value(effect.sign_test_p)) }
                     }
@@ -167,11 +180,31 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
     }
 }
 
+/// How many people are enough, as a range.
+fn enough(curve: &LearningCurve) -> Option<String> {
+    let (found, [low, high]) = (curve.enough.found?, curve.enough.interval?);
+    Some(format!("{found:.0} ({low:.0} to {high:.0})"))
+}
+
+/// The share of people within the criterion, with its interval.
+fn within(costs: &CellPenalties) -> String {
+    let rule = costs
+        .verdict
+        .criteria
+        .iter()
+        .find(|c| c.what == AverageRule::ShareWithin);
+    let share = percent(costs.verdict.share_within);
+    match rule.and_then(|rule| rule.interval) {
+        Some([low, high]) => format!("{share} ({} to {})", percent(low), percent(high)),
+        None => share,
+    }
+}
+
 pub(super) fn averages(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle, load" } th { "average" } th.n { "cost for a new person, dB rms (95 %)" } th.n { "largest error of a person, mean, dB" } th { "most for" } th.n { "people within " (said.config.criterion.db_rms) " dB" } th { "will it do" } th.n { "people that are enough" } }
+                tr { th { "angle, load" } th { "average" } th.n { "cost for a new person, dB rms (95 %)" } th.n { "largest error of a person, mean, dB" } th { "most for" } th.n { "people within " (said.config.criterion.db_rms) " dB" } th { "will it do" } th.n { "people to decide" } th.n { "people that are enough (95 %)" } }
                 @for average in &said.averages {
                     @let curve = said.learning.iter().find(|c| c.cell.is(average.cell));
                     @for averaging in [BundleAverage::LogMagnitude, BundleAverage::Complex] {
@@ -183,9 +216,10 @@ pub(super) fn averages(said: &PanelAnalysis) -> Markup {
                             td.n { (format!("{:.2}", costs.mean_db_rms)) (range) }
                             td.n { (format!("{:.1}", costs.mean_db_max)) }
                             td { (costs.worst.participant) (format!(": {:.1} dB rms", costs.worst.db_rms)) }
-                            td.n { (percent(costs.verdict.share_within)) }
-                            td { (will_do_word(costs.verdict.will_do)) }
-                            td.n { @match curve.filter(|c| c.averaging == averaging) { Some(c) => (c.enough), None => "–" } }
+                            td.n { (within(costs)) }
+                            td { (will_do_word(costs.verdict.outcome)) }
+                            td.n { (costs.verdict.people_needed.map_or("–".to_owned(), |n| n.to_string())) }
+                            td.n { (curve.filter(|c| c.averaging == averaging).and_then(enough).unwrap_or("–".to_owned())) }
                         }
                     }
                 }

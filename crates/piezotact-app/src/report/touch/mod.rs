@@ -6,19 +6,25 @@ use figures::Sets;
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::compare::{
-    Discrimination, LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms,
-    indistinguishable, rms_on_speed,
+    Direction, Discrimination, LogFit, SpatialPeriod, Summary, across_roughness,
+    friction_against_rms, indistinguishable, rms_on_speed,
 };
+use piezotact::criterion::Outcome as Judged;
 use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::stroke::{Judging, Rule};
 use piezotact::surface::SampleSet;
 
 use super::{document, figure};
 use crate::cli::By;
-use crate::commands::touch::compare::{period, textures, touch};
-use crate::commands::touch::{Cell, Comparison, Take, both_ways, comparisons, doubts_once};
+use crate::commands::touch::compare::{
+    active_passive as active_passive_lines, one_stroke_each, period, textures, touch,
+};
+use crate::commands::touch::{
+    Cell, Comparison, Take, both_ways, comparisons, doubts_once, lines_of_all,
+};
 use crate::failure::Outcome;
 use crate::output::digits;
+use crate::wording;
 
 /// Recordings whose signals are shown; the others are in the tables.
 const SHOWN: usize = 4;
@@ -197,6 +203,11 @@ fn spectra(page: &Page<'_>) -> Outcome<Markup> {
         section {
             h2 { "Spectra of the groups" }
             (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each group, over all its strokes."))
+            @let lines = lines_of_all(page.takes);
+            @if !lines.is_empty() {
+                p { "Lines that every sample has:" }
+                ul { @for line in &lines { li { (wording::common_line(line)) } } }
+            }
         }
     })
 }
@@ -271,13 +282,12 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
         }
         ul {
             @if let (Some(fit), true) = (&trend.rms_on_ra, trend.samples.len() > 2) {
-                li { (format!("log rms on log Ra: slope {:.2}", fit.slope))
-                    @if let Some([low, high]) = fit.slope_interval { (format!(" (95 %: {low:.2} to {high:.2})")) }
-                    (format!(", R² {:.2}", fit.r_squared)) }
+                li { (wording::power_law("rms", "Ra", fit, "samples")) (format!(", R² {:.2}", fit.r_squared)) }
             }
-            @if let Some(rho) = trend.rms_rank_correlation { li { (format!("Spearman's rank correlation of Ra and rms: {rho:.2}")) } }
-            @if let Some(rho) = trend.friction_rank_correlation { li { (format!("Spearman's rank correlation of Ra and friction coefficient: {rho:.2}")) } }
-            @if let Some(rho) = friction_against_rms(&summaries) { li { (format!("Spearman's rank correlation of friction coefficient and rms: {rho:.2}")) } }
+            @if let Some(found) = &trend.rms_rank_correlation { li { (wording::ranks("rms", "Ra", found, "samples")) } }
+            @if let Some(found) = &trend.friction_rank_correlation { li { (wording::ranks("friction coefficient", "Ra", found, "samples")) } }
+            @if let Some(found) = &friction_against_rms(&summaries) { li { (wording::ranks("friction coefficient", "rms", found, "samples")) } }
+            @if let Some(text) = one_stroke_each(&summaries) { li.doubt { (text) } }
         }
         @if let Some(discrimination) = page.discrimination { (told_apart(&summaries, discrimination)) }
     })
@@ -285,8 +295,7 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
 
 /// Whether a period does not stand out.
 fn in_doubt(period: &SpatialPeriod) -> bool {
-    let mut doubts = period.doubts.iter();
-    doubts.any(|doubt| matches!(doubt, Doubt::NoCommonPeriod { .. }))
+    period.outcome() != Judged::Met
 }
 
 /// A setting's slope of rms on speed and its spatial period, each with its interval.
@@ -294,18 +303,30 @@ fn speed_row(
     comparison: &Comparison<'_>,
     fit: Option<&LogFit>,
     period: Option<&SpatialPeriod>,
-) -> [String; 5] {
+) -> [String; 6] {
     let none = || "–".to_owned();
     let range = |interval: Option<[f64; 2]>, scale: f64, decimals: usize| {
         interval.map_or_else(none, |[low, high]| {
-            format!("{:.decimals$} to {:.decimals$}", low * scale, high * scale)
+            let [low, high] = [low, high].map(|end| wording::signed(end * scale, decimals));
+            format!("{low} to {high}")
         })
     };
     let period = period.filter(|p| !in_doubt(p));
     [
         comparison.setting.clone(),
-        fit.map_or_else(none, |fit| format!("{:.2}", fit.slope)),
+        fit.map_or_else(none, |fit| wording::signed(fit.slope, 2)),
         range(fit.and_then(|fit| fit.slope_interval), 1.0, 2),
+        fit.map_or_else(none, |fit| {
+            let word = match fit.direction() {
+                Direction::Rises => "rises",
+                Direction::Falls => "falls",
+                Direction::NotShown => "none shown",
+            };
+            match fit.p_value {
+                Some(p) => format!("{word}, {}", wording::p_text(p)),
+                None => "not decided".into(),
+            }
+        }),
         period.map_or_else(none, |p| format!("{:.3}", p.period_m * 1e3)),
         range(period.and_then(|p| p.interval_m), 1e3, 3),
     ]
@@ -320,7 +341,7 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     let band = shown_band(page.takes);
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
-    let mut rows: Vec<[String; 5]> = Vec::new();
+    let mut rows: Vec<[String; 6]> = Vec::new();
     let mut aperiodic: Vec<String> = Vec::new();
     let mut sets: Sets = Vec::new();
     for comparison in &all {
@@ -361,18 +382,15 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
         if parts.len() < 3 {
             parts.push(html! {
                 (heading(comparison))
-                (figure(&figures::psds(&summaries, band)?, "Mean power spectral density at each speed."))
+                // One setting has its spectra above.
+                @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density at each speed.")) }
                 ul {
                     @if let Some(fit) = rms_on_speed(&summaries) {
-                        li { (format!("log rms on log speed: slope {:.2}", fit.slope))
-                            @if let Some([low, high]) = fit.slope_interval { (format!(" (95 %: {low:.2} to {high:.2})")) } }
+                        li { (wording::power_law("rms", "speed", &fit, "speeds")) }
                     }
                     @if let Some(period) = &found {
                         @for doubt in &period.doubts { li.doubt { (doubt) } }
-                        @let what = if in_doubt(period) { "strongest candidate of a spatial period" } else { "spatial period on which the speeds agree" };
-                        li { (format!("{what}: {:.3} mm", period.period_m * 1e3))
-                            @if let Some([low, high]) = period.interval_m { (format!(" (95 %: {:.3} to {:.3} mm)", low * 1e3, high * 1e3)) }
-                            (format!(", {:.1} dB above the background", period.prominence_db)) }
+                        li { (wording::spatial_period(period)) (format!(", {:.1} dB above the background in the mean over speeds", period.prominence_db)) }
                     }
                 }
                 @if let Some(period) = &found {
@@ -407,7 +425,7 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
             (over_all)
             @if all.len() > 1 {
                 table {
-                    tr { th { "" } th.n { "log rms on log speed" } th.n { "95 %" } th.n { "spatial period, mm" } th.n { "95 %" } }
+                    tr { th { "setting" } th.n { "exponent of rms on speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
                     @for row in &rows { tr { td { (row[0]) } @for cell in &row[1..] { td.n { (cell) } } } }
                 }
             }
@@ -444,14 +462,14 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
                     tr {
                         td { (pair.sample) }
                         td.n { (pair.difference_db_rms.map_or("–".into(), |db| format!("{db:.1}"))) }
-                        td.n { (format!("{:+.1}", pair.level_difference_db)) }
+                        td.n { (pair.level_difference_db.map_or("–".into(), |db| format!("{db:+.1}"))) }
                     }
                 }
             }
             p.soft {
                 (format!("PSDs over {}, levels over all frequencies.", compared.band_hz))
-                @if let Some(rho) = compared.rms_rank_correlation { (format!(" Spearman's rank correlation of the two rms: {rho:.2}.")) }
             }
+            ul { @for line in active_passive_lines(&compared) { li { (line) } } }
         }
     })
 }

@@ -9,7 +9,7 @@ use piezotact::series::{Series, mean, standard_deviation};
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::verify::{Clipping, clipping};
 
-use super::{LoopConfig, impossible};
+use super::{LoopConfig, Mishap, impossible};
 use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, Keep, play_and_record};
 use crate::traits::{Bench, BenchError, Lying, RunPlan};
 
@@ -36,7 +36,7 @@ pub(super) struct Felt {
 /// Why a measurement does not count.
 pub(super) enum Broken {
     Bench(BenchError),
-    Unbelievable(String),
+    Unbelievable(Mishap),
 }
 
 impl From<BenchError> for Broken {
@@ -45,11 +45,22 @@ impl From<BenchError> for Broken {
     }
 }
 
+impl From<Broken> for Mishap {
+    fn from(broken: Broken) -> Self {
+        match broken {
+            Broken::Bench(error) => Self::Bench {
+                said: error.to_string(),
+            },
+            Broken::Unbelievable(why) => why,
+        }
+    }
+}
+
 impl std::fmt::Display for Broken {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Bench(error) => error.fmt(f),
-            Self::Unbelievable(why) => f.write_str(why),
+            Self::Unbelievable(why) => why.fmt(f),
         }
     }
 }
@@ -135,8 +146,8 @@ impl Listener<'_> {
 
     /// Plays `drive`, and again where what came of it cannot be believed.
     pub(super) fn feel(&mut self, drive: &Series<Drive>, label: &str) -> Result<Felt, Broken> {
-        let mut why = String::new();
-        for attempt in 1..=ATTEMPTS {
+        let mut attempt = 1;
+        loop {
             let (recording, response) = self.play(drive, &format!("{label}, attempt {attempt}"))?;
             let felt = Felt {
                 clipping: clipping(&response, None, None),
@@ -145,14 +156,14 @@ impl Listener<'_> {
             };
             match self.believable(&felt) {
                 Ok(()) => return Ok(felt),
-                Err(reason) => why = reason,
+                Err(why) if attempt >= ATTEMPTS => return Err(Broken::Unbelievable(why)),
+                Err(_again) => attempt += 1,
             }
         }
-        Err(Broken::Unbelievable(why))
     }
 
     /// Whether a run went as it should, whatever was felt of it.
-    fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), String> {
+    fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
         let incomplete = |doubt: &&Doubt| {
             matches!(
                 doubt,
@@ -160,34 +171,36 @@ impl Listener<'_> {
             )
         };
         if let Some(doubt) = recording.doubts.iter().find(incomplete) {
-            return Err(doubt.to_string());
+            return Err(Mishap::Playback {
+                doubt: Box::new(doubt.clone()),
+            });
         }
         self.held(recording)?;
         if clipping.fraction > 0.0 {
-            return Err(format!(
-                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
-                clipping.fraction * 100.0
-            ));
+            return Err(Mishap::SensorClips {
+                fraction: clipping.fraction,
+            });
         }
         Ok(())
     }
 
-    fn believable(&self, felt: &Felt) -> Result<(), String> {
+    fn believable(&self, felt: &Felt) -> Result<(), Mishap> {
         self.undisturbed(&felt.recording, &felt.clipping)?;
         let noise = self.noise.as_ref().map_or(0.0, |noise| {
             (noise.values.iter().sum::<f64>() * noise.resolution_hz).sqrt()
         });
         let level = standard_deviation(felt.response.samples());
         if level < SILENT_RATIO * noise {
-            return Err(format!(
-                "the response ({level:.4} m/s² rms) is less than twice its noise ({noise:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
-            ));
+            return Err(Mishap::Faint {
+                rms_m_s2: level,
+                noise_m_s2: noise,
+            });
         }
         Ok(())
     }
 
     /// Whether the load was held, in every ten seconds.
-    fn held(&self, recording: &Recording) -> Result<(), String> {
+    fn held(&self, recording: &Recording) -> Result<(), Mishap> {
         let Some(load) = self.config.run.load else {
             return Ok(());
         };
@@ -209,12 +222,12 @@ impl Listener<'_> {
             let wider = (window as f64 / part.len().max(1) as f64).sqrt();
             let share = self.config.force_share * wider.clamp(1.0, MOST_WIDER);
             if (mean_n / load.0 - 1.0).abs() > share {
-                let from_s = force.rate().duration_of(i * window).0;
-                return Err(format!(
-                    "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {} N ± {:.0} %: hold the finger so that the display shows it",
-                    load.0,
-                    share * 100.0
-                ));
+                return Err(Mishap::Force {
+                    from_s: force.rate().duration_of(i * window).0,
+                    mean_n,
+                    asked_n: load.0,
+                    share,
+                });
             }
         }
         Ok(())

@@ -1,11 +1,13 @@
 //! Rendering in a closed loop: play, measure, correct, and judge each drive by a measurement of its own.
 
 mod measured;
+mod outcome;
 
 use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Correction, Mode, Step};
+use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{Recording, played_through_its_own};
@@ -20,6 +22,7 @@ use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 
 use crate::traits::{Bench, BenchError, RunPlan};
 use measured::{Broken, Felt, Listener, brought_to};
+pub use outcome::{Closeness, Gain, GainIn, Kept, LoopEnd, Mishap};
 
 /// How a texture is rendered in a closed loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +52,8 @@ pub struct Iteration {
     /// What the loop makes small, dB: for a texture the rms error of the spectrum over what the inverse reaches, for a
     /// waveform the power of its difference over that of the target (NMSE).
     pub aim_db: f64,
+    /// How close its two measurements came: the first, and the second, by which it is judged.
+    pub measured: [Closeness; 2],
     /// The share of its samples that stood at the device's limit, 0–1.
     pub held: f64,
     /// What the step that followed changed; none after the last.
@@ -56,36 +61,11 @@ pub struct Iteration {
 }
 
 impl Looped {
-    /// What is told of the best drive: what was found when it was measured once more, or else when it was judged.
+    /// What is told of the drive that is kept: what was found when it was measured once more, or else when it was judged.
     #[must_use]
     pub fn told(&self) -> &Verification {
         let judged = &self.iterations[self.best].verification;
         self.confirmed.as_ref().unwrap_or(judged)
-    }
-}
-
-/// Why a loop ended.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum LoopEnd {
-    /// It was corrected as often as asked.
-    #[default]
-    Done,
-    /// It got no better twice in a row.
-    NoBetter,
-    /// It got clearly worse.
-    Worse,
-    /// A measurement could not be believed.
-    Broken(String),
-}
-
-impl fmt::Display for LoopEnd {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Done => f.write_str("corrected as often as asked"),
-            Self::NoBetter => f.write_str("it got no better twice in a row"),
-            Self::Worse => f.write_str("it got clearly worse"),
-            Self::Broken(why) => write!(f, "a measurement could not be believed: {why}"),
-        }
     }
 }
 
@@ -94,13 +74,17 @@ impl fmt::Display for LoopEnd {
 pub struct Looped {
     /// Every drive that was judged.
     pub iterations: Vec<Iteration>,
-    /// The number of the best.
+    /// The number of the drive that is kept.
     pub best: usize,
+    /// Why that one.
+    pub kept: Kept,
+    /// The best corrected drive against the open loop; absent where none was judged better than the open loop.
+    pub gain: Option<Gain>,
     /// Why it ended.
     pub end: LoopEnd,
-    /// The best drive.
+    /// The drive that is kept.
     pub rendered: RenderedDrive,
-    /// What was found when the best drive was measured once more, by a measurement that did not choose it; none when that
+    /// What was found when the drive that is kept was measured once more, by a measurement that did not choose it; none when that
     /// could not be believed.
     pub confirmed: Option<Verification>,
     /// What was recorded then, or else when it was judged.
@@ -121,8 +105,9 @@ const HELD_TOLD: f64 = 1e-4;
 const UNLIKE: f64 = 0.98;
 
 /// Renders `target` on `bench` and corrects the drive by what is measured of it. Every drive is played twice: the second
-/// measurement judges it, and both, with what they share, make the next; so no drive is judged by what made it. The best
-/// so far is kept, the loop ends when it gets no better, and the best is measured once more. It never plays what the device cannot, and works at the lower rate of target and bench.
+/// measurement judges it, and both, with what they share, make the next; so no drive is judged by what made it. The loop
+/// ends when it gets no better, and the best is measured once more; it is kept where measurements that did not choose it come
+/// closer than the open loop beyond their spread, else the open loop is. It never plays what the device cannot, and works at the lower rate of target and bench.
 ///
 /// # Errors
 /// [`BenchError::Render`] when the first drive does not fit the device (with the level that does) or the target cannot be
@@ -187,28 +172,30 @@ pub fn closed_loop(
     let mut course = Course::default();
     for number in 0..=config.iterations {
         let fit = Fit::of(&correction);
-        let mut both = || -> Result<(Felt, Felt, Verification), Broken> {
+        let mut both = || -> Result<(Felt, Felt, [Verification; 2]), Broken> {
             let first = listener.feel(&drive, &format!("iteration {number}, first"))?;
-            judge(&first, &fit.achieved)?;
+            let unjudged = judge(&first, &fit.achieved)?;
             let second = listener.feel(&drive, &format!("iteration {number}, second"))?;
             let verification = judge(&second, &fit.achieved)?;
-            Ok((first, second, verification))
+            Ok((first, second, [unjudged, verification]))
         };
-        let (first, second, verification) = match both() {
+        let (first, second, [unjudged, verification]) = match both() {
             Ok(both) => both,
-            Err(broken) if course.best.is_some() => {
-                course.end = LoopEnd::Broken(broken.to_string());
+            Err(broken) if course.open.is_some() => {
+                course.end = LoopEnd::Broken(broken.into());
                 break;
             }
             Err(Broken::Bench(error)) => return Err(error),
-            Err(Broken::Unbelievable(why)) => return Err(BenchError::Broken(why)),
+            Err(Broken::Unbelievable(why)) => return Err(BenchError::Broken(why.to_string())),
         };
         let heard = [first.response, second.response.clone()];
-        let aim_db = aim_of(&verification, config.correct.mode, &reached);
+        let measured =
+            [&unjudged, &verification].map(|v| closeness(v, config.correct.mode, &reached));
         let iteration = Iteration {
             number,
-            aim_db,
+            aim_db: measured[1].aim_db,
             verification,
+            measured,
             held: correction.held(),
             step: None,
         };
@@ -229,7 +216,9 @@ pub fn closed_loop(
                     course.iterations[number].step = Some(step);
                     drive = next;
                 }
-                (Err(why), _) | (_, Err(why)) => course.end = LoopEnd::Broken(why),
+                (Err(said), _) | (_, Err(said)) => {
+                    course.end = LoopEnd::Broken(Mishap::Correction { said });
+                }
             }
         }
         told(&course.iterations[number]);
@@ -239,26 +228,64 @@ pub fn closed_loop(
     }
     let Course {
         iterations,
-        best: Some(best),
+        open: Some(open),
+        best,
         end,
         ..
     } = course
     else {
         return Err(BenchError::Broken("no drive could be judged".into()));
     };
-    // What is told of the best is measured once more: of several measurements the smallest is partly luck.
-    let again = listener.feel(
-        &best.drive,
-        &format!("iteration {}, once more", best.number),
-    );
-    let again = again.and_then(|felt| Ok((judge(&felt, &best.fit.achieved)?, felt)));
+    let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
+        let label = format!("iteration {}, once more", drive.number);
+        let felt = listener.feel(&drive.drive, &label)?;
+        Ok((judge(&felt, &drive.fit.achieved)?, felt))
+    };
+    // The best is measured once more: of several measurements the smallest is partly luck.
+    let (best, again, gain, kept) = match best {
+        None if iterations.len() == 1 => {
+            let again = once_more(&open);
+            (open, again, None, Kept::NothingCorrected)
+        }
+        None => {
+            let again = once_more(&open);
+            (open, again, None, Kept::NoneCloser)
+        }
+        Some(best) => {
+            let again = once_more(&best);
+            let pairs: Vec<[Closeness; 2]> = iterations.iter().map(|i| i.measured).collect();
+            let mut closed = vec![pairs[best.number][0]];
+            if let Ok((verification, _)) = &again {
+                closed.push(closeness(verification, config.correct.mode, &reached));
+            }
+            let gain = Gain::of(best.number, &pairs, &closed);
+            let keeps = gain
+                .as_ref()
+                .is_some_and(|gain| gain.keeps(config.correct.mode, ALIKE_DB));
+            if keeps {
+                (best, again, gain, Kept::Corrected)
+            } else {
+                let further = |gain: &Gain| {
+                    [GainIn::Aim, GainIn::Spectrum]
+                        .map(|what| gain.outcome(what))
+                        .contains(&Outcome::NotMet)
+                };
+                let kept = match gain.as_ref().is_some_and(further) {
+                    true => Kept::FurtherOff,
+                    false => Kept::WithinSpread,
+                };
+                let again = once_more(&open);
+                (open, again, gain, kept)
+            }
+        }
+    };
     let fits_at = best.fit.turned_down.as_ref().map(|_| correction.fits_at());
     let mut rendered = finished(
         first,
         best.drive,
         config,
         best.fit.doubts(fits_at),
-        (&iterations[best.number], &end),
+        (&iterations[best.number], &end, kept),
     );
     (rendered.achievable, rendered.given_up) = (best.fit.achieved, best.fit.given_up);
     let (confirmed, recording) = match again {
@@ -274,7 +301,7 @@ pub fn closed_loop(
         Err(broken) => {
             rendered.doubts.push(Doubt::LoopStopped {
                 best: best.number,
-                why: format!("the best drive could not be measured once more: {broken}"),
+                why: format!("the drive that is kept could not be measured once more: {broken}"),
             });
             (None, best.felt.recording)
         }
@@ -311,6 +338,8 @@ pub fn closed_loop(
     Ok(Looped {
         iterations,
         best: best.number,
+        kept,
+        gain,
         end,
         rendered,
         confirmed,
@@ -322,6 +351,9 @@ pub fn closed_loop(
 #[derive(Default)]
 struct Course {
     iterations: Vec<Iteration>,
+    /// The open loop's drive.
+    open: Option<Best>,
+    /// The best corrected one that was judged better.
     best: Option<Best>,
     since_best: usize,
     end: LoopEnd,
@@ -337,7 +369,11 @@ impl Course {
         best: impl FnOnce() -> Best,
     ) {
         let spectrum_db = |i: &Iteration| i.verification.error_db_rms_over(reached);
-        let so_far = self.best.as_ref().map(|best| &self.iterations[best.number]);
+        let so_far = self
+            .best
+            .as_ref()
+            .or(self.open.as_ref())
+            .map(|best| &self.iterations[best.number]);
         let aims = self.iterations.iter().map(|i| i.aim_db);
         let least_db = aims.fold(f64::INFINITY, f64::min);
         let aim_db = iteration.aim_db;
@@ -357,7 +393,11 @@ impl Course {
         };
         self.iterations.push(iteration);
         if better {
-            self.best = Some(best());
+            let place = match self.open {
+                None => &mut self.open,
+                Some(_) => &mut self.best,
+            };
+            *place = Some(best());
             self.since_best = 0;
         } else {
             self.since_best += 1;
@@ -479,11 +519,15 @@ fn refused(correction: &mut Correction<Acceleration>, setup: Option<&DriveSetup>
     }
 }
 
-/// What the loop makes small, dB, over what the inverse `reached`: the same for every drive of a loop.
-fn aim_of(verification: &Verification, mode: Mode, reached: &[Band]) -> f64 {
-    match mode {
-        Mode::Texture => verification.error_db_rms_over(reached),
-        Mode::Replicate => verification.waveform_nmse_db,
+/// How close one measurement came, over what the inverse `reached`: the same for every drive of a loop.
+fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> Closeness {
+    let spectrum_db = verification.error_db_rms_over(reached);
+    Closeness {
+        aim_db: match mode {
+            Mode::Texture => spectrum_db,
+            Mode::Replicate => verification.waveform_nmse_db,
+        },
+        spectrum_db,
     }
 }
 
@@ -508,7 +552,9 @@ fn judged(
         .map_err(|error| impossible("a measurement that can be compared", &error))?;
     let wrong = |doubt: &&Doubt| matches!(doubt, Doubt::Inverted { .. } | Doubt::Cut { .. });
     match verification.doubts.iter().find(wrong) {
-        Some(doubt) => Err(Broken::Unbelievable(doubt.to_string())),
+        Some(doubt) => Err(Broken::Unbelievable(Mishap::Response {
+            doubt: Box::new(doubt.clone()),
+        })),
         None => Ok(verification),
     }
 }
@@ -519,7 +565,7 @@ fn finished(
     drive: Series<Drive>,
     config: &LoopConfig,
     fit: Vec<Doubt>,
-    (best, end): (&Iteration, &LoopEnd),
+    (best, end, kept): (&Iteration, &LoopEnd, Kept),
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
     let mut doubts = first.doubts;
@@ -536,7 +582,7 @@ fn finished(
         headroom,
         aim: Some(config.correct.mode),
         provenance: first.provenance.then(format!(
-            "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}",
+            "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}; {kept}",
             config.correct.mode.name(),
             best.number,
             config.iterations,

@@ -233,7 +233,9 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
             pair.sample.as_str(),
         )
     });
-    let order = both.rms_rank_correlation.unwrap_or(f64::NAN);
+    let order = both
+        .rms_rank_correlation
+        .map_or(f64::NAN, |ranks| ranks.rho);
     Finding::of(
         18,
         Holds::all([

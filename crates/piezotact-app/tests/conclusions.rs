@@ -1,0 +1,163 @@
+//! What the program concludes, as a black box: a direction, a verdict or a number only where the data carry it.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use support::{Done, Folder, noise, shared};
+
+fn run(folder: &Folder, line: &str) -> Done {
+    let words: Vec<&str> = line.split(' ').collect();
+    folder.run(&words)
+}
+
+/// Two seconds of noise of `level` m/s² and a line of the machine at 137 Hz, as one stroke.
+fn one_stroke(seed: usize, level: f64) -> String {
+    let mut text = String::from("t (s),a (m/s2)\n");
+    for (i, value) in noise(4000 * (seed + 1)).skip(4000 * seed).enumerate() {
+        let t = i as f64 / 2000.0;
+        let line = 2.0 * level * (TAU * 137.0 * t).sin();
+        writeln!(text, "{t:.5},{:.6}", level * value + line).unwrap();
+    }
+    text
+}
+
+/// Four speeds of one level: no direction, which was told as "grows … to the power −0.05". Where the level follows the
+/// speed, it rises.
+#[test]
+fn a_direction_is_said_where_the_interval_has_one() {
+    let folder = Folder::new();
+    for (i, speed) in [10, 20, 30, 40].into_iter().enumerate() {
+        let scatter = [1.0, 0.93, 1.04, 0.96][i];
+        folder.write(&format!("E_{speed}.csv"), one_stroke(1 + i, scatter));
+        let rising = scatter * f64::from(speed) / 10.0;
+        folder.write(&format!("R_{speed}.csv"), one_stroke(9 + i, rising));
+    }
+    let said = |name: &str| {
+        let files: Vec<String> = [10, 20, 30, 40].map(|v| format!("{name}_{v}.csv")).to_vec();
+        let line = format!(
+            "compare {} --meta {{sample}}_{{speed:mm/s}} --by speed",
+            files.join(" ")
+        );
+        run(&folder, &line).out()
+    };
+    let even = said("E");
+    assert!(
+        even.contains("rms and speed: no trend shown: exponent")
+            && even.contains("over 4 speeds, p = "),
+        "{even}"
+    );
+    assert!(
+        !even.contains("rises") && !even.contains("falls") && !even.contains("grows"),
+        "{even}"
+    );
+    let rising = said("R");
+    assert!(
+        rising.contains("rms rises with speed: exponent"),
+        "{rising}"
+    );
+}
+
+/// One stroke a sample, three samples at two speeds: what scatters is not known, four samples show no order, and the line
+/// that all have is the machine's.
+#[test]
+fn one_stroke_a_sample_leaves_open_what_it_cannot_decide() {
+    let folder = Folder::new();
+    let mut names = Vec::new();
+    for (i, sample) in ["A", "B", "C", "D"].into_iter().enumerate() {
+        for speed in [10, 20] {
+            let name = format!("{sample}_{speed}.csv");
+            folder.write(&name, one_stroke(20 + 2 * i + speed / 10, 1.0 + i as f64));
+            names.push(name);
+        }
+    }
+    let line = format!(
+        "compare {} --meta {{sample}}_{{speed:mm/s}} --by sample",
+        names.join(" ")
+    );
+    let said = run(&folder, &line).out();
+    assert!(said.contains("4 of 4 samples rest on one stroke"), "{said}");
+    assert!(
+        said.contains("137 Hz: in all 8 recordings of 4 samples at speeds up to 2.0 times apart: the machine's"),
+        "{said}"
+    );
+    let json = run(&folder, &format!("{line} --json")).json();
+    assert_eq!(
+        json["common_lines"][0]["origin"], "machine",
+        "{}",
+        json["common_lines"]
+    );
+}
+
+/// The ridged board: the interval of the period is over its recordings and holds ridge and gap; the level shows no trend.
+#[test]
+fn a_measured_board_has_a_period_and_no_trend() {
+    let Some(folder) = shared("data/vibration/fabricslide") else {
+        return;
+    };
+    let mut words = vec!["compare".to_owned()];
+    for v in [5, 10, 20, 30] {
+        let file = folder.join(format!("Board2mm_F135_V-{v}mmps_0.csv"));
+        words.push(file.to_string_lossy().into_owned());
+    }
+    words.extend(["--by", "speed"].map(str::to_owned));
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let said = Folder::new().run(&words).out();
+    assert!(
+        said.contains("spatial period 3.97") && said.contains("over 4 recordings"),
+        "{said}"
+    );
+    assert!(said.contains("rms and speed: no trend shown"), "{said}");
+}
+
+/// Two people have one penalty, twice: nothing is decided, and how people scatter is said to be open.
+#[test]
+fn a_panel_of_two_decides_nothing() {
+    let folder = Folder::new();
+    run(
+        &folder,
+        "panel run --bench twin:seed=7 --participants 1..2 --loads 0.2,0.6 --angles 20 --repeats 1 --seconds 4 --out panel",
+    )
+    .expect_success();
+    let said = run(&folder, "panel analyse panel").out();
+    for part in [
+        "where people lie furthest apart is not decided",
+        "whether it changes with load is not decided from 2 people",
+        "? not decided: a new person",
+        "2 of 2 are (from too few people for an interval)",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let json = run(&folder, "panel analyse panel --json").json();
+    assert_eq!(json["will_the_average_do"], "not decided");
+}
+
+/// A drive of silence has no headroom: "236 dB below the amplifier" was a clamp.
+#[test]
+fn the_headroom_of_silence_is_no_number() {
+    let folder = Folder::new();
+    run(&folder, "demo --out d").expect_success();
+    // Nothing but one sample that is next to nothing.
+    let mut text = String::from("t (s),a (m/s2)\n");
+    for i in 0..8000 {
+        writeln!(
+            text,
+            "{:.5},{}",
+            f64::from(i) / 4000.0,
+            if i == 7999 { 1e-30 } else { 0.0 }
+        )
+        .unwrap();
+    }
+    folder.write("silence.csv", text);
+    let done = run(
+        &folder,
+        "render silence.csv --transfer d/tf.json --out out.wav",
+    );
+    let said = done.out() + &done.err();
+    assert!(
+        said.contains("the drive is silence") && !said.contains(" dB below"),
+        "{said}"
+    );
+}

@@ -1,0 +1,322 @@
+//! What came of a closed loop, as data: why it ended, which drive was kept, and why.
+
+use std::fmt;
+
+use piezotact::Doubt;
+use piezotact::compare::t_quantile;
+use piezotact::correct::Mode;
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::series::mean;
+use serde::Serialize;
+
+/// Why a measurement of a loop cannot be believed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "mishap", rename_all = "snake_case")]
+pub enum Mishap {
+    /// The bench failed.
+    Bench {
+        /// What it says.
+        said: String,
+    },
+    /// Playback was cut short, or the run was interrupted.
+    Playback {
+        /// How.
+        doubt: Box<Doubt>,
+    },
+    /// The force was not held.
+    Force {
+        /// From when on, s.
+        from_s: f64,
+        /// Its mean from there on, N.
+        mean_n: f64,
+        /// What it should be, N.
+        asked_n: f64,
+        /// How far it may be off, as a share.
+        share: f64,
+    },
+    /// The sensor clips.
+    SensorClips {
+        /// The share of the response at a limit, 0–1.
+        fraction: f64,
+    },
+    /// The response is no louder than its noise.
+    Faint {
+        /// The response, m/s² rms.
+        rms_m_s2: f64,
+        /// Its noise, m/s² rms.
+        noise_m_s2: f64,
+    },
+    /// The response is turned round or cut.
+    Response {
+        /// How.
+        doubt: Box<Doubt>,
+    },
+    /// No correction could be made of it.
+    Correction {
+        /// Why.
+        said: String,
+    },
+}
+
+impl fmt::Display for Mishap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bench { said } | Self::Correction { said } => f.write_str(said),
+            Self::Playback { doubt } | Self::Response { doubt } => doubt.fmt(f),
+            Self::Force {
+                from_s,
+                mean_n,
+                asked_n,
+                share,
+            } => write!(
+                f,
+                "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so that the display shows it",
+                share * 100.0
+            ),
+            Self::SensorClips { fraction } => write!(
+                f,
+                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
+                fraction * 100.0
+            ),
+            Self::Faint {
+                rms_m_s2,
+                noise_m_s2,
+            } => write!(
+                f,
+                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
+            ),
+        }
+    }
+}
+
+/// Why a loop ended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(tag = "end", content = "why", rename_all = "snake_case")]
+pub enum LoopEnd {
+    /// It was corrected as often as asked.
+    #[default]
+    Done,
+    /// There was no improvement in two iterations.
+    NoBetter,
+    /// It got clearly worse.
+    Worse,
+    /// A measurement could not be believed.
+    Broken(Mishap),
+}
+
+impl fmt::Display for LoopEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Done => f.write_str("corrected as often as asked"),
+            Self::NoBetter => f.write_str("stopped: no improvement in two iterations"),
+            Self::Worse => f.write_str("stopped: it got clearly worse"),
+            Self::Broken(why) => write!(f, "a measurement could not be believed: {why}"),
+        }
+    }
+}
+
+/// How close one measurement of a drive came.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Closeness {
+    /// What the loop makes small, dB: see [`super::Iteration::aim_db`].
+    pub aim_db: f64,
+    /// The rms error of the spectrum over what the inverse reaches, dB.
+    pub spectrum_db: f64,
+}
+
+/// By how much a corrected drive comes closer than the open loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GainIn {
+    /// In what the loop makes small.
+    Aim,
+    /// In the spectrum.
+    Spectrum,
+}
+
+/// The best corrected drive against the open loop: by measurements that chose neither.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gain {
+    /// The number of the drive.
+    pub number: usize,
+    /// What the open loop came to less what it came to, dB, each above zero where it is closer; with the interval that the
+    /// spread of the loop's own pairs of measurements leaves.
+    pub criteria: [Criterion<GainIn>; 2],
+}
+
+impl Gain {
+    /// The gain of the drive `number`, measured as `closed` by measurements that did not choose it, over the open loop;
+    /// `pairs` are the two measurements of every drive of the loop, those of the open loop first. `None` without either.
+    ///
+    /// Formula: mean(open) − mean(closed) ± t·s·√(1/2 + 1/n), n the measurements of `closed`; s² = Σd²/(2m) over the
+    /// differences d of m pairs, t Student's with m degrees of freedom.
+    pub(super) fn of(
+        number: usize,
+        pairs: &[[Closeness; 2]],
+        closed: &[Closeness],
+    ) -> Option<Self> {
+        let open = pairs.first()?;
+        if closed.is_empty() {
+            return None;
+        }
+        let t = t_quantile(pairs.len())?;
+        let gain = |what: GainIn, value: fn(&Closeness) -> f64| {
+            let over = |all: &[Closeness]| mean(&all.iter().map(value).collect::<Vec<_>>());
+            let squares: f64 = pairs
+                .iter()
+                .map(|[a, b]| (value(a) - value(b)).powi(2))
+                .sum();
+            let spread = (squares / (2 * pairs.len()) as f64).sqrt();
+            let reach = t * spread * (0.5 + 1.0 / closed.len() as f64).sqrt();
+            let found = over(open) - over(closed);
+            Criterion::new(
+                what,
+                "dB",
+                found,
+                Some([found - reach, found + reach]),
+                Limit::at_least(0.0),
+            )
+        };
+        Some(Self {
+            number,
+            criteria: [
+                gain(GainIn::Aim, |c| c.aim_db),
+                gain(GainIn::Spectrum, |c| c.spectrum_db),
+            ],
+        })
+    }
+
+    /// Whether it came closer in `what`.
+    #[must_use]
+    pub fn outcome(&self, what: GainIn) -> Outcome {
+        let mut of = self.criteria.iter().filter(|c| c.what == what);
+        of.next().map_or(Outcome::NotDecided, |c| c.outcome)
+    }
+
+    /// Whether the corrected drive is kept: it is closer in what the loop makes small beyond the spread of measurements, and
+    /// where that is the waveform, either by `alike_db` or without a worse spectrum.
+    pub(super) fn keeps(&self, mode: Mode, alike_db: f64) -> bool {
+        let [aim, spectrum] = &self.criteria;
+        let clearly = aim.interval.is_some_and(|[low, _]| low >= alike_db);
+        aim.outcome == Outcome::Met
+            && (mode == Mode::Texture || clearly || spectrum.outcome != Outcome::NotMet)
+    }
+}
+
+/// Which drive a loop kept, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kept {
+    /// The best corrected one: it is closer than the open loop beyond the spread of measurements.
+    Corrected,
+    /// The open loop: nothing was corrected.
+    NothingCorrected,
+    /// The open loop: no correction came closer.
+    NoneCloser,
+    /// The open loop: the best correction came no closer beyond the spread of measurements when it was measured once more.
+    WithinSpread,
+    /// The open loop: the best correction was further off when it was measured once more.
+    FurtherOff,
+}
+
+impl Kept {
+    /// Whether it is the open loop's drive.
+    #[must_use]
+    pub fn is_open(self) -> bool {
+        self != Self::Corrected
+    }
+}
+
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Corrected => "the corrected drive is kept",
+            Self::NothingCorrected => "the open loop is kept: nothing was corrected",
+            Self::NoneCloser => "the open loop is kept: no correction came closer",
+            Self::WithinSpread => {
+                "the open loop is kept: measured once more, the best correction came no closer beyond the spread of the measurements"
+            }
+            Self::FurtherOff => {
+                "the open loop is kept: measured once more, the best correction was further off"
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that look normal: sums of twelve uniform ones.
+    struct Noise(u64);
+
+    impl Noise {
+        fn normal(&mut self) -> f64 {
+            let uniform = |state: &mut u64| {
+                *state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (*state >> 11) as f64 / (1_u64 << 53) as f64
+            };
+            (0..12).map(|_| uniform(&mut self.0)).sum::<f64>() - 6.0
+        }
+    }
+
+    /// A loop of `truths` whose measurements scatter by 0.05 dB: the best by its second measurement, measured once more.
+    fn kept(noise: &mut Noise, truths: &[f64]) -> bool {
+        let mut measured = |truth: f64| {
+            let db = truth + 0.05 * noise.normal();
+            Closeness {
+                aim_db: db,
+                spectrum_db: db,
+            }
+        };
+        let pairs: Vec<[Closeness; 2]> = truths
+            .iter()
+            .map(|t| [measured(*t), measured(*t)])
+            .collect();
+        let best = (0..truths.len())
+            .min_by(|a, b| pairs[*a][1].aim_db.total_cmp(&pairs[*b][1].aim_db))
+            .unwrap();
+        let once_more = measured(truths[best]);
+        let gain = Gain::of(best, &pairs, &[pairs[best][0], once_more]);
+        best > 0 && gain.unwrap().keeps(Mode::Texture, 0.5)
+    }
+
+    /// Corrections that change nothing, or make it worse by 0.03 dB, are kept in 5 % of loops or fewer, though the best of
+    /// seven looks better in most; those that gain 0.2 dB are kept.
+    #[test]
+    fn a_lucky_measurement_keeps_no_correction() {
+        let mut noise = Noise(3);
+        let mut share = |truths: &[f64]| {
+            let loops = 2000;
+            (0..loops).filter(|_| kept(&mut noise, truths)).count() as f64 / f64::from(loops)
+        };
+        let nothing = share(&[0.16; 7]);
+        let worse = share(&[0.16, 0.19, 0.19, 0.19, 0.19]);
+        let better = share(&[0.5, 0.3, 0.3, 0.3, 0.3]);
+        println!("kept where nothing is gained {nothing:.3}, lost {worse:.3}, gained {better:.3}");
+        assert!(nothing <= 0.05 && worse <= 0.02 && better >= 0.8);
+    }
+
+    /// A waveform a little closer does not pay for a worse spectrum (0.16 to 0.28 dB), and one much closer does.
+    #[test]
+    fn a_worse_spectrum_is_not_kept_for_little() {
+        let at = |aim_db: f64, spectrum_db: f64| Closeness {
+            aim_db,
+            spectrum_db,
+        };
+        let pairs = [
+            [at(-20.0, 0.16), at(-20.1, 0.17)],
+            [at(-20.5, 0.28), at(-20.6, 0.28)],
+        ];
+        let gain = |nmse: f64, spectrum: f64| {
+            let closed = [at(nmse, spectrum), at(nmse, spectrum)];
+            Gain::of(1, &pairs, &closed).unwrap()
+        };
+        assert!(!gain(-20.5, 0.28).keeps(Mode::Replicate, 0.5));
+        assert!(gain(-24.0, 0.28).keeps(Mode::Replicate, 0.5));
+        assert_eq!(gain(-24.0, 0.28).outcome(GainIn::Spectrum), Outcome::NotMet);
+        assert!(gain(-20.5, 0.16).keeps(Mode::Replicate, 0.5));
+    }
+}
