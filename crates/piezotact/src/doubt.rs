@@ -653,4 +653,7 @@ pub enum Doubt {
         /// Segments in the average.
         segments: usize,
     },
+    /// What is doubtful of whether vibrations can be told apart.
+    #[serde(untagged)]
+    Discrimination(crate::discrimination::DiscriminationDoubt),
 }

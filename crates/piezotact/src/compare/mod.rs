@@ -3,16 +3,20 @@
 mod groups;
 mod paired;
 mod period;
+mod permutation;
 mod summary;
+mod telling;
 mod trends;
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use groups::{Discrimination, Groups, Texture, indistinguishable};
+pub use groups::{AcrossSamples, DiscriminationConfig, Texture, Withheld, discriminate};
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub use period::{Sliding, SpatialPeriod, SpeedPeak, spatial_period};
+pub use permutation::{Permuted, holm, permutation_test};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
+pub use telling::{Groups, Pair, PairCriterion, Sampled, Telling};
 pub use trends::{
     ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
     across_roughness, active_against_passive, friction_against_rms, rms_on_speed,

@@ -494,6 +494,7 @@ impl fmt::Display for Doubt {
                 "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB; take a longer signal",
                 4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
             ),
+            Self::Discrimination(doubt) => doubt.fmt(f),
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Reports on strokes: what was cut, what the strokes hold, and what changes from group to group.
 
+mod apart;
 mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::compare::{
-    Discrimination, LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms,
-    indistinguishable, rms_on_speed,
+    LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
 };
 use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::stroke::{Judging, Rule};
@@ -15,7 +15,8 @@ use piezotact::surface::SampleSet;
 
 use super::{document, figure};
 use crate::cli::By;
-use crate::commands::touch::compare::{period, textures, touch};
+use crate::commands::touch::compare::{period, touch};
+use crate::commands::touch::discrimination::Discrimination;
 use crate::commands::touch::{Cell, Comparison, Take, both_ways, comparisons, doubts_once};
 use crate::failure::Outcome;
 use crate::output::digits;
@@ -30,8 +31,8 @@ pub(crate) struct Page<'a> {
     pub(crate) groups: &'a [Cell<'a>],
     pub(crate) sets: &'a [SampleSet],
     pub(crate) ridge_m: Option<f64>,
-    /// How far apart samples must be; none unless they are compared.
-    pub(crate) discrimination: Option<Discrimination>,
+    /// Which samples can be told apart; none unless they are compared.
+    pub(crate) discrimination: Option<&'a Discrimination>,
 }
 
 /// The report of `segment`: the signals with their cuts.
@@ -51,7 +52,11 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
 /// The report of `analyse` and `compare`.
 pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
     let strokes: usize = page.groups.iter().map(|g| g.summary.strokes).sum();
-    let (speeds, of_speeds) = speeds(page)?;
+    let (speeds, mut of_speeds) = speeds(page)?;
+    let of_pairs = page
+        .discrimination
+        .map_or_else(Vec::new, Discrimination::doubts);
+    of_speeds.extend(of_pairs.iter().map(ToString::to_string));
     let body = html! {
         h1 { (page.title) }
         p.soft {
@@ -61,6 +66,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (doubts(page.takes, page.groups, &of_speeds))
         (groups(page))
         (spectra(page)?)
+        @if let Some(discrimination) = page.discrimination { (apart::section(discrimination)) }
         (samples(page)?)
         (speeds)
         (active_passive(page)?)
@@ -279,7 +285,6 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
             @if let Some(rho) = trend.friction_rank_correlation { li { (format!("Spearman's rank correlation of Ra and friction coefficient: {rho:.2}")) } }
             @if let Some(rho) = friction_against_rms(&summaries) { li { (format!("Spearman's rank correlation of friction coefficient and rms: {rho:.2}")) } }
         }
-        @if let Some(discrimination) = page.discrimination { (told_apart(&summaries, discrimination)) }
     })
 }
 
@@ -454,34 +459,6 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
             }
         }
     })
-}
-
-/// Which samples of one setting cannot be told apart.
-fn told_apart(summaries: &[&Summary], discrimination: Discrimination) -> Markup {
-    let found = indistinguishable(&textures(summaries), discrimination);
-    html! {
-        p { (format!(
-            "Distances in just-noticeable differences: level ({} dB each) and the octave band that differs most ({} dB each), combined as the root of the sum of squares; samples within {} JND of each other cannot be told apart by their vibration.",
-            discrimination.level_jnd_db, discrimination.band_jnd_db, discrimination.threshold_jnd
-        )) }
-        @if found.confusable().is_empty() {
-            p { "All can be told apart." }
-        } @else {
-            p.soft { "The largest sets in which no pair can be told apart; a sample may stand in several:" }
-            ul { @for group in found.confusable() { li { (group.join(", ")) } } }
-        }
-        div.wide { table.matrix {
-            tr { th { "JND" } @for name in &found.names { th.n { (name) } } }
-            @for (name, row) in found.names.iter().zip(&found.distance_jnd) {
-                tr {
-                    th { (name) }
-                    @for distance in row {
-                        td.n.near[*distance <= discrimination.threshold_jnd] { (format!("{distance:.1}")) }
-                    }
-                }
-            }
-        } }
-    }
 }
 
 fn single(page: &Page<'_>) -> Outcome<Markup> {
