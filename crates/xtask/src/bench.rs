@@ -136,6 +136,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["R1"] {
         return crate::rendering::run();
     }
+    if only == ["C1"] {
+        return crate::discrimination::run();
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     let folder = inputs(python, &script)?;
     println!(

@@ -173,14 +173,18 @@ impl Pair {
         }
     }
 
-    fn sentence(&self, names: &[String]) -> String {
-        let both = format!("{} and {}", names[self.a], names[self.b]);
+    fn sentence(&self, groups: &Groups) -> String {
+        let both = format!("{} and {}", groups.names[self.a], groups.names[self.b]);
         let word = self.outcome.word();
         if self.neither_felt && self.outcome == Telling::BelowJnd {
             return format!("{word}: {both}: neither reaches the detection threshold");
         }
+        let halves = groups.within_jnd[self.a]
+            .into_iter()
+            .chain(groups.within_jnd[self.b])
+            .fold(0.0, f64::max);
         let interval = self.interval_jnd.map_or_else(String::new, |[low, high]| {
-            format!(" (95 %: {low:.2}–{high:.2})")
+            format!(" (95 %: {low:.2}–{high:.2}; halves of one sample: {halves:.2})")
         });
         let why = match self.outcome {
             Telling::NotDecided => format!("; {}", self.open_because()),
@@ -198,7 +202,7 @@ impl Groups {
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         if self.pairs.len() <= LISTED {
-            return self.pairs.iter().map(|p| p.sentence(&self.names)).collect();
+            return self.pairs.iter().map(|p| p.sentence(self)).collect();
         }
         let mut sentences = Vec::new();
         for outcome in [Telling::ToldApart, Telling::BelowJnd, Telling::NotDecided] {

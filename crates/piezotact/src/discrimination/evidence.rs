@@ -127,7 +127,7 @@ impl Evidence<'_> {
 pub(crate) struct Reach {
     pub(crate) error: f64,
     pub(crate) reach: f64,
-    /// Whether a coarser scale plainly makes it more than twice what the first one does.
+    /// Whether a coarser scale makes it more than twice what the first one does.
     pub(crate) wanders: bool,
 }
 
@@ -139,13 +139,15 @@ fn t_quantile(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// Of parts that do not wander, this share is not found to.
-const STEADY: f64 = 0.95;
-/// Of them this share is not said to.
-const PLAINLY: f64 = 0.99;
+/// Of recordings that do not wander, this share is not found to.
+const STEADY: f64 = 0.975;
+/// The same where nothing but the spectrum of noise says how segments scatter.
+const STEADY_NOISE: f64 = 0.8;
+/// With fewer independent segments than this, noise is not believed: parts alone are.
+const LEAST_AVERAGES: f64 = 2.5;
 
-/// Whether `coarse` is larger than `fine` by more than the share `of` of values are by chance.
-fn exceeds(coarse: Variance, fine: Variance, of: f64) -> bool {
+/// Whether `coarse` is larger than `fine` by more than chance makes it.
+fn exceeds(coarse: Variance, fine: Variance, steady: f64) -> bool {
     if !(coarse.value.is_finite() && coarse.value > fine.value) {
         return false;
     }
@@ -153,12 +155,12 @@ fn exceeds(coarse: Variance, fine: Variance, of: f64) -> bool {
         return true;
     }
     let quantile = FisherSnedecor::new(coarse.freedom, fine.freedom.min(1e4))
-        .map_or(f64::INFINITY, |f| f.inverse_cdf(of));
+        .map_or(f64::INFINITY, |f| f.inverse_cdf(steady));
     coarse.value / fine.value > quantile
 }
 
-/// How far Σ gradient·sums of A plus that of B may be off, from `scales`: the first as it is; a later, coarser one where it
-/// scatters by more than chance makes it, as what drifts does.
+/// How far Σ gradient·sums of A plus that of B may be off, from `scales`: the first as it is; where a coarser one scatters by more than
+/// chance makes it, as what wanders does, or where the first is no more than what noise of one or two segments would do, the largest of all.
 pub(crate) fn reach(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Reach {
     let mut variances = scales.iter().map(|scale| scale.variance(gradients));
     let Some(fine) = variances.next() else {
@@ -179,12 +181,21 @@ pub(crate) fn reach(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Reach {
         reach: first.1,
         wanders: false,
     };
-    for coarse in variances.filter(|coarse| exceeds(*coarse, fine, STEADY)) {
-        let (error, reach) = of(coarse);
-        if reach > found.reach {
-            (found.error, found.reach) = (error, reach);
+    let coarser: Vec<Variance> = variances.collect();
+    let (steady, believed) = match scales.first() {
+        Some(Evidence::Noise { averages, .. }) => {
+            (STEADY_NOISE, averages[0].min(averages[1]) >= LEAST_AVERAGES)
         }
-        found.wanders |= reach > 2.0 * first.1 && exceeds(coarse, fine, PLAINLY);
+        _ => (STEADY, true),
+    };
+    let wanders = coarser.iter().any(|coarse| exceeds(*coarse, fine, steady));
+    if wanders || !believed {
+        for (error, reach) in coarser.into_iter().map(of) {
+            if reach > found.reach {
+                (found.error, found.reach) = (error, reach);
+            }
+        }
+        found.wanders = wanders && found.reach > 2.0 * first.1;
     }
     found
 }

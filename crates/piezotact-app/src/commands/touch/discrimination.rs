@@ -61,7 +61,7 @@ impl Discrimination {
     pub(crate) fn line(&self) -> String {
         match &self.found {
             Ok(found) => format!(
-                "told apart: beyond what {} of one sample differ by (permutation test, {:.0} % over all {} pairs) and beyond {:.1} dB or {:.2} JND; below the JND: within {:.2} dB; all in JND of {:.2} dB over {}",
+                "what decides: told apart beyond what {} of one sample differ by (permutation test, {:.0} % over all {} pairs) and beyond {:.1} dB or {:.2} JND, below the JND within {:.2} dB; distances in JND of {:.2} dB over {}",
                 found.units.word(),
                 found.config.alpha * 100.0,
                 found.family,
