@@ -12,7 +12,10 @@ use piezotact::compare::{
     permutation_test,
 };
 use piezotact::discrimination::{ContactMap, DiscriminationDoubt, Model};
-use piezotact::quantity::{Band, Hertz, Unit};
+use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
+use piezotact::score::{ScoreConfig, Verdict, score};
+use piezotact::spectrum::{WelchConfig, welch};
+use piezotact::{Doubt, Series};
 use serde::Deserialize;
 use studies::{Change, Random, sample, spectrum, spectrum_apart};
 
@@ -369,4 +372,103 @@ fn permutation_holm_and_limits_are_those_of_scipy() {
             case.reach
         );
     }
+}
+
+/// Strokes of white noise by their spectra, and the same one after the other by their waveform.
+#[test]
+fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
+    let rate = SampleRate::new(5000.0).unwrap();
+    let lines = WelchConfig::hann(1000);
+    let strokes = |seed: u64, gain_db: f64| -> Vec<Series<Acceleration>> {
+        let mut random = Random::new(seed);
+        (0..12)
+            .map(|_| {
+                let wander_db = 0.5 * random.normal();
+                let gain = 3.0 * 10f64.powf((gain_db + wander_db) / 20.0);
+                let samples = (0..5000).map(|_| gain * random.normal()).collect();
+                Series::new(samples, rate).unwrap()
+            })
+            .collect()
+    };
+    let (mut told, mut below) = (0, 0);
+    for (seed, level_db, louder_db) in [
+        (1, 0.0, 0.0),
+        (2, 0.0, 1.2),
+        (3, 0.0, 2.0),
+        (4, 0.0, 3.2),
+        (5, 0.0, 6.0),
+        (6, -60.0, 9.0),
+    ] {
+        let [a, b] = [(seed, level_db), (seed + 50, level_db + louder_db)]
+            .map(|(seed, gain_db)| strokes(seed, gain_db));
+        let textures = [("A", &a), ("B", &b)].map(|(name, strokes)| Texture {
+            name: name.into(),
+            recordings: vec![
+                strokes
+                    .iter()
+                    .map(|s| welch(s, &lines).unwrap().values)
+                    .collect(),
+            ],
+            resolution_hz: 5.0,
+            unit: Unit::MetrePerSecondSquared,
+            highest_hz: 2500.0,
+        });
+        let found = study(textures.to_vec());
+        let pair = &found.settings[0].pairs[0];
+        let whole = |strokes: &[Series<Acceleration>]| {
+            let samples = strokes.iter().flat_map(|s| s.samples().to_vec()).collect();
+            Series::<Acceleration>::new(samples, rate).unwrap()
+        };
+        let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+        let scored = score(&whole(&a), &whole(&b), &ScoreConfig::over(band, 5000.0)).unwrap();
+        eprintln!(
+            "{louder_db} dB louder: {}; {}",
+            found.settings[0].sentences().join(""),
+            scored.sentence()
+        );
+        assert!(
+            (pair.distance_jnd - scored.score.jnd).abs() < 0.1,
+            "{} {}",
+            pair.distance_jnd,
+            scored.score.jnd
+        );
+        let contradict = matches!(
+            (&scored.verdict, pair.outcome),
+            (Verdict::BelowJnd, Telling::ToldApart)
+                | (Verdict::Distinguishable { .. }, Telling::BelowJnd)
+        );
+        assert!(!contradict);
+        let neither = "neither reaches the detection threshold";
+        assert_eq!(
+            scored.sentence().contains(neither),
+            found.settings[0].sentences().join("").contains(neither)
+        );
+        told += usize::from(pair.outcome == Telling::ToldApart);
+        below += usize::from(pair.outcome == Telling::BelowJnd);
+    }
+    assert!(told >= 1 && below >= 2, "{told} {below}");
+}
+
+#[test]
+fn doubts_and_results_come_back_from_json() {
+    for doubt in [
+        DiscriminationDoubt::ThresholdsOfSkin,
+        DiscriminationDoubt::OneStroke {
+            samples: vec!["A".into()],
+        },
+        DiscriminationDoubt::RecordingsDiffer { p_value: 0.01 },
+    ] {
+        let doubt = Doubt::Discrimination(doubt);
+        let text = serde_json::to_string(&doubt).unwrap();
+        assert!(text.contains("\"doubt\":"), "{text}");
+        assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), doubt);
+    }
+    let mut random = Random::new(1);
+    let texture = spectrum(Change::Level, 0.0);
+    let found = study(vec![
+        sample(&mut random, "A", &texture, [1, 5], 0.0),
+        sample(&mut random, "B", &texture, [1, 1], 0.0),
+    ]);
+    let text = serde_json::to_string(&found).unwrap();
+    assert_eq!(serde_json::from_str::<AcrossSamples>(&text).unwrap(), found);
 }

@@ -8,6 +8,7 @@
 )]
 
 mod shared_data;
+mod vibrations;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -18,88 +19,13 @@ use piezotact::discrimination::DiscriminationDoubt;
 use piezotact::feature::Weighting;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
-use piezotact::score::{
-    Extent, How, LiteratureConfig, Score, ScoreConfig, ScoreError, Verdict, score,
-};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
-use rustfft::{FftPlanner, num_complex::Complex};
+use piezotact::score::{Extent, How, LiteratureConfig, ScoreConfig, ScoreError, Verdict, score};
+use rustfft::num_complex::Complex;
 use serde::Deserialize;
 use shared_data::shared;
-
-const RATE_HZ: f64 = 5000.0;
-const THIRTY_S: usize = 150_000;
-
-fn series(samples: Vec<f64>) -> Series<Acceleration> {
-    Series::new(samples, SampleRate::new(RATE_HZ).unwrap()).unwrap()
-}
-
-fn config() -> ScoreConfig {
-    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
-    ScoreConfig::over(band, RATE_HZ)
-}
-
-fn scored(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Score {
-    score(reference, test, &config()).unwrap()
-}
-
-struct Random(ChaCha8Rng);
-
-impl Random {
-    fn new(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
-    }
-
-    fn uniform(&mut self) -> f64 {
-        ((self.0.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
-    }
-}
-
-/// Sets the bins above 0 Hz of a real signal: `change(f, bin)`.
-fn filtered(
-    samples: &[f64],
-    mut change: impl FnMut(f64, Complex<f64>) -> Complex<f64>,
-) -> Vec<f64> {
-    let n = samples.len();
-    let mut planner = FftPlanner::new();
-    let mut bins: Vec<Complex<f64>> = samples.iter().map(|v| Complex::new(*v, 0.0)).collect();
-    planner.plan_fft_forward(n).process(&mut bins);
-    for k in 1..n.div_ceil(2) {
-        bins[k] = change(k as f64 * RATE_HZ / n as f64, bins[k]);
-        bins[n - k] = bins[k].conj();
-    }
-    planner.plan_fft_inverse(n).process(&mut bins);
-    bins.iter().map(|bin| bin.re / n as f64).collect()
-}
-
-/// The amplitude of a texture: two broad humps, as sliding fingers make, over a floor.
-fn humps(f: f64) -> f64 {
-    let hump = |centre: f64, width: f64| (-((f / centre).ln() / width).powi(2)).exp();
-    0.03 + hump(70.0, 0.5) + 0.8 * hump(210.0, 0.4)
-}
-
-/// Gaussian noise with the amplitudes `shape(f)`, `rms_m_s2` strong in the mean over realisations.
-fn texture(
-    seed: u64,
-    samples: usize,
-    rms_m_s2: f64,
-    shape: impl Fn(f64) -> f64,
-) -> Series<Acceleration> {
-    let mut random = Random::new(seed);
-    let white: Vec<f64> = (0..samples).map(|_| random.normal()).collect();
-    let mut power = 0.0;
-    let coloured = filtered(&white, |f, bin| {
-        let gain = if f > 15.0 { shape(f) } else { 0.0 };
-        power += 2.0 * gain * gain / samples as f64;
-        bin * gain
-    });
-    let gain = rms_m_s2 / power.sqrt();
-    series(coloured.iter().map(|v| v * gain).collect())
-}
+use vibrations::{
+    RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, series, texture,
+};
 
 /// The same magnitudes with other phases.
 fn twin(x: &Series<Acceleration>, seed: u64) -> Series<Acceleration> {
@@ -310,18 +236,6 @@ fn the_limits_hold_the_truth_nineteen_times_of_twenty() {
     }
 }
 
-/// A mono WAV file of 16-bit integers as shares of full scale, and its rate.
-fn read_wav(path: &std::path::Path) -> (Vec<f64>, f64) {
-    let bytes = std::fs::read(path).unwrap();
-    let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    assert_eq!(bytes[20..24], [1, 0, 1, 0], "mono, integers");
-    let data = bytes.windows(4).position(|w| w == b"data").unwrap();
-    let end = (data + 8 + number(data + 4) as usize).min(bytes.len());
-    let samples = bytes[data + 8..end].chunks_exact(2);
-    let samples = samples.map(|b| f64::from(i16::from_le_bytes([b[0], b[1]])) / 32_768.0);
-    (samples.collect(), f64::from(number(24)))
-}
-
 /// Measured textures, as they are and looped to 30 s.
 #[test]
 fn measured_textures_score_below_a_tenth_against_their_twins() {
@@ -371,94 +285,6 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
             );
             if how == "looped" {
                 assert!(against_twin.score.jnd < 0.1, "{}", against_twin.sentence());
-            }
-        }
-    }
-}
-
-/// The halves of `x`.
-fn halves(x: &[f64], rate_hz: f64) -> [Series<Acceleration>; 2] {
-    let rate = SampleRate::new(rate_hz).unwrap();
-    let (first, second) = x.split_at(x.len() / 2);
-    [first, &second[..first.len()]].map(|half| Series::new(half.to_vec(), rate).unwrap())
-}
-
-/// Strokes that begin and end softly are no stationary noise.
-#[test]
-fn halves_of_measured_recordings_are_not_distinguishable() {
-    let mut scored = 0;
-    for texture in ["text3", "text9"] {
-        for part in ["ref", "v1", "v2", "v3", "v4"] {
-            let Some(path) = shared(&format!("data/vibration/textsense/{texture}_{part}.wav"))
-            else {
-                return;
-            };
-            let (samples, rate_hz) = read_wav(&path);
-            let mean = piezotact::series::mean(&samples);
-            // Full scale is not stated: they are brought to 2 m/s² rms.
-            let gain = 2.0 / piezotact::series::standard_deviation(&samples);
-            let all: Vec<f64> = samples.iter().map(|v| gain * (v - mean)).collect();
-            let [a, b] = halves(&all, rate_hz);
-            let config = ScoreConfig::over(config().band, rate_hz);
-            // Halves of the shortest last 0.43 s: they are refused.
-            let s = match score(&a, &b, &config) {
-                Ok(s) => s,
-                Err(ScoreError::TooShort { .. }) => continue,
-                Err(error) => panic!("{texture}_{part}: {error}"),
-            };
-            eprintln!(
-                "halves of {texture}_{part}, {:.2} s each: {}",
-                a.duration().0,
-                s.sentence()
-            );
-            assert!(
-                !matches!(s.verdict, Verdict::Distinguishable { .. }),
-                "{texture}_{part}: {}",
-                s.sentence()
-            );
-            scored += 1;
-        }
-    }
-    assert_eq!(scored, 5);
-}
-
-/// Noise whose level wanders, as a random walk does or in one direction, is not told apart from itself; noise that does not
-/// wander is still below the JND.
-#[test]
-fn halves_of_noise_that_wanders_are_not_distinguishable() {
-    let wandering = |seed: u64, seconds: usize, walk_db: f64, drift_db: f64| -> Vec<f64> {
-        let x = texture(seed, seconds * 5000, 3.0, humps);
-        let mut random = Random::new(seed + 900);
-        let mut level_db = 0.0;
-        let steps = 20.0 * seconds as f64;
-        let mut out = Vec::with_capacity(x.samples().len());
-        for (i, cut) in x.samples().chunks(250).enumerate() {
-            level_db += walk_db * random.normal() / steps.sqrt();
-            let gain = 10f64.powf((level_db + drift_db * i as f64 / steps) / 20.0);
-            out.extend(cut.iter().map(|v| v * gain));
-        }
-        out
-    };
-    for (what, walk_db, drift_db, most) in [
-        ("steady", 0.0, 0.0, 0),
-        ("a walk of 6 dB", 6.0, 0.0, 3),
-        ("a drift of 8 dB", 0.0, 8.0, 1),
-    ] {
-        for seconds in [4, 10] {
-            let (mut told, mut below) = (0, 0);
-            for seed in 0..30 {
-                let x = wandering(seed, seconds, walk_db, drift_db);
-                let [a, b] = halves(&x, RATE_HZ);
-                let s = scored(&a, &b);
-                told += usize::from(matches!(s.verdict, Verdict::Distinguishable { .. }));
-                below += usize::from(s.verdict == Verdict::BelowJnd);
-            }
-            eprintln!(
-                "halves of {seconds} s, {what}: distinguishable in {told}, below the JND in {below} of 30"
-            );
-            assert!(told <= most, "{what}, {seconds} s: {told} of 30");
-            if most == 0 && seconds == 10 {
-                assert!(below >= 20, "{below} of 30");
             }
         }
     }

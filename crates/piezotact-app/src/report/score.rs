@@ -37,7 +37,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         section {
             h2 { "What both hold, and what of it is felt" }
             (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))
-            (figure(&differences(s)?, "Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND of 1.58 dB, or as stated below. Grey: not felt."))
+            (figure(&differences(s)?, &format!("Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND of {} dB; nothing is decided up to {} dB. Grey: not felt.", s.config.level_jnd.0, s.config.level_jnd_high.0.max(s.config.level_jnd.0))))
         }
         (table(s))
         (beside(s))
@@ -103,7 +103,7 @@ fn criteria(s: &Score) -> Markup {
     html! {
         section {
             h2 { "What decides" }
-            div.wide { table {
+            table {
                 tr { th { "criterion" } th.n { "found, JND" } th.n { "95 %" } th { "limit" } th { "outcome" } }
                 @for c in &s.criteria {
                     tr {
@@ -114,7 +114,7 @@ fn criteria(s: &Score) -> Markup {
                         td { @if c.outcome == Judged::Met { b { (c.outcome.word()) } } @else { (c.outcome.word()) } }
                     }
                 }
-            } }
+            }
             p.soft { "Below the just-noticeable difference: the first criterion is met. Distinguishable: none is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
         }
     }
