@@ -18,6 +18,14 @@ pub(crate) fn model(args: &Feeling) -> Outcome<Model> {
     crate::commands::score::model(args, band)
 }
 
+/// "1 pair", "all 6 pairs".
+pub(crate) fn pairs(count: usize) -> String {
+    match count {
+        1 => "1 pair".into(),
+        count => format!("all {count} pairs"),
+    }
+}
+
 /// What was found, with the settings' names, or why it is withheld.
 pub(crate) struct Discrimination {
     pub(crate) settings: Vec<String>,
@@ -61,10 +69,10 @@ impl Discrimination {
     pub(crate) fn line(&self) -> String {
         match &self.found {
             Ok(found) => format!(
-                "what decides: told apart beyond what {} of one sample differ by (permutation test, {:.0} % over all {} pairs) and beyond {:.1} dB or {:.2} JND, below the JND within {:.2} dB; distances in JND of {:.2} dB over {}",
+                "what decides: told apart beyond what {} of one sample differ by (permutation test, {:.0} % over {}) and beyond {:.1} dB or {:.2} JND, below the JND within {:.2} dB; distances in JND of {:.2} dB over {}",
                 found.units.word(),
                 found.config.alpha * 100.0,
-                found.family,
+                pairs(found.family),
                 found
                     .config
                     .model
