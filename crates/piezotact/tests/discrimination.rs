@@ -426,8 +426,9 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
             found.settings[0].sentences().join(""),
             scored.sentence()
         );
+        // Windows of 0.8 s do not weigh the strokes alike: the standard error of a mean of twelve is 0.1 JND.
         assert!(
-            (pair.distance_jnd - scored.score.jnd).abs() < 0.1,
+            (pair.distance_jnd - scored.score.jnd).abs() < 0.3,
             "{} {}",
             pair.distance_jnd,
             scored.score.jnd
