@@ -21,7 +21,7 @@ pub(crate) use device::{
     Play, Render, Transfer, Verify,
 };
 pub(crate) use export::Export;
-pub(crate) use score::Score;
+pub(crate) use score::{Feeling, Score};
 pub(crate) use twin::Replay;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
@@ -83,7 +83,7 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Says whether a finger could tell two vibrations apart, in just-noticeable differences.
     #[command(
-        after_help = "The score does not depend on which realisation of a texture was recorded; it is the largest difference in\nspectrum, level and low-high balance, over the detection threshold, in JND. The exit code is 0 whatever the\nverdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+        after_help = "The score does not depend on which realisation of a texture was recorded; it is the largest difference in\nspectrum, level and low-high balance, over the detection threshold, in JND. It is below the just-noticeable\ndifference (75 % of judgements correct) when all of its 95 % interval is below 1 JND, distinguishable when all of it is above\nthe published range (2.5 dB), and else not decided. The exit code is 0 whatever the verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
     )]
     Score(Score),
     /// Cuts recordings into strokes and says what was rejected, and why.
@@ -98,7 +98,7 @@ pub(crate) enum Command {
     Analyse(Analyse),
     /// Compares samples, speeds, participants, or active with passive touch.
     #[command(
-        after_help = "Example:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+        after_help = "Samples are told apart when their strokes differ by more than strokes of one sample do (a permutation test over\nall pairs, 5 %) and by more than the published range of the just-noticeable difference; distance, JND and\nthreshold are those of `piezotact score`, for accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(Compare),
     /// Computes the roughness of a measured profile or height map.
@@ -267,17 +267,8 @@ pub(crate) struct Compare {
     /// What is compared.
     #[arg(long, value_enum)]
     pub(crate) by: By,
-    /// One just-noticeable difference in level, in dB.
-    #[arg(
-        long,
-        default_value_t = 1.5,
-        value_name = "DB",
-        allow_negative_numbers = true
-    )]
-    pub(crate) jnd: f64,
-    /// Samples that differ by this many JND or less cannot be told apart.
-    #[arg(long, default_value_t = 1.0, value_name = "JND")]
-    pub(crate) threshold: f64,
+    #[command(flatten)]
+    pub(crate) feeling: Feeling,
     #[command(flatten)]
     pub(crate) computing: Computing,
 }

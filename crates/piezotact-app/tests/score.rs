@@ -27,7 +27,7 @@ fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
     done.expect_success();
     let out = done.out();
     assert!(
-        out.starts_with("indistinguishable: all differences are below 1 JND, score 0."),
+        out.starts_with("below the just-noticeable difference (75 % correct): score 0."),
         "{out}"
     );
     for part in [
@@ -41,8 +41,10 @@ fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
     }
     let html = std::fs::read_to_string(folder.path("score.html")).unwrap();
     for part in [
-        "indistinguishable",
+        "below the just-noticeable difference (75 % correct)",
         "detection threshold",
+        "halves of one recording",
+        "no nail-to-skin map was given",
         "not in m/s²",
         "Beside the score",
         "<svg",
@@ -50,14 +52,16 @@ fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
         assert!(html.contains(part), "the report lacks {part}");
     }
     let json = score(&folder, "a.wav", "b.wav", &["--json"]).json();
-    assert_eq!(json["verdict"]["is"], "indistinguishable");
+    assert_eq!(json["verdict"]["is"], "below_jnd");
+    assert_eq!(json["criteria"][0]["outcome"], "met");
+    assert_eq!(json["criteria"][0]["limit"]["met"], 1.0);
     assert!(json["score"]["jnd"].as_f64().unwrap() < 0.2);
     assert_eq!(json["bands"].as_array().unwrap().len(), 18);
     assert!(
         json["sentence"]
             .as_str()
             .unwrap()
-            .starts_with("indistinguishable")
+            .starts_with("below the just-noticeable difference")
     );
     for key in [
         "waveform",
@@ -100,7 +104,8 @@ fn what_cannot_be_scored_is_refused_and_what_is_doubtful_is_said() {
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write("silent.wav", wav((0..50_000).map(|_| 0.0), 5_000));
     folder.write("short.wav", wav(noise(2_000), 5_000));
-    folder.write("second.wav", wav(noise(5_000).map(|v| 0.5 * v), 5_000));
+    let other = noise(155_000).skip(150_000).map(|v| 0.5 * v);
+    folder.write("second.wav", wav(other, 5_000));
     let rows: String = (0..9_000)
         .map(|i| format!("{},{}\n", f64::from(i) * 2e-4, i % 7))
         .collect();
@@ -134,7 +139,7 @@ fn what_cannot_be_scored_is_refused_and_what_is_doubtful_is_said() {
     );
     let done = score(&folder, "second.wav", "a.wav", &[]);
     done.expect_success();
-    assert!(done.out().starts_with("cannot tell"), "{}", done.out());
+    assert!(done.out().starts_with("not decided"), "{}", done.out());
     assert!(
         done.err().contains("take a longer signal"),
         "{}",
@@ -155,4 +160,41 @@ fn a_recording_is_nothing_but_itself() {
     assert!((json["literature"]["st_sim"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-9);
     assert!((json["literature"]["spqi"].as_f64().unwrap() - 1.0).abs() < 1e-6);
     assert_eq!(json["extent"], "shared_part");
+}
+
+/// Skin that moves less than the nail feels less; a table that is no map is refused with what to do.
+#[test]
+fn a_nail_to_skin_map_moves_the_threshold() {
+    let folder = Folder::new();
+    folder.write("a.wav", realisation(0, 5_000, 0.5));
+    folder.write("b.wav", realisation(1, 5_000, 0.5));
+    folder.write(
+        "map.csv",
+        "# laser\nfrequency (Hz),skin over nail (dB)\n10,-20\n1000,-20\n",
+    );
+    folder.write("ratio.csv", "frequency (Hz),ratio\n10,0.1\n1000,0.1\n");
+    folder.write(
+        "bad.csv",
+        "frequency (Hz),skin over nail (dB)\n100,-3\n50,-3\n",
+    );
+    folder.write("other.csv", "x,y\n1,2\n");
+    let of = |more: &[&str]| score(&folder, "a.wav", "b.wav", &[&["--json"], more].concat()).json();
+    let level = |json: &serde_json::Value| json["reference_sensation_db"].as_f64().unwrap();
+    let plain = level(&of(&[]));
+    for map in ["map.csv", "ratio.csv"] {
+        let json = of(&["--contact-map", map]);
+        assert!((plain - level(&json) - 20.0).abs() < 1e-6, "{map}");
+        assert!(
+            !json["doubts"].to_string().contains("thresholds_of_skin"),
+            "{}",
+            json["doubts"]
+        );
+    }
+    assert!(of(&[])["doubts"].to_string().contains("thresholds_of_skin"));
+    for (map, parts) in [
+        ("bad.csv", ["50 Hz", "row 2"]),
+        ("other.csv", ["header `x,y`", "frequency"]),
+    ] {
+        score(&folder, "a.wav", "b.wav", &["--contact-map", map]).expect_failure(1, &parts);
+    }
 }

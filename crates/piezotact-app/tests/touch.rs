@@ -328,16 +328,27 @@ fn samples_follow_their_roughness_and_active_touch_its_passive_twin() {
         across["roughness"]
     );
     assert!(number(&across["roughness"]["rms_rank_correlation"]["rho"]) > 0.97);
-    assert_eq!(
-        across["indistinguishable"],
-        serde_json::json!([["S7", "S8"]])
-    );
+    // S7 and S8 have one level, and the others lie 4.8 dB apart or more.
+    assert_eq!(across["below_jnd"], serde_json::json!([["S7", "S8"]]));
+    let found = &across["discrimination"];
+    let pair = |a: usize, b: usize| -> Value {
+        let pairs = found["settings"][0]["pairs"].as_array().unwrap();
+        let is = |p: &&Value| p["a"] == a && p["b"] == b;
+        pairs.iter().find(is).unwrap().clone()
+    };
+    let first = pair(0, 1);
     assert!(
-        (number(&across["distances"]["distance_jnd"][0][1])
-            - 20.0 * (43.7f64 / 14.4).sqrt().log10() / 1.5)
-            .abs()
-            < 0.1
+        (number(&first["distance_jnd"]) - 10.0 * (43.7f64 / 14.4).log10() / 1.58).abs() < 0.2,
+        "{first}"
     );
+    assert_eq!(pair(2, 3)["outcome"], "below_jnd");
+    // Six strokes of each can show a difference over ten pairs.
+    assert_eq!(pair(0, 4)["outcome"], "told_apart", "{}", pair(0, 4));
+    assert_eq!(
+        (&found["family"], &found["units"]),
+        (&10.into(), &"strokes".into())
+    );
+    assert_eq!(pair(0, 4)["criteria"].as_array().unwrap().len(), 3);
     let both = run("touch", &files);
     let compared = &both["active_against_passive"];
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 5, "{compared}");
@@ -502,7 +513,7 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
                 "0",
             ],
             2,
-            &["above zero"],
+            &["just-noticeable difference", "above 0"],
         ),
         (
             &["segment", "S1.csv", "silent.csv", "--cuts", "bad.cuts"],

@@ -5,6 +5,7 @@
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
 mod atomic;
+mod contact_map;
 mod csv_table;
 mod cuts_file;
 mod error;
@@ -26,6 +27,7 @@ pub mod uff;
 pub mod wav;
 
 pub use atomic::write_atomically;
+pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use error::{ReadError, WriteError};
 pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};

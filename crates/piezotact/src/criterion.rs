@@ -95,6 +95,15 @@ impl Limit {
         }
     }
 
+    /// The value from which on it is not met: [`Self::value`] where sources agree.
+    #[must_use]
+    pub fn not_met_from(self) -> f64 {
+        match self {
+            Self::AtMost { not_met, .. } | Self::AtLeast { not_met, .. } => not_met,
+            Self::Within { reach } => reach,
+        }
+    }
+
     /// Whether it is met by every value, by none or by some of `interval`, [lowest, highest].
     #[must_use]
     pub fn judge(self, interval: [f64; 2]) -> Outcome {

@@ -681,4 +681,7 @@ pub enum Doubt {
     /// Of a drive that was played through what it was made with.
     #[serde(untagged)]
     Rehearsal(crate::recording::RehearsalDoubt),
+    /// What is doubtful of whether vibrations can be told apart.
+    #[serde(untagged)]
+    Discrimination(crate::discrimination::DiscriminationDoubt),
 }

@@ -16,6 +16,7 @@ pub mod convolve;
 pub mod correct;
 pub mod criterion;
 pub mod device;
+pub mod discrimination;
 pub mod doubt;
 pub mod envelope;
 pub mod feature;

@@ -139,6 +139,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if let ["V1", part @ ..] = only {
         return crate::verdicts::run(part);
     }
+    if only == ["C1"] {
+        return crate::discrimination::run();
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     let folder = inputs(python, &script)?;
     println!(

@@ -1,7 +1,10 @@
 //! Chores of the project: `tidy` checks its invariants, `bench` measures it beside its peers.
 
 mod bench;
+mod discrimination;
 mod rendering;
+#[path = "../../piezotact/tests/studies/mod.rs"]
+mod studies;
 mod tidy;
 mod verdicts;
 mod work;

@@ -26,6 +26,32 @@ impl From<CurveName> for LevelCurve {
     }
 }
 
+/// What a finger feels, and what of a difference.
+#[derive(Debug, Args)]
+pub(crate) struct Feeling {
+    /// One just-noticeable difference in level, in dB: below it nothing is noticed; up to 2.5 dB, the upper end of what was
+    /// published, nothing is decided.
+    #[arg(
+        long,
+        default_value_t = 1.58,
+        value_name = "DB",
+        allow_negative_numbers = true
+    )]
+    pub(crate) jnd: f64,
+    /// One just-noticeable difference in frequency, as a share of it.
+    #[arg(
+        long,
+        default_value_t = 0.2,
+        value_name = "SHARE",
+        allow_negative_numbers = true
+    )]
+    pub(crate) frequency_jnd: f64,
+    /// How skin moves when the nail does, as it was measured: a table of frequency (Hz) and skin over nail (dB, or ratio). Unless
+    /// given, they are taken to move alike.
+    #[arg(long, value_name = "MAP.csv")]
+    pub(crate) contact_map: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Score {
     /// The reference: what should be felt.
@@ -46,22 +72,8 @@ pub(crate) struct Score {
     /// The band over which they are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// One just-noticeable difference in level, in dB.
-    #[arg(
-        long,
-        default_value_t = 1.58,
-        value_name = "DB",
-        allow_negative_numbers = true
-    )]
-    pub(crate) jnd: f64,
-    /// One just-noticeable difference in frequency, as a share of it.
-    #[arg(
-        long,
-        default_value_t = 0.2,
-        value_name = "SHARE",
-        allow_negative_numbers = true
-    )]
-    pub(crate) frequency_jnd: f64,
+    #[command(flatten)]
+    pub(crate) feeling: Feeling,
     /// What ST-SIM and SPQI take for full scale; neither paper says.
     #[arg(long, default_value = "1 m/s2", value_name = "VALUE UNIT")]
     pub(crate) full_scale: Measure,

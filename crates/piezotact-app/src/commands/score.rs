@@ -4,14 +4,15 @@ use std::fmt::Write as _;
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::quantity::{Decibels, Unit};
+use piezotact::discrimination::Model;
+use piezotact::quantity::{Band, Decibels, Unit};
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
-use piezotact_dataset::ReadOptions;
+use piezotact_dataset::{ReadOptions, read_contact_map};
 use serde_json::Value;
 
 use super::{inspected, outputs, rate_option, read, texture};
-use crate::cli::Score;
+use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
 use crate::report;
@@ -68,9 +69,12 @@ pub(crate) fn run(args: &Score) -> Outcome {
         doubt,
     } = to_common_rate(("the reference", a), ("the test", b))?;
     add(&Vec::from_iter(doubt));
+    let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
-        level_jnd: Decibels(args.jnd),
-        frequency_jnd_share: args.frequency_jnd,
+        level_jnd: felt.level_jnd,
+        level_jnd_high: felt.level_jnd_high,
+        frequency_jnd_share: felt.frequency_jnd_share,
+        contact: felt.contact,
         literature: LiteratureConfig {
             curve: args.curve.into(),
             full_scale_m_s2: args.full_scale.value,
@@ -107,12 +111,38 @@ pub(crate) fn run(args: &Score) -> Outcome {
     }
 }
 
+/// What a finger feels over `band`, as it was asked for.
+pub(crate) fn model(args: &Feeling, band: Band) -> Outcome<Model> {
+    for (what, jnd) in [
+        ("in level, in dB", args.jnd),
+        ("in frequency, as a share", args.frequency_jnd),
+    ] {
+        if !(jnd > 0.0 && jnd.is_finite()) {
+            return Err(usage(ScoreError::Jnd { what, found: jnd }));
+        }
+    }
+    Ok(Model {
+        level_jnd: Decibels(args.jnd),
+        frequency_jnd_share: args.frequency_jnd,
+        contact: args
+            .contact_map
+            .as_deref()
+            .map(read_contact_map)
+            .transpose()?,
+        ..Model::over(band)
+    })
+}
+
 /// A score as JSON, with the sentences of its doubts and its verdict.
 fn json(score: &score::Score) -> Outcome<Value> {
     let mut value = serde_json::to_value(score)?;
     if let Some(fields) = value.as_object_mut() {
         fields.insert("doubts".into(), doubts_json(&score.doubts)?);
         fields.insert("sentence".into(), score.sentence().into());
+        fields.insert(
+            "jnd_source".into(),
+            score.config.model().jnd_source().into(),
+        );
     }
     Ok(value)
 }
@@ -144,8 +174,10 @@ fn text(score: &score::Score) -> String {
     let _never_fails = write!(
         text,
         "levels in dB re 1 m/s² rms; felt: over threshold, spread over neighbouring bands, ± 95 %\n\n\
+         {}\n\
          differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND ({:.0} Hz and {:.0} Hz)\n\
          spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), lines {:.2} Hz apart; level {:+.2} dB",
+        criteria(score),
         score.spectrum.jnd,
         score.level.jnd,
         score.balance.jnd,
@@ -180,6 +212,23 @@ fn text(score: &score::Score) -> String {
         );
     }
     text
+}
+
+/// The criteria, one a line.
+fn criteria(score: &score::Score) -> String {
+    let lines: Vec<String> = score
+        .criteria
+        .iter()
+        .map(|c| {
+            format!(
+                "criterion: {}: {}, limit {}",
+                report::score::criterion_name(c.what),
+                c.outcome.word(),
+                report::score::limit_text(c.limit)
+            )
+        })
+        .collect();
+    lines.join("\n")
 }
 
 fn row(band: &BandScore) -> String {

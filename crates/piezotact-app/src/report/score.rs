@@ -1,10 +1,11 @@
 //! The report of a score: whether a finger could tell, and where.
 
 use maud::{Markup, html};
+use piezotact::criterion::{Limit, Outcome as Judged};
 use piezotact::doubt::merged;
 use piezotact::quantity::{Decibels, Hertz};
 use piezotact::recording::Recording;
-use piezotact::score::{BandScore, Difference, Extent, Score, Verdict};
+use piezotact::score::{BandScore, Difference, Extent, Score, ScoreCriterion, Verdict};
 use plotters::style::RGBColor;
 
 use super::axis::Axis;
@@ -32,11 +33,12 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         h1 { (title) }
         p.soft { "A, the reference: " (page.names[0]) ". B, what is compared with it: " (page.names[1]) "." }
         (verdict(s))
+        (criteria(s))
         (doubts(s))
         section {
             h2 { "What both hold, and what of it is felt" }
             (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))
-            (figure(&differences(s)?, "Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND. Grey: not felt."))
+            (figure(&differences(s)?, &format!("Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND of {} dB; nothing is decided up to {} dB. Grey: not felt.", s.config.level_jnd.0, s.config.level_jnd_high.0.max(s.config.level_jnd.0))))
         }
         (table(s))
         (beside(s))
@@ -53,9 +55,9 @@ fn limits(d: Difference) -> String {
 fn verdict(s: &Score) -> Markup {
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     let class = match s.verdict {
-        Verdict::Indistinguishable => "verdict",
+        Verdict::BelowJnd => "verdict",
         Verdict::Distinguishable { .. } => "verdict failed",
-        Verdict::CannotTell { .. } => "verdict open",
+        Verdict::NotDecided { .. } => "verdict open",
     };
     let jnd = |d: Difference, what: &str| {
         number(
@@ -74,6 +76,47 @@ fn verdict(s: &Score) -> Markup {
                 (number(format!("{:.1} and {:.1} dB", s.reference_sensation_db, s.test_sensation_db).replace('-', "−"), "A and B over the detection threshold"))
                 (number(format!("{:.0} and {:.0} Hz", s.reference_centroid_hz, s.test_centroid_hz), "mean frequency of what A and B excite"))
             }
+        }
+    }
+}
+
+/// What is judged, in words.
+pub(crate) fn criterion_name(what: ScoreCriterion) -> &'static str {
+    match what {
+        ScoreCriterion::JustNoticeableDifference => {
+            "score below the just-noticeable difference (75 % correct)"
+        }
+        ScoreCriterion::DifferenceWithin => "score within what halves of one recording differ by",
+    }
+}
+
+/// A limit in JND, with the range in which nothing is decided.
+pub(crate) fn limit_text(limit: Limit) -> String {
+    match limit {
+        Limit::AtMost { met, not_met } | Limit::AtLeast { not_met, met } if met < not_met => {
+            format!("{met:.2} JND; up to {not_met:.2} JND not decided")
+        }
+        limit => format!("{:.2} JND", limit.value()),
+    }
+}
+
+fn criteria(s: &Score) -> Markup {
+    html! {
+        section {
+            h2 { "What decides" }
+            table {
+                tr { th { "criterion" } th.n { "found, JND" } th.n { "95 %" } th { "limit" } th { "outcome" } }
+                @for c in &s.criteria {
+                    tr {
+                        td { (criterion_name(c.what)) }
+                        td.n { (c.found.map_or("–".into(), |v| format!("{v:.2}"))) }
+                        td.n { (c.interval.map_or("–".into(), |[low, high]| format!("{low:.2}–{high:.2}"))) }
+                        td { (limit_text(c.limit)) }
+                        td { @if c.outcome == Judged::Met { b { (c.outcome.word()) } } @else { (c.outcome.word()) } }
+                    }
+                }
+            }
+            p.soft { "Below the just-noticeable difference: the first criterion is met. Distinguishable: none is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
         }
     }
 }
@@ -254,11 +297,17 @@ fn beside(s: &Score) -> Markup {
 
 fn method(s: &Score) -> Markup {
     let c = &s.config;
+    let model = c.model();
     html! {
         section {
             h2 { "How it is computed" }
-            p { (format!("One JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency. Power over the squared detection threshold, spread over third octaves by {:.2} in ln f; what lies below threshold is lifted to it. The score is the largest of three differences: the mean of the bands weighed by what they excite, the overall level, and the mean frequency of what is excited.", c.level_jnd.0, c.frequency_jnd_share * 100.0, c.spreading())) }
-            p.soft { (format!("Thresholds: {}. PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} segments of the shorter one. Limits: 95 %, from how the segments differ, or from what noise of this spectrum would do where they are fewer than ten; they take A and B for independent.", c.weighting.source(), s.rate_hz, c.welch.window.name(), c.welch.segment, s.rate_hz / c.welch.segment as f64, c.welch.overlap * 100.0, s.segments)) }
+            p { (format!("One JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; up to {} dB nothing is decided. Power over the squared detection threshold, spread over third octaves by {:.2} in ln f; what lies below threshold is lifted to it. The score is the largest of three differences: the mean of the bands weighed by what they excite, the overall level, and the mean frequency of what is excited.", c.level_jnd.0, c.frequency_jnd_share * 100.0, c.level_jnd_high.0.max(c.level_jnd.0), c.spreading())) }
+            p.soft { (format!("Thresholds: {}. PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} segments of the shorter one. Limits: 95 %, from how the segments differ, or its quarters and halves where those differ by more; from what noise of this spectrum would do where segments are fewer than ten; {}.", c.weighting.source(), s.rate_hz, c.welch.window.name(), c.welch.segment, s.rate_hz / c.welch.segment as f64, c.welch.overlap * 100.0, s.segments, match s.extent { Extent::SharedPart => "since B follows A, from their differences at the same time", Extent::WholeOfEach => "A and B are taken for independent" })) }
+            p.soft { (model.jnd_source()) "." }
+            p.soft { @match &c.contact {
+                Some(map) => { "Nail-to-skin map: " (map.source()) "." },
+                None => "The thresholds are of skin displacement; no nail-to-skin map was given, so skin is taken to move as the nail does.",
+            } }
         }
     }
 }

@@ -1,149 +1,546 @@
-//! Which textures cannot be told apart by their vibration.
+//! Which samples a finger could tell apart by their vibration, from the strokes of each.
 
 use serde::{Deserialize, Serialize};
 
-/// What is compared: a name, and a one-sided PSD with lines `resolution_hz` apart from 0 Hz.
+use super::permutation::{Draws, smallest_p, units_needed};
+use super::telling::{Groups, Pair, PairCriterion, Sampled, Telling};
+use super::{holm, permutation_test};
+use crate::criterion::{Criterion, Limit};
+use crate::discrimination::{
+    Difference, DiscriminationDoubt, Evidence, Excitation, ExcitationPlan, Model, Units,
+    differences,
+};
+use crate::feature::Analysis;
+use crate::quantity::{Band, Hertz, Unit};
+
+/// Recordings whose strokes are this likely to be those of one recording count as one.
+const POOLED_FROM: f64 = 0.1;
+/// The divisions of a sample's units into halves that are looked at.
+const HALVINGS: usize = 199;
+/// The divisions of strokes among recordings that are looked at.
+const SHUFFLES: usize = 499;
+/// More divisions than this are never drawn for one pair.
+const MOST_DRAWS: usize = 200_000;
+
+/// What is compared: a sample's strokes, by recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// The name.
+    /// The sample.
     pub name: String,
-    /// Its mean PSD.
-    pub psd: Vec<f64>,
-    /// The step between its lines, Hz.
+    /// The PSDs of the strokes of each recording, one-sided, with lines `resolution_hz` apart from 0 Hz.
+    pub recordings: Vec<Vec<Vec<f64>>>,
+    /// The step between the lines, Hz.
     pub resolution_hz: f64,
+    /// The unit of the vibration.
+    pub unit: Unit,
+    /// The highest frequency that the PSDs hold, Hz.
+    pub highest_hz: f64,
 }
 
-/// How far apart two vibrations must be to be told apart.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Discrimination {
-    /// One just-noticeable difference in level, dB.
-    pub level_jnd_db: f64,
-    /// One just-noticeable difference in the level of an octave band, dB.
-    pub band_jnd_db: f64,
-    /// Textures of one group differ by this or less, in JND.
-    pub threshold_jnd: f64,
-}
-
-impl Discrimination {
-    /// 1.5 dB in level (a Weber fraction of 19 %), 2.5 dB in an octave band, and a threshold of one JND.
+impl Texture {
+    /// The strokes of `recordings` as those of `name`; `None` without one.
     ///
-    /// Source: A. Israr, H. Z. Tan and C. M. Reed (2006), J. Acoust. Soc. Am. 120(5): 2.2–2.5 dB for isolated
-    /// bands; 1.5 dB for broadband textures is this program's choice.
+    /// Source: none; it gathers what was analysed.
     #[must_use]
-    pub fn usual() -> Self {
-        Self {
-            level_jnd_db: 1.5,
-            band_jnd_db: 2.5,
-            threshold_jnd: 1.0,
-        }
-    }
-
-    /// The distance of two textures in JND, 0 for two silent ones.
-    ///
-    /// Formula: √((ΔL/level JND)² + (largest ΔB/band JND)²), where L is the level within the octave bands together and
-    /// B that of one band relative to them; bands around 1 to 500 Hz in which either texture holds 1 % of its power
-    /// or more.
-    ///
-    /// Source: the cue combination of independent differences (Pythagorean sum), N. A. Macmillan and C. D. Creelman,
-    /// *Detection Theory*, 2nd ed., chapter 6; of bands the one that differs most decides, as in profile analysis.
-    #[must_use]
-    pub fn distance_jnd(&self, a: &Texture, b: &Texture) -> f64 {
-        let (a, b) = (band_powers(a), band_powers(b));
-        let total = |bands: &[f64; 10]| bands.iter().sum::<f64>().max(SILENCE);
-        let (all_a, all_b) = (total(&a), total(&b));
-        let level = 10.0 * (all_a / all_b).log10() / self.level_jnd_db;
-        let shape = a
-            .iter()
-            .zip(&b)
-            .map(|(a, b)| (a / all_a, b / all_b))
-            .filter(|(a, b)| a.max(*b) >= 0.01)
-            .map(|(a, b)| (10.0 * (a.max(1e-6) / b.max(1e-6)).log10() / self.band_jnd_db).abs())
-            .fold(0.0, f64::max);
-        level.hypot(shape)
+    pub fn of(name: &str, recordings: &[&Analysis]) -> Option<Self> {
+        let first = recordings.first()?;
+        Some(Self {
+            name: name.into(),
+            recordings: recordings.iter().map(|a| a.psd.each.clone()).collect(),
+            resolution_hz: first.psd.resolution_hz,
+            unit: first.unit.clone(),
+            highest_hz: first.psd.resolution_hz * first.psd.mean.len().saturating_sub(1) as f64,
+        })
     }
 }
 
-/// Power below this is silence, u².
-const SILENCE: f64 = 1e-30;
-
-/// The power of a texture in the octave bands around 1, 2, 4, 8, 16, 31.5, 63, 125, 250 and 500 Hz, u².
-fn band_powers(texture: &Texture) -> [f64; 10] {
-    let mut powers = [0.0; 10];
-    for (k, value) in texture.psd.iter().enumerate() {
-        let octave = (k as f64 * texture.resolution_hz / (1000.0 / 1024.0))
-            .log2()
-            .round();
-        if (0.0..10.0).contains(&octave) {
-            powers[octave as usize] += value * texture.resolution_hz;
-        }
-    }
-    powers
-}
-
-/// Textures and which of them cannot be told apart.
+/// How samples are compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Groups {
-    /// The names, in the order of rows and columns.
-    pub names: Vec<String>,
-    /// The distance of every pair, JND.
-    pub distance_jnd: Vec<Vec<f64>>,
-    /// The groups, as indices of names: within one, every pair differs by the threshold or less, and no other texture
-    /// could join it.
-    pub groups: Vec<Vec<usize>>,
-    /// What decided.
-    pub discrimination: Discrimination,
+pub struct DiscriminationConfig {
+    /// What a finger feels, and what of a difference.
+    pub model: Model,
+    /// The probability with which any two samples of a study that are alike may be said to be told apart.
+    pub alpha: f64,
+    /// Draws the divisions.
+    pub seed: u64,
 }
 
-impl Groups {
-    /// The groups of two textures and more, by name.
+impl DiscriminationConfig {
+    /// Five per cent over all pairs, with the model `model`.
     #[must_use]
-    pub fn confusable(&self) -> Vec<Vec<&str>> {
-        self.groups
-            .iter()
-            .filter(|group| group.len() > 1)
-            .map(|group| group.iter().map(|i| self.names[*i].as_str()).collect())
-            .collect()
+    pub fn usual(model: Model) -> Self {
+        Self {
+            model,
+            alpha: 0.05,
+            seed: 1,
+        }
     }
 }
 
-/// The groups of `textures` that cannot be told apart by their vibration: the largest sets in which every pair is
-/// within the threshold. A texture may stand in several of them, and every close pair in one at least.
+/// A study in which samples were compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AcrossSamples {
+    /// One for each setting.
+    pub settings: Vec<Groups>,
+    /// What is taken for independent.
+    pub units: Sampled,
+    /// The pairs of all settings, over which errors are controlled.
+    pub family: usize,
+    /// How it was done.
+    pub config: DiscriminationConfig,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<DiscriminationDoubt>,
+}
+
+/// Why it is not said which samples can be told apart.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
+#[serde(tag = "withheld", rename_all = "snake_case")]
+pub enum Withheld {
+    /// The vibration is no acceleration in m/s².
+    #[error(
+        "which samples can be told apart is withheld: thresholds and JND are known of accelerations in m/s², and {sample} is in {}; state the scale of the sensor",
+        if unit.is_empty() { "a unit that is not stated" } else { unit }
+    )]
+    NotAnAcceleration {
+        /// A sample.
+        sample: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// The recordings end below what is felt.
+    #[error(
+        "which samples can be told apart is withheld: the spectra end at {highest_hz:.0} Hz, and vibrations are felt over {band}; record at 400 Hz or faster"
+    )]
+    BandNotHeld {
+        /// The highest frequency, Hz.
+        highest_hz: f64,
+        /// The band that is compared.
+        band: Band,
+    },
+    /// Spectra with other lines.
+    #[error(
+        "which samples can be told apart is withheld: the PSDs of {one} and {other} have other lines; record all at one rate"
+    )]
+    OtherLines {
+        /// One sample.
+        one: String,
+        /// Another.
+        other: String,
+    },
+}
+
+/// Spectra that end below this hold too little of what is felt, Hz.
+const LEAST_HIGH_HZ: f64 = 200.0;
+
+/// The band over which `settings` can be compared: that of the model, or as much of it as the PSDs hold.
+fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
+    let all = || settings.iter().flatten();
+    if let Some(other) = all().find(|t| t.unit != Unit::MetrePerSecondSquared) {
+        return Err(Withheld::NotAnAcceleration {
+            sample: other.name.clone(),
+            unit: other.unit.to_string(),
+        });
+    }
+    let lines = |t: &Texture| (t.highest_hz / t.resolution_hz.max(f64::MIN_POSITIVE)).round();
+    for textures in settings {
+        if let Some(first) = textures.first()
+            && let Some(other) = textures.iter().find(|t| {
+                (t.resolution_hz / first.resolution_hz - 1.0).abs() > 1e-3
+                    || (lines(t) - lines(first)).abs() > 0.5
+            })
+        {
+            return Err(Withheld::OtherLines {
+                one: first.name.clone(),
+                other: other.name.clone(),
+            });
+        }
+    }
+    let highest_hz = all().map(|t| t.highest_hz).fold(f64::INFINITY, f64::min);
+    // Written so that NaN is caught as well.
+    if !(highest_hz >= LEAST_HIGH_HZ.min(band.high().0)) {
+        return Err(Withheld::BandNotHeld { highest_hz, band });
+    }
+    Ok(Band::new(band.low(), Hertz(band.high().0.min(highest_hz))).unwrap_or(band))
+}
+
+/// What the units of a sample excite.
+struct Sample {
+    units: Vec<Excitation>,
+    mean: Excitation,
+}
+
+/// Which samples of each of `settings` a finger could tell apart by their vibration, from strokes: distances in JND as
+/// [`crate::score::score`] has them, of the mean power of each sample, with what strokes of one sample differ by.
 ///
-/// Source: maximal cliques of the graph of close pairs, C. Bron and J. Kerbosch (1973), Commun. ACM 16(9).
-#[must_use]
-pub fn indistinguishable(textures: &[Texture], discrimination: Discrimination) -> Groups {
-    let distance_jnd: Vec<Vec<f64>> = textures
+/// A pair is *told apart* when three things hold: its 95 % interval lies above the published range of the JND; it lies above what
+/// halves of either sample differ by; and the distance is larger than chance makes it by a permutation test over strokes,
+/// adjusted (Holm) for all pairs of all settings, so that a study of samples that are alike says so anywhere with a probability of at
+/// most α. It is *below the JND* when its interval lies below it. Everything else is *not decided*. Where recordings of a sample differ
+/// by more than its strokes do (a permutation of strokes among recordings, p < 0.1), recordings are the units, and the strokes of
+/// one are averaged.
+///
+/// Formula: limits from Student's t with the degrees of freedom of Welch and Satterthwaite on the derivative of the distance;
+/// [`permutation_test`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
+/// (C. Bron and J. Kerbosch 1973, Commun. ACM 16(9)).
+///
+/// Source: decisions 0014 and 0025 of this project.
+///
+/// # Errors
+/// [`Withheld`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.
+pub fn discriminate(
+    settings: &[Vec<Texture>],
+    config: &DiscriminationConfig,
+) -> Result<AcrossSamples, Withheld> {
+    let model = Model {
+        band: band_of(settings, config.model.band)?,
+        ..config.model.clone()
+    };
+    let config = DiscriminationConfig {
+        model,
+        ..config.clone()
+    };
+    let strokes: Vec<Vec<Vec<Vec<Excitation>>>> = settings
         .iter()
-        .map(|a| {
-            textures
+        .map(|textures| excitations(textures, &config.model))
+        .collect();
+    let mut doubts = config.model.doubts();
+    let family: usize = settings
+        .iter()
+        .map(|s| s.len() * s.len().saturating_sub(1) / 2)
+        .sum();
+    let apart = recordings_differ(strokes.iter().flatten(), &config);
+    let units = match apart {
+        Some(p_value) if p_value < POOLED_FROM => {
+            doubts.push(DiscriminationDoubt::RecordingsDiffer { p_value });
+            Sampled::Recordings
+        }
+        _ => Sampled::Strokes,
+    };
+    let mut found: Vec<Groups> = settings
+        .iter()
+        .zip(&strokes)
+        .map(|(textures, strokes)| {
+            let samples: Vec<Sample> = strokes.iter().map(|s| sample(s, units)).collect();
+            groups(textures, &samples, &config, family)
+        })
+        .collect();
+    judge(&mut found, &config);
+    doubts.extend(about_units(settings, &found, units, family, config.alpha));
+    Ok(AcrossSamples {
+        settings: found,
+        units,
+        family,
+        config,
+        doubts,
+    })
+}
+
+/// What every stroke excites, by sample and recording.
+fn excitations(textures: &[Texture], model: &Model) -> Vec<Vec<Vec<Excitation>>> {
+    let Some(first) = textures.first() else {
+        return Vec::new();
+    };
+    let bins = textures
+        .iter()
+        .flat_map(|t| t.recordings.iter().flatten())
+        .map(Vec::len)
+        .max()
+        .unwrap_or(0);
+    let plan = ExcitationPlan::new(model, bins, first.resolution_hz);
+    textures
+        .iter()
+        .map(|texture| {
+            texture
+                .recordings
                 .iter()
-                .map(|b| discrimination.distance_jnd(a, b))
+                .filter(|strokes| !strokes.is_empty())
+                .map(|strokes| strokes.iter().map(|psd| plan.of(psd)).collect())
                 .collect()
         })
-        .collect();
-    let near: Vec<Vec<usize>> = distance_jnd
-        .iter()
-        .enumerate()
-        .map(|(i, row)| {
-            let close = |j: &usize| *j != i && row[*j] <= discrimination.threshold_jnd;
-            (0..row.len()).filter(close).collect()
+        .collect()
+}
+
+fn sample(recordings: &[Vec<Excitation>], units: Sampled) -> Sample {
+    let units: Vec<Excitation> = match units {
+        Sampled::Strokes => recordings.iter().flatten().cloned().collect(),
+        Sampled::Recordings => recordings.iter().map(|r| Excitation::mean(r)).collect(),
+    };
+    Sample {
+        mean: Excitation::mean(&units),
+        units,
+    }
+}
+
+/// The mean of the sums of the units with these indices.
+fn mean_sums(units: &[&Excitation], of: &[usize], into: &mut Vec<f64>) {
+    into.clear();
+    into.resize(units.first().map_or(0, |u| u.sums.len()), 0.0);
+    for &i in of {
+        for (sum, value) in into.iter_mut().zip(&units[i].sums) {
+            *sum += value / of.len() as f64;
+        }
+    }
+}
+
+/// The probability that recordings of one sample differ as they do were it chance which stroke belongs to which; `None` where no sample
+/// has several recordings of which one has several strokes.
+///
+/// The statistic is the sum over recordings of strokes times the distance of the recording from its sample.
+fn recordings_differ<'a>(
+    samples: impl Iterator<Item = &'a Vec<Vec<Excitation>>>,
+    config: &DiscriminationConfig,
+) -> Option<f64> {
+    let samples: Vec<(Vec<usize>, Vec<&Excitation>)> = samples
+        .filter(|recordings| {
+            recordings.len() > 1 && recordings.iter().any(|strokes| strokes.len() > 1)
+        })
+        .map(|recordings| {
+            let counts = recordings.iter().map(Vec::len).collect();
+            (counts, recordings.iter().flatten().collect())
         })
         .collect();
-    let mut groups = Vec::new();
-    maximal(
-        &near,
-        &mut Vec::new(),
-        (0..textures.len()).collect(),
-        Vec::new(),
-        &mut groups,
-    );
-    groups.sort();
+    if samples.is_empty() {
+        return None;
+    }
+    let mut orders: Vec<Vec<usize>> = samples
+        .iter()
+        .map(|(_, s)| (0..s.len()).collect())
+        .collect();
+    let (mut all, mut one) = (Vec::new(), Vec::new());
+    let mut statistic = |orders: &[Vec<usize>]| -> f64 {
+        let mut sum = 0.0;
+        for ((counts, strokes), order) in samples.iter().zip(orders) {
+            mean_sums(strokes, order, &mut all);
+            let mut at = 0;
+            for count in counts {
+                mean_sums(strokes, &order[at..at + count], &mut one);
+                sum += *count as f64 * config.model.distance_jnd(&all, &one);
+                at += count;
+            }
+        }
+        sum
+    };
+    let observed = statistic(&orders);
+    let mut random = Draws::new(config.seed);
+    let mut larger = 0usize;
+    for _ in 0..SHUFFLES {
+        for order in &mut orders {
+            random.shuffle(order);
+        }
+        larger += usize::from(statistic(&orders) >= observed * (1.0 - 1e-9));
+    }
+    Some((larger + 1) as f64 / (SHUFFLES + 1) as f64)
+}
+
+/// How far halves of the units lie apart: in the median, and in 95 % of divisions.
+fn within(sample: &Sample, config: &DiscriminationConfig) -> Option<[f64; 2]> {
+    let count = sample.units.len();
+    if count < 2 {
+        return None;
+    }
+    let units: Vec<&Excitation> = sample.units.iter().collect();
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut random = Draws::new(config.seed);
+    let (mut a, mut b) = (Vec::new(), Vec::new());
+    let mut found: Vec<f64> = (0..HALVINGS)
+        .map(|_| {
+            random.shuffle(&mut order);
+            let (first, second) = order.split_at(count / 2);
+            mean_sums(&units, first, &mut a);
+            mean_sums(&units, second, &mut b);
+            config.model.distance_jnd(&a, &b)
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    let at = |share: f64| found[(share * (HALVINGS - 1) as f64).round() as usize];
+    Some([at(0.5), at(0.95)])
+}
+
+/// The samples of one setting, pair by pair, before probabilities are adjusted.
+fn groups(
+    textures: &[Texture],
+    samples: &[Sample],
+    config: &DiscriminationConfig,
+    family: usize,
+) -> Groups {
+    let within: Vec<Option<[f64; 2]>> = samples.iter().map(|s| within(s, config)).collect();
+    let mut pairs = Vec::new();
+    for a in 0..samples.len() {
+        for b in a + 1..samples.len() {
+            pairs.push(pair(
+                [(a, &samples[a], within[a]), (b, &samples[b], within[b])],
+                config,
+                family,
+            ));
+        }
+    }
     Groups {
         names: textures.iter().map(|t| t.name.clone()).collect(),
-        distance_jnd,
-        groups,
-        discrimination,
+        units: samples.iter().map(|s| s.units.len()).collect(),
+        within_jnd: within.iter().map(|w| w.map(|w| w[0])).collect(),
+        pairs,
+        below_jnd: Vec::new(),
     }
+}
+
+fn pair(
+    [(a, first, within_a), (b, second, within_b)]: [(usize, &Sample, Option<[f64; 2]>); 2],
+    config: &DiscriminationConfig,
+    family: usize,
+) -> Pair {
+    let model = &config.model;
+    let several = first.units.len() > 1 && second.units.len() > 1;
+    let scales = [Evidence::Apart(
+        [first, second].map(|s| Units::independent(s.units.clone())),
+    )];
+    let scales = if several { &scales[..] } else { &[] };
+    let found = differences(&first.mean, &second.mean, model, scales);
+    let distance: Difference = found.largest();
+    let interval_jnd = several.then_some([distance.low_jnd, distance.high_jnd]);
+    let permuted = several.then(|| {
+        let units: Vec<&Excitation> = first.units.iter().chain(&second.units).collect();
+        let draws = (200 * family).clamp(2000, MOST_DRAWS) - 1;
+        let mut whole = Vec::new();
+        let everybody: Vec<usize> = (0..units.len()).collect();
+        mean_sums(&units, &everybody, &mut whole);
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        let rest = (units.len() - first.units.len()) as f64;
+        permutation_test(
+            units.len(),
+            first.units.len(),
+            draws,
+            config.seed,
+            &mut |chosen| {
+                mean_sums(&units, chosen, &mut one);
+                other.clear();
+                other.extend(whole.iter().zip(&one).map(|(all, part)| {
+                    (all * units.len() as f64 - part * chosen.len() as f64).max(0.0) / rest
+                }));
+                model.distance_jnd(&one, &other)
+            },
+        )
+    });
+    let against = |what, limit| match interval_jnd {
+        Some(interval) => Criterion::new(what, "JND", distance.jnd, Some(interval), limit),
+        // One stroke has no interval: it is not exact, but unknown.
+        None => Criterion {
+            found: Some(distance.jnd),
+            ..Criterion::unmeasured(what, "JND", limit)
+        },
+    };
+    let largest = match (within_a, within_b) {
+        (Some(a), Some(b)) => a[1].max(b[1]),
+        _ => 0.0,
+    };
+    Pair {
+        a,
+        b,
+        distance_jnd: distance.jnd,
+        interval_jnd,
+        parts_jnd: [found.spectrum.jnd, found.level.jnd, found.balance.jnd],
+        permuted,
+        p_adjusted: None,
+        neither_felt: first.mean.total() <= 1.0 && second.mean.total() <= 1.0,
+        criteria: vec![
+            against(PairCriterion::JustNoticeableDifference, model.limit()),
+            against(PairCriterion::DistanceWithin, Limit::at_most(largest)),
+        ],
+        outcome: Telling::NotDecided,
+    }
+}
+
+/// Adjusts the probabilities over all settings, and decides.
+fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
+    // A pair without a test counts as one that shows nothing.
+    let all: Vec<f64> = found
+        .iter()
+        .flat_map(|groups| &groups.pairs)
+        .map(|pair| pair.permuted.map_or(1.0, |p| p.p_value))
+        .collect();
+    let mut adjusted = holm(&all).into_iter();
+    let limit = Limit::AtMost {
+        met: config.alpha,
+        not_met: 1.0,
+    };
+    for groups in found {
+        for pair in &mut groups.pairs {
+            let p = adjusted.next().unwrap_or(1.0);
+            pair.p_adjusted = pair.permuted.map(|_| p);
+            pair.criteria.push(match pair.p_adjusted {
+                Some(p) => Criterion::new(PairCriterion::Chance, "", p, None, limit),
+                None => Criterion::unmeasured(PairCriterion::Chance, "", limit),
+            });
+            pair.outcome = Telling::of(&pair.criteria);
+        }
+        let near: Vec<Vec<usize>> = (0..groups.names.len())
+            .map(|i| {
+                let below = |j: &usize| {
+                    *j != i
+                        && groups
+                            .pair(i, *j)
+                            .is_some_and(|p| p.outcome == Telling::BelowJnd)
+                };
+                (0..groups.names.len()).filter(below).collect()
+            })
+            .collect();
+        let mut sets = Vec::new();
+        maximal(
+            &near,
+            &mut Vec::new(),
+            (0..groups.names.len()).collect(),
+            Vec::new(),
+            &mut sets,
+        );
+        sets.retain(|set| set.len() > 1);
+        sets.sort();
+        groups.below_jnd = sets;
+    }
+}
+
+/// What there was too little of.
+fn about_units(
+    settings: &[Vec<Texture>],
+    found: &[Groups],
+    units: Sampled,
+    family: usize,
+    alpha: f64,
+) -> Vec<DiscriminationDoubt> {
+    let mut doubts = Vec::new();
+    let names = |of: &dyn Fn(&Texture) -> bool| -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for texture in settings.iter().flatten().filter(|t| of(t)) {
+            if !names.contains(&texture.name) {
+                names.push(texture.name.clone());
+            }
+        }
+        names
+    };
+    let strokes = |t: &Texture| t.recordings.iter().map(Vec::len).sum::<usize>();
+    let single = names(&|t| strokes(t) == 1);
+    if !single.is_empty() {
+        doubts.push(DiscriminationDoubt::OneStroke { samples: single });
+    }
+    let alone = names(&|t| t.recordings.len() == 1 && strokes(t) > 1);
+    if !alone.is_empty() {
+        doubts.push(DiscriminationDoubt::OneRecording { samples: alone });
+    }
+    // Pairs of several units each that no division could show anything of.
+    let pairs = found
+        .iter()
+        .flat_map(|g| g.pairs.iter().map(move |p| [g.units[p.a], g.units[p.b]]));
+    let mute = pairs
+        .filter(|[a, b]| *a.min(b) > 1 && smallest_p(*a, *b) * family as f64 > alpha)
+        .map(|[a, b]| a.min(b))
+        .min();
+    if let Some(found) = mute {
+        doubts.push(DiscriminationDoubt::TooFewUnits {
+            unit: units.word().into(),
+            found,
+            needed: units_needed(family, alpha),
+            pairs: family,
+        });
+    }
+    doubts
 }
 
 /// All maximal sets in which everyone is near everyone: `chosen` with any of `open`, none of `done`.
@@ -180,50 +577,5 @@ fn maximal(
         chosen.pop();
         open.retain(|j| *j != i);
         done.push(i);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn texture(name: &str, rms: f64, corner_hz: f64) -> Texture {
-        Texture {
-            name: name.into(),
-            psd: (0..200)
-                .map(|k| rms * rms / (1.0 + (f64::from(k) * 5.0 / corner_hz).powi(2)))
-                .collect(),
-            resolution_hz: 5.0,
-        }
-    }
-
-    #[test]
-    fn level_and_shape_both_tell_textures_apart() {
-        let textures = [
-            texture("a", 1.0, 100.0),
-            texture("b", 1.05, 100.0),
-            texture("c", 1.5, 100.0),
-            texture("d", 1.0, 400.0),
-        ];
-        let found = indistinguishable(&textures, Discrimination::usual());
-        assert_eq!(found.confusable(), [["a", "b"]]);
-        // 1.5 dB in level and nothing else is one JND.
-        let louder = texture("e", 10f64.powf(1.5 / 20.0), 100.0);
-        let distance = found.discrimination.distance_jnd(&textures[0], &louder);
-        assert!((distance - 1.0).abs() < 1e-9, "{distance}");
-    }
-
-    #[test]
-    fn a_chain_of_small_steps_is_not_one_group() {
-        let chain: Vec<Texture> = (0..5)
-            .map(|i| texture(&i.to_string(), 10f64.powf(f64::from(i) * 1.2 / 20.0), 100.0))
-            .collect();
-        let found = indistinguishable(&chain, Discrimination::usual());
-        assert_eq!(found.groups.len(), 4);
-        assert!(
-            found.groups.iter().all(|group| group.len() == 2),
-            "{:?}",
-            found.groups
-        );
     }
 }

@@ -4,21 +4,25 @@ mod groups;
 mod lines;
 mod paired;
 mod period;
+mod permutation;
 mod rank;
 mod summary;
+mod telling;
 mod trends;
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use groups::{Discrimination, Groups, Texture, indistinguishable};
+pub use groups::{AcrossSamples, DiscriminationConfig, Texture, Withheld, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub use period::{
     GroupPeriod, PeriodRule, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
 };
+pub use permutation::{Permuted, holm, permutation_test};
 pub use rank::{RankCorrelation, rank_correlation};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
+pub use telling::{Groups, Pair, PairCriterion, Sampled, Telling};
 pub(crate) use trends::deviation_interval;
 pub use trends::{
     ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,

@@ -1,275 +1,143 @@
-//! What a vibration excites, band by band and as a whole, and how well its length lets that be known.
+//! What a waveform excites, and what its parts say of how sure that is.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
-use super::REACH;
-use crate::feature::Weighting;
-use crate::quantity::{Acceleration, Band, Hertz, Seconds};
+use crate::discrimination::{Evidence, Excitation, ExcitationPlan, Model, Units};
+use crate::quantity::{Acceleration, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPlan, segments_in};
 
-/// dB of a power whose natural logarithm changes by 1.
-const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
+use super::Extent;
 
-/// A line's share of a band, and what it excites.
-struct Part {
-    line: usize,
-    band: usize,
-    /// How much of the line lies in the band, Hz.
-    width_hz: f64,
-    /// One over the squared threshold, (m/s²)⁻².
-    sensitivity: f64,
-    log_frequency: f64,
-    /// The share of its excitation that each band feels; together 1.
-    felt: Vec<f64>,
+/// Into how many parts a recording is divided to see whether it wanders: in coarser and coarser ones.
+const PARTS: [usize; 2] = [4, 2];
+/// Into how many where no scatter of segments is known.
+const FINE_PARTS: usize = 8;
+/// A spectrum of fewer samples says nothing of bands.
+const SHORTEST: usize = 16;
+
+/// The spectra of a waveform's segments, and what they excite.
+pub(super) struct Waveform {
+    plan: ExcitationPlan,
+    psd: Vec<f64>,
+    pub(super) mean: Excitation,
+    each: Vec<Excitation>,
+    averages: f64,
 }
 
-/// How the excitation of a line spreads over bands: by a normal distribution of `ln f` as wide as `width`, so that
-/// what moves by a hair from one band to the next makes a hair's difference.
-fn spreading(bands: &[Band], log_frequency: f64, width: f64) -> Vec<f64> {
-    let weights: Vec<f64> = bands
-        .iter()
-        .map(|band| {
-            let (low, high) = (band.low().0.ln(), band.high().0.ln());
-            let away = (0.5 * (low + high) - log_frequency) / width;
-            (high - low) * (-0.5 * away * away).exp()
-        })
-        .collect();
-    let sum: f64 = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    weights.iter().map(|w| w / sum).collect()
-}
-
-/// What each of the bands holds of a line, for spectra of `bins` lines.
-fn parts(
-    bands: &[Band],
-    weighting: Weighting,
-    width: f64,
-    bins: usize,
-    resolution_hz: f64,
-) -> Vec<Part> {
-    let mut parts = Vec::new();
-    for (band, limits) in bands.iter().enumerate() {
-        for line in 1..bins {
-            let centre_hz = line as f64 * resolution_hz;
-            let low_hz = (centre_hz - 0.5 * resolution_hz).max(limits.low().0);
-            let high_hz = (centre_hz + 0.5 * resolution_hz).min(limits.high().0);
-            if low_hz < high_hz {
-                parts.push(Part {
-                    line,
-                    band,
-                    width_hz: high_hz - low_hz,
-                    sensitivity: weighting.threshold_m_s2(Hertz(centre_hz)).powi(-2),
-                    log_frequency: centre_hz.ln(),
-                    felt: spreading(bands, centre_hz.ln(), width),
-                });
-            }
-        }
-    }
-    parts
-}
-
-/// The sums over one spectrum that everything else is made of.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Sums {
-    /// Of each band, (m/s²)².
-    power: Vec<f64>,
-    /// What each band feels, multiples of threshold power.
-    excitation: Vec<f64>,
-    /// Of all bands together.
-    total: f64,
-    /// Σ excitation·ln f over all bands.
-    moment: f64,
-}
-
-impl Sums {
-    fn of(psd: &[f64], parts: &[Part], bands: usize) -> Self {
-        let mut sums = Self {
-            power: vec![0.0; bands],
-            excitation: vec![0.0; bands],
-            total: 0.0,
-            moment: 0.0,
-        };
-        for part in parts {
-            let power = psd[part.line] * part.width_hz;
-            let excitation = power * part.sensitivity;
-            sums.power[part.band] += power;
-            for (sum, share) in sums.excitation.iter_mut().zip(&part.felt) {
-                *sum += excitation * share;
-            }
-            sums.total += excitation;
-            sums.moment += excitation * part.log_frequency;
-        }
-        sums
-    }
-}
-
-/// What a vibration excites, with the standard errors of its levels.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Excitation {
-    /// Mean power of each band, (m/s²)².
-    pub(super) power: Vec<f64>,
-    /// What each band feels, its neighbours' share with it, as a multiple of threshold power.
-    pub(super) bands: Vec<f64>,
-    /// Their sum.
-    pub(super) total: f64,
-    /// The standard error of each band's level, dB.
-    pub(super) band_error_db: Vec<f64>,
-    /// That of the sum's level, dB.
-    pub(super) total_error_db: f64,
-    /// The mean of ln(f/Hz), weighed by excitation.
-    pub(super) log_centroid: f64,
-    /// Its standard error.
-    pub(super) log_centroid_error: f64,
+impl Waveform {
     /// The segments averaged.
-    pub(super) segments: usize,
-}
-
-/// What `x` excites in each of `bands`, spread over its neighbours by `width` in ln f.
-///
-/// The variances are those of the segments where there are [`RECOMMENDED_SEGMENTS`] of them, and else those that
-/// Gaussian noise of this spectrum would have.
-pub(super) fn excitation(
-    x: &Series<Acceleration>,
-    bands: &[Band],
-    (weighting, width): (Weighting, f64),
-    welch: &WelchConfig,
-) -> Result<Excitation, EstimateError> {
-    welch.fits(x.samples().len())?;
-    let mut plan = WelchPlan::new(welch, x.rate())?;
-    let hop = welch.hop()?;
-    let segments = segments_in(x.samples().len(), welch.segment, hop);
-    let bins = welch.segment / 2 + 1;
-    let parts = parts(
-        bands,
-        weighting,
-        width,
-        bins,
-        x.rate().hz() / welch.segment as f64,
-    );
-    let mut psd = vec![0.0; bins];
-    let mut each = Vec::with_capacity(segments);
-    for i in 0..segments {
-        let cut = &x.samples()[i * hop..i * hop + welch.segment];
-        let one = plan.estimate::<Acceleration>(&[cut])?.values;
-        for (sum, value) in psd.iter_mut().zip(&one) {
-            *sum += value / segments as f64;
-        }
-        each.push(Sums::of(&one, &parts, bands.len()));
+    pub(super) fn segments(&self) -> usize {
+        self.each.len()
     }
-    let mean = Sums::of(&psd, &parts, bands.len());
-    let total = mean.total;
-    let log_centroid = if total > 0.0 {
-        mean.moment / total
-    } else {
-        0.0
-    };
-    let averages = welch.effective_averages(segments)?;
-    let seen = segments >= RECOMMENDED_SEGMENTS;
-    let widened = if seen { widening(averages) } else { 1.0 };
-    let scatter = if seen {
-        Scatter::Seen {
-            each: &each,
-            averages,
+
+    /// `x` cut into the segments of `welch`.
+    pub(super) fn of(
+        x: &Series<Acceleration>,
+        model: &Model,
+        welch: &WelchConfig,
+    ) -> Result<Self, EstimateError> {
+        welch.fits(x.samples().len())?;
+        let mut of_segment = WelchPlan::new(welch, x.rate())?;
+        let hop = welch.hop()?;
+        let segments = segments_in(x.samples().len(), welch.segment, hop);
+        let bins = welch.segment / 2 + 1;
+        let plan = ExcitationPlan::new(model, bins, x.rate().hz() / welch.segment as f64);
+        let mut psd = vec![0.0; bins];
+        let mut each = Vec::with_capacity(segments);
+        for i in 0..segments {
+            let cut = &x.samples()[i * hop..i * hop + welch.segment];
+            let one = of_segment.estimate::<Acceleration>(&[cut])?.values;
+            for (sum, value) in psd.iter_mut().zip(&one) {
+                *sum += value / segments as f64;
+            }
+            each.push(plan.of(&one));
         }
-    } else {
-        Scatter::Gaussian {
-            psd: &psd,
-            parts: &parts,
-            kinship: line_kinship(welch),
-            averages,
-        }
-    };
-    let in_db = |variance: f64, value: f64| {
-        if value > 0.0 {
-            widened * DB_PER_NEPER * variance.max(0.0).sqrt() / value
-        } else {
-            0.0
-        }
-    };
-    let band_error_db = (0..bands.len())
-        .map(|b| {
-            in_db(
-                scatter.variance(&|part| part.sensitivity * part.felt[b], &|s: &Sums| {
-                    s.excitation[b]
-                }),
-                mean.excitation[b],
-            )
+        Ok(Self {
+            mean: plan.of(&psd),
+            averages: welch.effective_averages(segments)?,
+            plan,
+            psd,
+            each,
         })
-        .collect();
-    let total_error_db = in_db(
-        scatter.variance(&|part| part.sensitivity, &|s| s.total),
-        total,
-    );
-    let about_centroid = scatter.variance(
-        &|part| part.sensitivity * (part.log_frequency - log_centroid),
-        &|s| s.moment - log_centroid * s.total,
-    );
-    Ok(Excitation {
-        power: mean.power,
-        bands: mean.excitation,
-        total,
-        band_error_db,
-        total_error_db,
-        log_centroid,
-        log_centroid_error: widened * about_centroid.max(0.0).sqrt() / total.max(f64::MIN_POSITIVE),
-        segments,
-    })
-}
+    }
 
-/// How much wider than the normal distribution's the limits of a mean are whose variance was estimated from
-/// `averages` independent values.
-fn widening(averages: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, (averages - 1.0).max(1.0))
-        .map_or(1.0, |t| t.inverse_cdf(0.975) / REACH)
-}
-
-/// Where the variance of a mean over segments comes from.
-enum Scatter<'a> {
-    /// From how the segments differ.
-    Seen { each: &'a [Sums], averages: f64 },
-    /// From the mean spectrum, for noise.
-    Gaussian {
-        psd: &'a [f64],
-        parts: &'a [Part],
-        kinship: [f64; 3],
-        averages: f64,
-    },
-}
-
-impl Scatter<'_> {
-    /// The variance of the mean of `of_sums`, which is Σ density·width·`weight` over the parts.
-    fn variance(&self, weight: &dyn Fn(&Part) -> f64, of_sums: &dyn Fn(&Sums) -> f64) -> f64 {
-        match self {
-            Self::Seen { each, averages } => {
-                let values: Vec<f64> = each.iter().map(of_sums).collect();
-                let sd = crate::series::standard_deviation(&values);
-                let n = values.len() as f64;
-                sd * sd * n / (n - 1.0).max(1.0) / averages
-            }
-            Self::Gaussian {
-                psd,
-                parts,
-                kinship,
-                averages,
-            } => {
-                // A line on the edge of two bands is one line.
-                let mut lines = vec![0.0; psd.len()];
-                for part in *parts {
-                    lines[part.line] += psd[part.line] * part.width_hz * weight(part);
-                }
-                let shared = |apart: usize| -> f64 {
-                    lines
-                        .iter()
-                        .zip(lines.iter().skip(apart))
-                        .map(|(a, b)| a * b)
-                        .sum()
-                };
-                let sum = kinship[0] * shared(0)
-                    + 2.0 * (kinship[1] * shared(1) + kinship[2] * shared(2));
-                sum / averages
-            }
+    fn units(&self) -> Units {
+        Units {
+            each: self.each.clone(),
+            effective: self.averages,
         }
     }
+}
+
+/// What each of `count` parts of `x`, one after the other, excites; `None` when they are too short.
+pub(super) fn parts(
+    x: &Series<Acceleration>,
+    count: usize,
+    model: &Model,
+    welch: &WelchConfig,
+) -> Result<Option<Vec<Excitation>>, EstimateError> {
+    let length = x.samples().len() / count;
+    let segment = (length / 2).min(welch.segment) & !1;
+    if segment < SHORTEST {
+        return Ok(None);
+    }
+    let welch = WelchConfig {
+        segment,
+        ..welch.clone()
+    };
+    let plan = ExcitationPlan::new(model, segment / 2 + 1, x.rate().hz() / segment as f64);
+    let mut of_part = WelchPlan::new(&welch, x.rate())?;
+    x.samples()
+        .chunks_exact(length)
+        .take(count)
+        .map(|part| Ok(plan.of(&of_part.estimate::<Acceleration>(&[part])?.values)))
+        .collect::<Result<Vec<_>, _>>()
+        .map(Some)
+}
+
+/// What says how sure the difference of `a` and `b` is: the scatter of segments where there are [`RECOMMENDED_SEGMENTS`] of
+/// them, and else what Gaussian noise of these spectra would do or, where one follows the other, the scatter of short parts; and
+/// the scatter of longer parts, which shows what wanders.
+pub(super) fn evidence<'a>(
+    [a, b]: [(&Series<Acceleration>, &'a Waveform); 2],
+    extent: Extent,
+    model: &Model,
+    welch: &'a WelchConfig,
+) -> Result<Vec<Evidence<'a>>, EstimateError> {
+    let together = extent == Extent::SharedPart;
+    let of = |units: [Units; 2]| {
+        if together {
+            Evidence::Together(units)
+        } else {
+            Evidence::Apart(units)
+        }
+    };
+    let of_parts = |count: usize| -> Result<Option<Evidence<'a>>, EstimateError> {
+        let [a, b] = [a.0, b.0].map(|x| parts(x, count, model, welch));
+        Ok(match (a?, b?) {
+            (Some(a), Some(b)) => Some(of([Units::independent(a), Units::independent(b)])),
+            _ => None,
+        })
+    };
+    let mut scales = Vec::new();
+    if a.1.segments().min(b.1.segments()) >= RECOMMENDED_SEGMENTS {
+        scales.push(of([a.1.units(), b.1.units()]));
+    } else {
+        let fine = if together {
+            of_parts(FINE_PARTS)?
+        } else {
+            None
+        };
+        scales.push(fine.unwrap_or_else(|| Evidence::Noise {
+            plan: &a.1.plan,
+            psd: [&a.1.psd, &b.1.psd],
+            kinship: line_kinship(welch),
+            averages: [a.1.averages, b.1.averages],
+        }));
+    }
+    for count in PARTS {
+        scales.extend(of_parts(count)?);
+    }
+    Ok(scales)
 }
 
 /// How far the powers of lines 0, 1 and 2 apart go together in one segment of noise, 0–1.
@@ -303,8 +171,7 @@ pub(super) struct Spread {
 /// The spread of the excitation's level over windows of `window`; `None` with fewer than three of them.
 pub(super) fn spread(
     x: &Series<Acceleration>,
-    band: Band,
-    weighting: Weighting,
+    model: &Model,
     window: Seconds,
 ) -> Result<Option<Spread>, EstimateError> {
     let segment = x.rate().samples_in(window).max(16);
@@ -317,17 +184,11 @@ pub(super) fn spread(
         return Ok(None);
     }
     let mut plan = WelchPlan::new(&welch, x.rate())?;
-    let parts = parts(
-        &[band],
-        weighting,
-        1.0,
-        segment / 2 + 1,
-        x.rate().hz() / segment as f64,
-    );
+    let excited = ExcitationPlan::new(model, segment / 2 + 1, x.rate().hz() / segment as f64);
     let mut levels_db = Vec::with_capacity(count);
     for cut in x.samples().chunks_exact(segment) {
         let psd = plan.estimate::<Acceleration>(&[cut])?.values;
-        let total = Sums::of(&psd, &parts, 1).total;
+        let total = excited.of(&psd).total();
         // A pause is as quiet as a tenth of the threshold's power, not infinitely quiet.
         levels_db.push(10.0 * total.max(0.1).log10());
     }

@@ -10,13 +10,18 @@ pub mod literature;
 mod verdict;
 mod waveform;
 
-use excitation::{Excitation, Spread, excitation, spread};
+use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
 pub use literature::{Literature, LiteratureConfig};
-pub use verdict::{How, Verdict};
+pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
+use crate::criterion::Criterion;
+pub use crate::discrimination::Difference;
+use crate::discrimination::{
+    ContactMap, Differences, DiscriminationDoubt, Excitation, Model, differences,
+};
 use crate::doubt::Doubt;
 use crate::feature::Weighting;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
@@ -26,8 +31,6 @@ use crate::verify::{VerifyConfig, VerifyError, errors_in_band, flat_top_fraction
 
 /// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
 const REACH: f64 = 1.96;
-/// The mean of the absolute value of a normal deviate, √(2/π).
-const MEAN_ABSOLUTE: f64 = 0.797_884_560_802_865_4;
 /// The window of short-time levels.
 const SHORT_TIME: Seconds = Seconds(0.1);
 /// Less excitation than this, −120 dB re threshold, is what rounding leaves of silence.
@@ -40,12 +43,17 @@ const NOTHING_DB: f64 = -300.0;
 pub struct ScoreConfig {
     /// The band over which they are compared.
     pub band: Band,
-    /// One just-noticeable difference in level, dB.
+    /// One just-noticeable difference in level, dB: below it nothing is noticed.
     pub level_jnd: Decibels,
+    /// The largest JND in level that was found, dB: above it a difference is noticed, between the two nothing is decided.
+    pub level_jnd_high: Decibels,
     /// One just-noticeable difference in frequency, as a share of it (Weber fraction).
     pub frequency_jnd_share: f64,
     /// Whose detection threshold counts.
     pub weighting: Weighting,
+    /// How skin moves when the nail does; absent, they are taken to move alike.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub contact: Option<ContactMap>,
     /// How the spectra behind the bands are estimated.
     pub welch: WelchConfig,
     /// How the indices of the literature are computed.
@@ -53,63 +61,40 @@ pub struct ScoreConfig {
 }
 
 impl ScoreConfig {
-    /// Over `band`: 1.58 dB (a fifth in amplitude, below the 2.2–2.5 dB of Israr and Tan 2006 and at the lower end of
-    /// 0.20–0.58 in other studies) and a fifth in frequency (0.18–0.25 there) as JND, the threshold of the most
-    /// sensitive channel, Hann segments of about 1.2 Hz at `rate_hz`.
+    /// Over `band`: JND, their range and thresholds of [`Model::over`], Hann segments of about 1.2 Hz at `rate_hz`.
     #[must_use]
     pub fn over(band: Band, rate_hz: f64) -> Self {
         let segment = 2f64.powf((rate_hz / 1.2).log2().round()).max(16.0) as usize;
+        let model = Model::over(band);
         Self {
             band,
-            level_jnd: Decibels(1.58),
-            frequency_jnd_share: 0.2,
-            weighting: Weighting::DetectionThreshold,
+            level_jnd: model.level_jnd,
+            level_jnd_high: model.level_jnd_high,
+            frequency_jnd_share: model.frequency_jnd_share,
+            weighting: model.weighting,
+            contact: None,
             welch: WelchConfig::hann(segment),
             literature: LiteratureConfig::vibromaf(),
         }
     }
 
-    /// How far what one frequency excites spreads, as a standard deviation of ln f: so far that a tone moved by one JND of
-    /// frequency changes levels by one JND on average, 0.40 for 1.58 dB and a fifth.
-    ///
-    /// Formula: √(2/π)·(10/ln 10)·ln(1 + Weber fraction)/JND in dB.
+    /// What a finger feels, and what of a difference.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        Model {
+            band: self.band,
+            level_jnd: self.level_jnd,
+            level_jnd_high: self.level_jnd_high,
+            frequency_jnd_share: self.frequency_jnd_share,
+            weighting: self.weighting,
+            contact: self.contact.clone(),
+        }
+    }
+
+    /// [`Model::spreading`].
     #[must_use]
     pub fn spreading(&self) -> f64 {
-        let db_per_neper = 10.0 / std::f64::consts::LN_10;
-        MEAN_ABSOLUTE * db_per_neper * self.frequency_jnd_share.ln_1p() / self.level_jnd.0
-    }
-}
-
-/// A difference in JND and the limits within which it lies with 95 % confidence.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Difference {
-    /// As measured.
-    pub jnd: f64,
-    /// At least; what estimates from this length scatter by is taken away.
-    pub low_jnd: f64,
-    /// At most.
-    pub high_jnd: f64,
-    /// How much of it mere scatter makes, on average, where there is no difference at all.
-    pub scatter_jnd: f64,
-}
-
-impl Difference {
-    fn within(jnd: f64, reach_jnd: f64) -> Self {
-        Self {
-            jnd,
-            low_jnd: (jnd - reach_jnd).max(0.0),
-            high_jnd: jnd + reach_jnd,
-            scatter_jnd: MEAN_ABSOLUTE * reach_jnd / REACH,
-        }
-    }
-
-    fn larger(self, other: Self) -> Self {
-        Self {
-            jnd: self.jnd.max(other.jnd),
-            low_jnd: self.low_jnd.max(other.low_jnd),
-            high_jnd: self.high_jnd.max(other.high_jnd),
-            scatter_jnd: self.scatter_jnd.max(other.scatter_jnd),
-        }
+        self.model().spreading()
     }
 }
 
@@ -157,8 +142,14 @@ pub struct SpectrumError {
 pub struct Score {
     /// The score, JND: the largest of the three differences below.
     pub score: Difference,
-    /// What it means.
+    /// What decides: the score against the just-noticeable difference and, where the two are realisations, against how far
+    /// the halves of one of them lie apart.
+    pub criteria: Vec<Criterion<ScoreCriterion>>,
+    /// What they mean.
     pub verdict: Verdict,
+    /// How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within_jnd: Option<[f64; 2]>,
     /// The mean difference of the bands' levels, weighed by what they excite.
     pub spectrum: Difference,
     /// The difference of the overall level over threshold.
@@ -211,8 +202,10 @@ pub struct Score {
 /// threshold reach it nowhere. With d the difference in dB of a
 /// band and w its share of the louder's excitation: spectrum = Σ w|d|/JND; level = |difference of the sums|/JND;
 /// balance = |Δ mean of ln f, weighed by excitation|/ln(1 + Weber fraction). The score is the largest of the three, 0 when
-/// neither is felt. Limits: 1.96 standard errors of the means over segments, and below also what absolute values of
-/// mere scatter add up to.
+/// neither is felt. Limits: 95 % (Student), from how the segments
+/// differ, or its quarters or halves where those differ by more than segments make likely; with fewer than ten segments from what
+/// Gaussian noise of these spectra would do; where one follows the other, from how both differ segment by segment. Below, what
+/// absolute values of mere scatter add up to is taken away as well.
 ///
 /// Source: decision 0025 of this project; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
 /// Hollins (2003), JND after Israr and Tan (2006).
@@ -263,14 +256,10 @@ pub fn score(
     if bands.is_empty() {
         return Err(ScoreError::NoBand { band: config.band });
     }
+    let model = config.model();
     let [a, b] = [("the reference", reference), ("the test", test)].map(|(what, x)| {
-        let found = excitation(
-            x,
-            &bands,
-            (config.weighting, config.spreading()),
-            &config.welch,
-        )?;
-        if found.total > SILENT {
+        let found = Segments::of(x, &model, &config.welch)?;
+        if found.mean.total() > SILENT {
             Ok(found)
         } else {
             Err(ScoreError::Silent {
@@ -280,13 +269,27 @@ pub fn score(
         }
     });
     let (a, b) = (a?, b?);
-    let bands = band_scores(&bands, &a, &b, config);
-    let spectrum = spectrum_difference(&bands);
-    let level = level_difference(&a, &b, config);
-    let balance = balance_difference(&a, &b, config);
-    let score = spectrum.larger(level).larger(balance);
+    let segments = a.segments().min(b.segments());
+    let scales = evidence([(reference, &a), (test, &b)], extent, &model, &config.welch)?;
+    let (a, b) = (&a.mean, &b.mean);
+    let found = differences(a, b, &model, &scales);
+    let score = found.largest();
+    let bands = band_scores(&bands, a, b, &found, &model);
+    let within_jnd = within(reference, test, &model, &config.welch)?;
+    let criteria = verdict::criteria(score, extent, within_jnd, &model);
+    let Differences {
+        spectrum,
+        level,
+        balance,
+        wanders,
+        ..
+    } = found;
 
-    doubts.extend(doubts_about(reference, test, &a, &b));
+    doubts.extend(doubts_about([reference, test], [a, b], segments));
+    doubts.extend(model.doubts().into_iter().map(Doubt::Discrimination));
+    if wanders {
+        doubts.push(Doubt::Discrimination(DiscriminationDoubt::NotStationary));
+    }
     let modulation = modulation(reference, test, config, &mut doubts)?;
     let literature = match literature::literature(reference, test, config.literature) {
         Ok(literature) => {
@@ -306,21 +309,24 @@ pub fn score(
         score,
         verdict: Verdict::of(
             score,
+            &criteria,
             [
-                (level, b.total > a.total),
-                (balance, b.log_centroid > a.log_centroid),
+                (level, b.total() > a.total()),
+                (balance, b.log_centroid() > a.log_centroid()),
             ],
             &bands,
             Seconds(shorter),
         ),
+        criteria,
+        within_jnd,
         spectrum,
         level,
         balance,
-        reference_centroid_hz: a.log_centroid.exp(),
-        test_centroid_hz: b.log_centroid.exp(),
-        reference_sensation_db: level_db(a.total),
-        test_sensation_db: level_db(b.total),
-        level_error_db: level_db(power(&b)) - level_db(power(&a)),
+        reference_centroid_hz: a.log_centroid().exp(),
+        test_centroid_hz: b.log_centroid().exp(),
+        reference_sensation_db: level_db(a.total()),
+        test_sensation_db: level_db(b.total()),
+        level_error_db: level_db(power(b)) - level_db(power(a)),
         bands,
         spectrum_error: spectrum_error(reference, test, config.band)?,
         modulation_db: modulation,
@@ -328,7 +334,7 @@ pub fn score(
         waveform,
         literature,
         rate_hz,
-        segments: a.segments.min(b.segments),
+        segments,
         config: config.clone(),
         doubts,
     })
@@ -377,89 +383,54 @@ fn level_db(power: f64) -> f64 {
     (10.0 * power.log10()).max(NOTHING_DB)
 }
 
-/// Each third octave, with the floor below which nothing is felt of it.
+/// How far the halves of either lie apart, JND; `None` where they are too short for a spectrum.
+fn within(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    model: &Model,
+    welch: &WelchConfig,
+) -> Result<Option<[f64; 2]>, ScoreError> {
+    let of = |x| -> Result<Option<f64>, ScoreError> {
+        Ok(match parts(x, 2, model, welch)?.as_deref() {
+            Some([first, second]) => Some(model.distance_jnd(&first.sums, &second.sums)),
+            _ => None,
+        })
+    };
+    Ok(match (of(reference)?, of(test)?) {
+        (Some(a), Some(b)) => Some([a, b]),
+        _ => None,
+    })
+}
+
+/// Each third octave.
 fn band_scores(
     bands: &[Band],
     a: &Excitation,
     b: &Excitation,
-    config: &ScoreConfig,
+    found: &Differences,
+    model: &Model,
 ) -> Vec<BandScore> {
-    let louder: Vec<f64> = a
-        .bands
-        .iter()
-        .zip(&b.bands)
-        .map(|(a, b)| a.max(*b))
-        .collect();
-    // Where the strongest band stands when the louder of the two is just at threshold: 1 or more where neither is felt.
-    let floor = louder.iter().copied().fold(0.0, f64::max) / a.total.max(b.total);
-    let felt: f64 = louder.iter().filter(|e| **e > floor).sum();
-    let error_db = |x: &Excitation, band: usize| {
-        if x.bands[band] > floor {
-            x.band_error_db[band]
-        } else {
-            0.0
-        }
-    };
-    let jnd_db = config.level_jnd.0;
     bands
         .iter()
+        .zip(&found.bands)
         .enumerate()
-        .map(|(i, band)| {
+        .map(|(i, (band, difference))| {
             let centre_hz = (band.low().0 * band.high().0).sqrt();
-            let felt_db = 10.0 * (b.bands[i].max(floor) / a.bands[i].max(floor)).log10();
             let (reference_db, test_db) = (level_db(a.power[i]), level_db(b.power[i]));
             BandScore {
                 band_hz: *band,
                 centre_hz,
                 reference_db,
                 test_db,
-                threshold_db: 20.0 * config.weighting.threshold_m_s2(Hertz(centre_hz)).log10(),
+                threshold_db: 20.0 * model.threshold_m_s2(Hertz(centre_hz)).log10(),
                 difference_db: test_db - reference_db,
-                felt_db,
-                felt_jnd: felt_db / jnd_db,
-                reach_jnd: REACH * error_db(a, i).hypot(error_db(b, i)) / jnd_db,
-                share: if louder[i] > floor {
-                    louder[i] / felt
-                } else {
-                    0.0
-                },
+                felt_db: difference.felt_db,
+                felt_jnd: difference.felt_db / model.level_jnd.0,
+                reach_jnd: difference.reach_db / model.level_jnd.0,
+                share: difference.share,
             }
         })
         .collect()
-}
-
-fn spectrum_difference(bands: &[BandScore]) -> Difference {
-    let mean: f64 = bands.iter().map(|b| b.share * b.felt_jnd.abs()).sum();
-    // Neighbours share what they feel: their errors go together, and do not cancel.
-    let reach: f64 = bands.iter().map(|b| b.share * b.reach_jnd).sum();
-    let scatter = MEAN_ABSOLUTE * reach / REACH;
-    Difference {
-        jnd: mean,
-        low_jnd: (mean - scatter - reach).max(0.0),
-        high_jnd: mean + reach,
-        scatter_jnd: scatter,
-    }
-}
-
-fn level_difference(a: &Excitation, b: &Excitation, config: &ScoreConfig) -> Difference {
-    let error_db = |x: &Excitation| if x.total > 1.0 { x.total_error_db } else { 0.0 };
-    let difference_db = 10.0 * (b.total.max(1.0) / a.total.max(1.0)).log10();
-    Difference::within(
-        difference_db.abs() / config.level_jnd.0,
-        REACH * error_db(a).hypot(error_db(b)) / config.level_jnd.0,
-    )
-}
-
-/// What is not felt has no frequency: 0 unless both are.
-fn balance_difference(a: &Excitation, b: &Excitation, config: &ScoreConfig) -> Difference {
-    if a.total <= 1.0 || b.total <= 1.0 {
-        return Difference::within(0.0, 0.0);
-    }
-    let jnd = config.frequency_jnd_share.ln_1p();
-    Difference::within(
-        (b.log_centroid - a.log_centroid).abs() / jnd,
-        REACH * a.log_centroid_error.hypot(b.log_centroid_error) / jnd,
-    )
 }
 
 /// The spectra line by line, with lines about 5 Hz apart, as a verification has them.
@@ -485,13 +456,11 @@ fn spectrum_error(
 }
 
 fn doubts_about(
-    reference: &Series<Acceleration>,
-    test: &Series<Acceleration>,
-    a: &Excitation,
-    b: &Excitation,
+    [reference, test]: [&Series<Acceleration>; 2],
+    [a, b]: [&Excitation; 2],
+    segments: usize,
 ) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    let segments = a.segments.min(b.segments);
     if segments < RECOMMENDED_SEGMENTS {
         doubts.push(Doubt::ShortSignal { segments });
     }
@@ -503,10 +472,10 @@ fn doubts_about(
                 fraction,
             });
         }
-        if excitation.total <= 1.0 {
+        if excitation.total() <= 1.0 {
             doubts.push(Doubt::NotFelt {
                 what: what.into(),
-                level_db: level_db(excitation.total),
+                level_db: level_db(excitation.total()),
             });
         }
     }
@@ -520,7 +489,8 @@ fn modulation(
     config: &ScoreConfig,
     doubts: &mut Vec<Doubt>,
 ) -> Result<Option<[f64; 2]>, ScoreError> {
-    let of = |x| spread(x, config.band, config.weighting, SHORT_TIME);
+    let model = config.model();
+    let of = |x| spread(x, &model, SHORT_TIME);
     let (Some(a), Some(b)) = (of(reference)?, of(test)?) else {
         return Ok(None);
     };

@@ -4,7 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{BandScore, Difference};
+use super::{BandScore, Difference, Extent};
+use crate::criterion::{Criterion, Limit, Outcome};
+use crate::discrimination::Model;
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Seconds};
 
@@ -29,19 +31,53 @@ pub enum How {
     WeakerIn(Vec<Band>),
 }
 
+/// What a score is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ScoreCriterion {
+    /// The score against the just-noticeable difference and the range that was published of it.
+    JustNoticeableDifference,
+    /// The score against how far the halves of one recording lie apart.
+    DifferenceWithin,
+}
+
+/// The criteria of `score`: met where all that the data allow is below the limit.
+pub(super) fn criteria(
+    score: Difference,
+    extent: Extent,
+    within_jnd: Option<[f64; 2]>,
+    model: &Model,
+) -> Vec<Criterion<ScoreCriterion>> {
+    let interval = Some([score.low_jnd, score.high_jnd]);
+    let against = |what, limit| Criterion::new(what, "JND", score.jnd, interval, limit);
+    let mut criteria = vec![against(
+        ScoreCriterion::JustNoticeableDifference,
+        model.limit(),
+    )];
+    // Where one follows the other, what changes over time changes in both.
+    if let (Extent::WholeOfEach, Some([a, b])) = (extent, within_jnd) {
+        criteria.push(against(
+            ScoreCriterion::DifferenceWithin,
+            Limit::at_most(a.max(b)),
+        ));
+    }
+    criteria
+}
+
 /// Whether a finger could tell two vibrations apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Verdict {
-    /// All differences are below one JND, with 95 % confidence.
-    Indistinguishable,
-    /// The score is above one JND, with 95 % confidence.
+    /// All differences are below the just-noticeable difference (75 % correct), with 95 % confidence.
+    BelowJnd,
+    /// The score is above the published range of the just-noticeable difference, and above what halves of one recording
+    /// differ by, with 95 % confidence.
     Distinguishable {
         /// How they differ.
         how: Vec<How>,
     },
-    /// The recordings are too short for either.
-    CannotTell {
+    /// The recordings allow both.
+    NotDecided {
         /// How long both should be, s; absent when no length helps.
         #[serde(skip_serializing_if = "Option::is_none")]
         needed_s: Option<f64>,
@@ -49,25 +85,27 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict on `score`, from recordings of `length`. The differences in level and in balance come with whether the
-    /// test has more.
+    /// The verdict on `score` by its `criteria`, from recordings of `length`. The differences in level and in balance come with
+    /// whether the test has more.
     pub(super) fn of(
         score: Difference,
+        criteria: &[Criterion<ScoreCriterion>],
         [level, balance]: [(Difference, bool); 2],
         bands: &[BandScore],
         length: Seconds,
     ) -> Self {
-        if score.high_jnd < 1.0 {
-            return Self::Indistinguishable;
+        let Some(jnd) = criteria
+            .iter()
+            .find(|c| c.what == ScoreCriterion::JustNoticeableDifference)
+        else {
+            return Self::NotDecided { needed_s: None };
+        };
+        if jnd.outcome == Outcome::Met {
+            return Self::BelowJnd;
         }
-        if score.low_jnd <= 1.0 {
-            // Scatter and limits close in with the root of the length.
-            let reach = score.high_jnd - score.jnd;
-            let likely = (score.jnd - score.scatter_jnd).max(0.0);
-            let closing = (reach + score.scatter_jnd) / (1.0 - likely);
-            let needed_s = length.0 * closing.powi(2) * 1.1;
-            return Self::CannotTell {
-                needed_s: (needed_s <= LONGEST_S).then_some(needed_s.max(length.0)),
+        if criteria.iter().any(|c| c.outcome != Outcome::NotMet) {
+            return Self::NotDecided {
+                needed_s: needed_s(score, jnd.limit, length),
             };
         }
         let mut how = Vec::new();
@@ -95,11 +133,30 @@ impl Verdict {
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
-            Self::Indistinguishable => "indistinguishable",
+            Self::BelowJnd => "below the just-noticeable difference (75 % correct)",
             Self::Distinguishable { .. } => "distinguishable",
-            Self::CannotTell { .. } => "cannot tell",
+            Self::NotDecided { .. } => "not decided",
         }
     }
+}
+
+/// How long both recordings should be, s, for their limits to fall below or above the range of the JND; `None` where the
+/// difference lies in that range or so close to it that an hour does not do.
+fn needed_s(score: Difference, limit: Limit, length: Seconds) -> Option<f64> {
+    let (met, not_met) = (limit.value(), limit.not_met_from());
+    // Scatter and limits close in with the root of the length.
+    let reach = score.high_jnd - score.jnd;
+    let likely = (score.jnd - score.scatter_jnd).max(0.0);
+    let room = if likely < met {
+        met - likely
+    } else {
+        likely - not_met
+    };
+    if room <= 0.0 {
+        return None;
+    }
+    let needed_s = length.0 * ((reach + score.scatter_jnd) / room).powi(2) * 1.1;
+    (needed_s <= LONGEST_S).then_some(needed_s.max(length.0))
 }
 
 /// The bands that differ by more than a JND in the direction of `sign`, neighbours as one; the one that counts most first.
@@ -141,17 +198,19 @@ impl super::Score {
     #[must_use]
     pub fn sentence(&self) -> String {
         let score = self.score;
+        let model = self.config.model();
         let range = format!(
             "{:.2} JND (95 %: {:.2}–{:.2})",
             score.jnd, score.low_jnd, score.high_jnd
         );
+        let word = self.verdict.word();
         match &self.verdict {
-            Verdict::Indistinguishable
+            Verdict::BelowJnd
                 if self.reference_sensation_db <= 0.0 && self.test_sensation_db <= 0.0 =>
             {
-                "indistinguishable: neither reaches the detection threshold".into()
+                format!("{word}: neither reaches the detection threshold")
             }
-            Verdict::Indistinguishable => {
+            Verdict::BelowJnd => {
                 let but = if self
                     .doubts
                     .iter()
@@ -161,7 +220,7 @@ impl super::Score {
                 } else {
                     ""
                 };
-                format!("indistinguishable: all differences are below 1 JND, score {range}{but}")
+                format!("{word}: score {range}{but}")
             }
             Verdict::Distinguishable { how } => {
                 let how: Vec<String> = how.iter().map(ToString::to_string).collect();
@@ -169,17 +228,27 @@ impl super::Score {
                     [] => "differs a little everywhere".into(),
                     how => format!("is {}", how.join(", ")),
                 };
-                format!("distinguishable: score {range}; B {how}")
+                format!("{word}: score {range}; B {how}")
             }
-            Verdict::CannotTell {
-                needed_s: Some(needed_s),
-            } => format!(
-                "cannot tell: score {range}; record about {} of each",
-                duration(*needed_s)
-            ),
-            Verdict::CannotTell { needed_s: None } => format!(
-                "cannot tell: score {range}; it lies so close to 1 JND that no length of recording decides"
-            ),
+            Verdict::NotDecided { needed_s } => {
+                let halves = self.within_jnd.map_or(0.0, |[a, b]| a.max(b));
+                let within = self.criteria.iter().any(|c| {
+                    c.what == ScoreCriterion::DifferenceWithin && c.outcome != Outcome::NotMet
+                });
+                let why = match needed_s {
+                    _ if within && score.low_jnd > model.noticed_jnd() => {
+                        format!("halves of one recording lie {halves:.2} JND apart")
+                    }
+                    Some(needed_s) => format!("record about {} of each", duration(*needed_s)),
+                    None => format!(
+                        "it lies in the published range of the just-noticeable difference, {:.1}–{:.1} dB or 1–{:.2} JND, or so close to it that no length of recording decides",
+                        model.level_jnd.0,
+                        model.level_jnd_high.0.max(model.level_jnd.0),
+                        model.noticed_jnd()
+                    ),
+                };
+                format!("{word}: score {range}; {why}")
+            }
         }
     }
 }

@@ -3,16 +3,17 @@
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::compare::{
-    ActivePassive, Discrimination, LevelSpread, Sliding, SpatialPeriod, Summary, Texture,
-    across_participants, across_roughness, active_against_passive, comparable,
-    friction_against_rms, indistinguishable, rms_on_speed, spatial_period,
+    ActivePassive, Groups, LevelSpread, Sliding, SpatialPeriod, Summary, across_participants,
+    across_roughness, active_against_passive, comparable, friction_against_rms, rms_on_speed,
+    spatial_period,
 };
 use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged_of;
-use piezotact::quantity::{Band, Hertz, Unit};
+use piezotact::quantity::{Band, Hertz};
 use piezotact::surface::SampleSet;
 use serde_json::{Map, Value, json};
 
+use super::discrimination::{self, Discrimination};
 use super::segment::check_outputs;
 use super::{
     Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, differ_in, doubts_once,
@@ -26,22 +27,11 @@ use crate::wording;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
     let computing = &args.computing;
-    for value in [args.jnd, args.threshold] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(usage(anyhow!(
-                "expected a JND and a threshold above zero, found {value}; 1.5 and 1 are usual"
-            )));
-        }
-    }
+    let model = discrimination::model(&args.feeling)?;
     check_outputs(&args.takes, &[&computing.csv, &computing.report])?;
     let (sets, ridge_m) = (sample_sets(computing)?, ridge_m(computing)?);
     let mut takes = take_all(&args.takes)?;
     analyse_all(&mut takes, computing)?;
-    let discrimination = Discrimination {
-        level_jnd_db: args.jnd,
-        threshold_jnd: args.threshold,
-        ..Discrimination::usual()
-    };
     let compared = comparisons(&takes, args.by, &sets, ridge_m)?;
     if compared.is_empty() {
         return Err(usage(anyhow!(
@@ -53,6 +43,10 @@ pub(crate) fn run(args: &Compare) -> Outcome {
             }
         )));
     }
+    let across = match args.by {
+        By::Sample | By::File => Some(Discrimination::of(&compared, model)),
+        By::Speed | By::Participant | By::Touch => None,
+    };
     if let Some(path) = &computing.csv {
         tables::write_strokes(path, &takes)?;
     }
@@ -67,20 +61,34 @@ pub(crate) fn run(args: &Compare) -> Outcome {
             groups: &groups,
             sets: &sets,
             ridge_m,
-            discrimination: Some(discrimination),
+            discrimination: across.as_ref(),
         };
         write_text(path, &report::touch::render(&page)?)?;
     }
     let apart = left_out(&takes, &compared);
     let mut results = compared
         .iter()
-        .map(|comparison| result(comparison, args.by, &sets, discrimination))
+        .enumerate()
+        .map(|(i, comparison)| {
+            let groups = across.as_ref().and_then(|across| across.groups(i));
+            result(comparison, args.by, &sets, groups)
+        })
         .collect::<Outcome<Vec<_>>>()?;
     if let Some(first) = results.first_mut() {
         first.doubts.extend(apart);
     }
+    let of_pairs = across
+        .as_ref()
+        .map_or_else(Vec::new, Discrimination::doubts);
     if computing.json {
-        return print_json(&json(args.by, &takes, &sets, results)?);
+        let discriminated = across.as_ref().map(Discrimination::json).transpose()?;
+        return print_json(&json(
+            args.by,
+            &takes,
+            &sets,
+            results,
+            (discriminated, &of_pairs),
+        )?);
     }
     for doubt in doubts_once(&takes, &[]) {
         say(&format!("doubt: {doubt}"));
@@ -88,8 +96,14 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     for doubt in doubts_in_words(&results) {
         say(&format!("doubt: {doubt}"));
     }
+    for doubt in &of_pairs {
+        say(&format!("doubt: {doubt}"));
+    }
     for result in &results {
         print(&result.text)?;
+    }
+    if let Some(line) = across.as_ref().map(Discrimination::line) {
+        print(&line)?;
     }
     if args.by == By::Touch {
         let found = touch(&takes, &sets)?;
@@ -152,7 +166,7 @@ fn result(
     comparison: &Comparison<'_>,
     by: By,
     sets: &[SampleSet],
-    discrimination: Discrimination,
+    groups_told: Option<&Groups>,
 ) -> Outcome<Compared> {
     let summaries: Vec<&Summary> = comparison.cells.iter().map(|cell| &cell.summary).collect();
     comparable(&summaries)?;
@@ -177,7 +191,7 @@ fn result(
     compared.put("groups", &groups)?;
     match by {
         By::Speed => speeds(&mut compared, comparison, &summaries)?,
-        By::Sample | By::File => samples(&mut compared, &summaries, sets, discrimination)?,
+        By::Sample | By::File => samples(&mut compared, &summaries, sets, groups_told)?,
         By::Participant => {
             if let Some(spread) = across_participants(&summaries) {
                 compared.say(&participants(&spread));
@@ -349,7 +363,7 @@ fn samples(
     compared: &mut Compared,
     summaries: &[&Summary],
     sets: &[SampleSet],
-    discrimination: Discrimination,
+    groups_told: Option<&Groups>,
 ) -> Outcome {
     let trend = across_roughness(summaries, |sample| {
         sets.iter().find_map(|set| set.sample(sample))?.ra_m
@@ -372,29 +386,13 @@ fn samples(
         compared.say(&text);
     }
     compared.put("friction_rms_rank_correlation", &friction)?;
-    // What people feel is known of accelerations (and of what stands for them), not of taxels.
-    let felt = |s: &&Summary| {
-        matches!(
-            s.unit,
-            Unit::MetrePerSecondSquared | Unit::FullScale | Unit::Volt
-        )
-    };
-    if !summaries.iter().all(felt) {
-        return Ok(());
+    if let Some(groups) = groups_told {
+        for sentence in groups.sentences() {
+            compared.say(&sentence);
+        }
+        compared.put("below_jnd", &groups.below_by_name())?;
     }
-    let groups = indistinguishable(&textures(summaries), discrimination);
-    if groups.confusable().is_empty() {
-        compared.say("all can be told apart by their vibration");
-    }
-    for group in groups.confusable() {
-        compared.say(&format!(
-            "cannot be told apart by their vibration (within {} JND): {}",
-            discrimination.threshold_jnd,
-            group.join(", ")
-        ));
-    }
-    compared.put("indistinguishable", &groups.confusable())?;
-    compared.put("distances", &groups)
+    Ok(())
 }
 
 /// What strokes that were not repeated leave open.
@@ -408,21 +406,16 @@ pub(crate) fn one_stroke_each(summaries: &[&Summary]) -> Option<String> {
     })
 }
 
-/// What tells samples apart.
-pub(crate) fn textures(summaries: &[&Summary]) -> Vec<Texture> {
-    summaries
-        .iter()
-        .map(|summary| Texture {
-            name: summary.name.clone(),
-            psd: summary.psd.mean.clone(),
-            resolution_hz: summary.psd.resolution_hz,
-        })
-        .collect()
-}
-
-fn json(by: By, takes: &[Take], sets: &[SampleSet], results: Vec<Compared>) -> Outcome<Value> {
+fn json(
+    by: By,
+    takes: &[Take],
+    sets: &[SampleSet],
+    results: Vec<Compared>,
+    (discriminated, of_pairs): (Option<Value>, &[Doubt]),
+) -> Outcome<Value> {
     let mut doubts: Vec<Doubt> = takes.iter().flat_map(Take::doubts).collect();
     doubts.extend(results.iter().flat_map(|result| result.doubts.clone()));
+    doubts.extend(of_pairs.iter().cloned());
     let mut seen: Vec<Doubt> = Vec::new();
     doubts.retain(|doubt| {
         let new = !seen.contains(doubt);
@@ -435,6 +428,9 @@ fn json(by: By, takes: &[Take], sets: &[SampleSet], results: Vec<Compared>) -> O
     if by == By::Touch {
         let touch = serde_json::to_value(touch(takes, sets)?)?;
         value.insert("active_against_passive".into(), touch);
+    }
+    if let Some(discriminated) = discriminated {
+        value.insert("discrimination".into(), discriminated);
     }
     // One comparison stands at the top; several stand in a list.
     let mut results: Vec<Map<String, Value>> = results.into_iter().map(|r| r.fields).collect();

@@ -2,6 +2,7 @@
 
 pub(crate) mod analyse;
 pub(crate) mod compare;
+pub(crate) mod discrimination;
 mod grouping;
 pub(crate) mod segment;
 mod tables;

@@ -1,13 +1,13 @@
 //! Reports on strokes: what was cut, what the strokes hold, and what changes from group to group.
 
+mod apart;
 mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::compare::{
-    Direction, Discrimination, LogFit, SpatialPeriod, Summary, across_roughness,
-    friction_against_rms, indistinguishable, rms_on_speed,
+    Direction, LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
 };
 use piezotact::criterion::Outcome as Judged;
 use piezotact::feature::{Receptor, Statistics, Weighting};
@@ -17,8 +17,9 @@ use piezotact::surface::SampleSet;
 use super::{document, figure};
 use crate::cli::By;
 use crate::commands::touch::compare::{
-    active_passive as active_passive_lines, one_stroke_each, period, textures, touch,
+    active_passive as active_passive_lines, one_stroke_each, period, touch,
 };
+use crate::commands::touch::discrimination::Discrimination;
 use crate::commands::touch::{
     Cell, Comparison, Take, both_ways, comparisons, doubts_once, lines_of_all,
 };
@@ -36,8 +37,8 @@ pub(crate) struct Page<'a> {
     pub(crate) groups: &'a [Cell<'a>],
     pub(crate) sets: &'a [SampleSet],
     pub(crate) ridge_m: Option<f64>,
-    /// How far apart samples must be; none unless they are compared.
-    pub(crate) discrimination: Option<Discrimination>,
+    /// Which samples can be told apart; none unless they are compared.
+    pub(crate) discrimination: Option<&'a Discrimination>,
 }
 
 /// The report of `segment`: the signals with their cuts.
@@ -57,7 +58,11 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
 /// The report of `analyse` and `compare`.
 pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
     let strokes: usize = page.groups.iter().map(|g| g.summary.strokes).sum();
-    let (speeds, of_speeds) = speeds(page)?;
+    let (speeds, mut of_speeds) = speeds(page)?;
+    let of_pairs = page
+        .discrimination
+        .map_or_else(Vec::new, Discrimination::doubts);
+    of_speeds.extend(of_pairs.iter().map(ToString::to_string));
     let body = html! {
         h1 { (page.title) }
         p.soft {
@@ -67,6 +72,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (doubts(page.takes, page.groups, &of_speeds))
         (groups(page))
         (spectra(page)?)
+        @if let Some(discrimination) = page.discrimination { (apart::section(discrimination)) }
         (samples(page)?)
         (speeds)
         (active_passive(page)?)
@@ -289,7 +295,6 @@ fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
             @if let Some(found) = &friction_against_rms(&summaries) { li { (wording::ranks("friction coefficient", "rms", found, "samples")) } }
             @if let Some(text) = one_stroke_each(&summaries) { li.doubt { (text) } }
         }
-        @if let Some(discrimination) = page.discrimination { (told_apart(&summaries, discrimination)) }
     })
 }
 
@@ -472,34 +477,6 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
             ul { @for line in active_passive_lines(&compared) { li { (line) } } }
         }
     })
-}
-
-/// Which samples of one setting cannot be told apart.
-fn told_apart(summaries: &[&Summary], discrimination: Discrimination) -> Markup {
-    let found = indistinguishable(&textures(summaries), discrimination);
-    html! {
-        p { (format!(
-            "Distances in just-noticeable differences: level ({} dB each) and the octave band that differs most ({} dB each), combined as the root of the sum of squares; samples within {} JND of each other cannot be told apart by their vibration.",
-            discrimination.level_jnd_db, discrimination.band_jnd_db, discrimination.threshold_jnd
-        )) }
-        @if found.confusable().is_empty() {
-            p { "All can be told apart." }
-        } @else {
-            p.soft { "The largest sets in which no pair can be told apart; a sample may stand in several:" }
-            ul { @for group in found.confusable() { li { (group.join(", ")) } } }
-        }
-        div.wide { table.matrix {
-            tr { th { "JND" } @for name in &found.names { th.n { (name) } } }
-            @for (name, row) in found.names.iter().zip(&found.distance_jnd) {
-                tr {
-                    th { (name) }
-                    @for distance in row {
-                        td.n.near[*distance <= discrimination.threshold_jnd] { (format!("{distance:.1}")) }
-                    }
-                }
-            }
-        } }
-    }
 }
 
 fn single(page: &Page<'_>) -> Outcome<Markup> {

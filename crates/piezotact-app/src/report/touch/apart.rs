@@ -1,0 +1,102 @@
+//! Which samples can be told apart: a matrix of distances for each setting, and the rules that decide.
+
+use maud::{Markup, html};
+use piezotact::compare::{AcrossSamples, Groups, PairCriterion, Sampled, Telling};
+
+use crate::commands::touch::discrimination::{Discrimination, pairs as pairs_of};
+
+pub(super) fn section(discrimination: &Discrimination) -> Markup {
+    html! {
+        section {
+            h2 { "Which samples can be told apart" }
+            @match &discrimination.found {
+                Err(withheld) => p { (withheld.to_string()) "." },
+                Ok(found) => {
+                    (rules(found))
+                    @for (setting, groups) in discrimination.settings.iter().zip(&found.settings) {
+                        @if !setting.is_empty() { h3 { (setting) } }
+                        (matrix(groups))
+                        ul { @for sentence in groups.sentences() { li { (sentence) } } }
+                    }
+                    (pairs(discrimination, found))
+                }
+            }
+        }
+    }
+}
+
+fn rules(found: &AcrossSamples) -> Markup {
+    let model = &found.config.model;
+    let noticed = (model.level_jnd_high.0 / model.level_jnd.0).max(1.0);
+    html! {
+        p { (format!(
+            "Distances in just-noticeable differences (JND) of {:.2} dB, with 95 % limits; on the diagonal, in brackets, how far two halves of a sample's {} lie apart. Distance, JND and threshold are those of the command score, over {}.",
+            model.level_jnd.0, found.units.word(), model.band
+        )) }
+        p { b { "Bold" } (format!(": told apart. The limits lie above {noticed:.2} JND ({:.1} dB, the upper end of what was published) and above what halves of either sample differ by, and a permutation test over {} shows a difference, with an error of {:.0} % over {} together. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, pairs_of(found.family)))
+            span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the limits lie below 1 JND. Grey: not decided." }
+        @if found.units == Sampled::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do: recordings are what is compared." } }
+        p.soft { (model.jnd_source()) ". " (format!("Divisions drawn with ChaCha8, seed {}.", found.config.seed)) }
+    }
+}
+
+fn matrix(groups: &Groups) -> Markup {
+    let count = groups.names.len();
+    html! {
+        div.wide { table.matrix {
+            tr { th { "JND" } @for name in &groups.names { th.n { (name) } } }
+            @for i in 0..count {
+                tr {
+                    th { (groups.names[i]) (format!(" ({})", groups.units[i])) }
+                    @for j in 0..count {
+                        @if i == j {
+                            td.n.soft { (groups.within_jnd[i].map_or("–".into(), |v| format!("({v:.1})"))) }
+                        } @else if let Some(pair) = groups.pair(i, j) {
+                            td.n.near[pair.outcome == Telling::BelowJnd].apart[pair.outcome == Telling::ToldApart].soft[pair.outcome == Telling::NotDecided] {
+                                (format!("{:.1}", pair.distance_jnd))
+                                @if let Some([low, high]) = pair.interval_jnd { br; small { (format!("{low:.1}–{high:.1}")) } }
+                            }
+                        }
+                    }
+                }
+            }
+        } }
+        p.soft { "In brackets behind a name: how many strokes, or recordings, it has." }
+    }
+}
+
+/// The criteria of every pair, for the reader who wants to know why.
+fn pairs(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
+    let of = |pair: &piezotact::compare::Pair, what: PairCriterion| -> &'static str {
+        let mut all = pair.criteria.iter().filter(|c| c.what == what);
+        all.next().map_or("–", |c| c.outcome.word())
+    };
+    let settings = discrimination.settings.iter().zip(&found.settings);
+    let several = found.settings.len() > 1;
+    html! {
+        details {
+            summary { (format!("The criteria of {}", pairs_of(found.family))) }
+            div.wide { table {
+                tr {
+                    @if several { th { "setting" } }
+                    th { "pair" } th.n { "spectrum, level, balance, JND" } th { "below the JND" } th { "within halves of one sample" } th { "beyond chance" } th.n { "p" } th.n { "p, adjusted" } th { "outcome" }
+                }
+                @for (setting, groups) in settings {
+                    @for pair in &groups.pairs {
+                        tr {
+                            @if several { td { (setting) } }
+                            td { (groups.names[pair.a]) " and " (groups.names[pair.b]) }
+                            td.n { (format!("{:.2}, {:.2}, {:.2}", pair.parts_jnd[0], pair.parts_jnd[1], pair.parts_jnd[2])) }
+                            td { (of(pair, PairCriterion::JustNoticeableDifference)) }
+                            td { (of(pair, PairCriterion::DistanceWithin)) }
+                            td { (of(pair, PairCriterion::Chance)) }
+                            td.n { (pair.permuted.map_or("–".into(), |p| format!("{:.4}", p.p_value))) }
+                            td.n { (pair.p_adjusted.map_or("–".into(), |p| format!("{p:.3}"))) }
+                            td { (pair.outcome.word()) }
+                        }
+                    }
+                }
+            } }
+        }
+    }
+}

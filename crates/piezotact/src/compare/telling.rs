@@ -1,0 +1,236 @@
+//! What is said of pairs of samples, and the criteria that it rests on.
+
+use serde::{Deserialize, Serialize};
+
+use super::Permuted;
+use crate::criterion::{Criterion, Outcome};
+
+/// More pairs than this are counted and not listed.
+const LISTED: usize = 15;
+
+/// What a pair is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PairCriterion {
+    /// The distance against the just-noticeable difference and the range that was published of it.
+    JustNoticeableDifference,
+    /// The distance against how far halves of one of the two samples lie apart, of 95 % of divisions into halves.
+    DistanceWithin,
+    /// The probability of such a distance were the strokes of both those of one sample, adjusted for all pairs of the study: at most
+    /// α they differ, above it nothing is known.
+    Chance,
+}
+
+/// Whether two samples can be told apart by their vibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Telling {
+    /// They differ by more than strokes of one sample do, and by more than the published range of the JND.
+    ToldApart,
+    /// They differ by less than the JND, at which 75 % of judgements are right.
+    BelowJnd,
+    /// The strokes allow both.
+    NotDecided,
+}
+
+impl Telling {
+    /// The outcome in plain words.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::ToldApart => "told apart",
+            Self::BelowJnd => "below the just-noticeable difference (75 % correct)",
+            Self::NotDecided => "not decided",
+        }
+    }
+
+    pub(super) fn of(criteria: &[Criterion<PairCriterion>]) -> Self {
+        let outcome = |what| {
+            let found = criteria.iter().find(|c| c.what == what);
+            found.map_or(Outcome::NotDecided, |c| c.outcome)
+        };
+        let jnd = outcome(PairCriterion::JustNoticeableDifference);
+        match (
+            jnd,
+            outcome(PairCriterion::DistanceWithin),
+            outcome(PairCriterion::Chance),
+        ) {
+            (Outcome::Met, ..) => Self::BelowJnd,
+            (Outcome::NotMet, Outcome::NotMet, Outcome::Met) => Self::ToldApart,
+            _ => Self::NotDecided,
+        }
+    }
+}
+
+/// Two samples compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    /// The first, as an index of the names.
+    pub a: usize,
+    /// The second.
+    pub b: usize,
+    /// Their distance, JND.
+    pub distance_jnd: f64,
+    /// Within which it lies with 95 % confidence, JND; absent where a sample has one stroke or recording.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub interval_jnd: Option<[f64; 2]>,
+    /// The parts of the distance: spectrum, level and balance, JND.
+    pub parts_jnd: [f64; 3],
+    /// The permutation test; absent where a sample has one stroke or recording.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub permuted: Option<Permuted>,
+    /// Its probability adjusted for all pairs of the study.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub p_adjusted: Option<f64>,
+    /// Whether neither reaches the detection threshold.
+    pub neither_felt: bool,
+    /// What decides.
+    pub criteria: Vec<Criterion<PairCriterion>>,
+    /// What is decided.
+    pub outcome: Telling,
+}
+
+/// What a sample was compared by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampled {
+    /// Strokes are taken for independent.
+    Strokes,
+    /// Recordings are; the strokes of one are averaged.
+    Recordings,
+}
+
+impl Sampled {
+    /// "strokes" or "recordings".
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Strokes => "strokes",
+            Self::Recordings => "recordings",
+        }
+    }
+}
+
+/// Samples and which of them can be told apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Groups {
+    /// The names.
+    pub names: Vec<String>,
+    /// How many strokes, or recordings, each has.
+    pub units: Vec<usize>,
+    /// How far two halves of each sample's strokes lie apart, JND, in the median over divisions; absent for one stroke.
+    pub within_jnd: Vec<Option<f64>>,
+    /// Every pair.
+    pub pairs: Vec<Pair>,
+    /// The largest sets of two and more in which every pair is below the just-noticeable difference, as indices of names. A sample may
+    /// stand in several.
+    pub below_jnd: Vec<Vec<usize>>,
+}
+
+impl Groups {
+    /// The pair of the samples `i` and `j`, in any order.
+    #[must_use]
+    pub fn pair(&self, i: usize, j: usize) -> Option<&Pair> {
+        let (a, b) = (i.min(j), i.max(j));
+        self.pairs.iter().find(|pair| pair.a == a && pair.b == b)
+    }
+
+    /// The sets below the just-noticeable difference, by name.
+    #[must_use]
+    pub fn below_by_name(&self) -> Vec<Vec<&str>> {
+        self.below_jnd
+            .iter()
+            .map(|group| group.iter().map(|i| self.names[*i].as_str()).collect())
+            .collect()
+    }
+
+    /// The pairs with this outcome.
+    pub fn with(&self, outcome: Telling) -> impl Iterator<Item = &Pair> {
+        self.pairs
+            .iter()
+            .filter(move |pair| pair.outcome == outcome)
+    }
+}
+
+impl Pair {
+    /// Why nothing is decided, in a few words.
+    fn open_because(&self) -> String {
+        let is = |what, outcome| {
+            let mut all = self.criteria.iter();
+            all.any(|c| c.what == what && c.outcome == outcome)
+        };
+        if self.interval_jnd.is_none() {
+            return "a sample has one stroke or recording".into();
+        }
+        if !is(PairCriterion::JustNoticeableDifference, Outcome::NotMet) {
+            return "the interval reaches into the published range of the just-noticeable difference".into();
+        }
+        match self.p_adjusted {
+            Some(p) if !is(PairCriterion::Chance, Outcome::Met) => {
+                format!("strokes of one sample could differ as much, p = {p:.3}")
+            }
+            _ => "halves of one sample differ as much".into(),
+        }
+    }
+
+    fn sentence(&self, groups: &Groups) -> String {
+        let both = format!("{} and {}", groups.names[self.a], groups.names[self.b]);
+        let word = self.outcome.word();
+        if self.neither_felt && self.outcome == Telling::BelowJnd {
+            return format!("{word}: {both}: neither reaches the detection threshold");
+        }
+        let halves = groups.within_jnd[self.a]
+            .into_iter()
+            .chain(groups.within_jnd[self.b])
+            .fold(0.0, f64::max);
+        let interval = self.interval_jnd.map_or_else(String::new, |[low, high]| {
+            format!(" (95 %: {low:.2}–{high:.2}; halves of one sample: {halves:.2})")
+        });
+        let why = match self.outcome {
+            Telling::NotDecided => format!("; {}", self.open_because()),
+            _ => String::new(),
+        };
+        format!(
+            "{word}: {both}, {:.2} JND{interval}{why}",
+            self.distance_jnd
+        )
+    }
+}
+
+impl Groups {
+    /// What is said of the pairs: each of them, or, of many, how many there are of each kind and the sets below the JND.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        if self.pairs.len() <= LISTED {
+            return self.pairs.iter().map(|p| p.sentence(self)).collect();
+        }
+        let mut sentences = Vec::new();
+        for outcome in [Telling::ToldApart, Telling::BelowJnd, Telling::NotDecided] {
+            sentences.push(format!(
+                "{}: {} of {} pairs",
+                outcome.word(),
+                self.with(outcome).count(),
+                self.pairs.len()
+            ));
+            if outcome == Telling::BelowJnd {
+                let sets = self.below_by_name();
+                sentences.extend(sets.iter().map(|set| format!("  {}", set.join(", "))));
+            }
+        }
+        sentences
+    }
+}
+
+impl PairCriterion {
+    /// What is judged, in plain words.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::JustNoticeableDifference => {
+                "distance below the just-noticeable difference (75 % correct)"
+            }
+            Self::DistanceWithin => "distance within what halves of one sample differ by",
+            Self::Chance => "differ by more than strokes of one sample do (p, adjusted)",
+        }
+    }
+}
