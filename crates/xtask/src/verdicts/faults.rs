@@ -11,7 +11,7 @@ use piezotact::render::Mode;
 use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
-use super::parts::{ThirdOctaves, line, within, within_band};
+use super::parts::{ThirdOctaves, Which, line, within, within_band};
 use super::scene::{LEAD, Lies, Scene, TAP_S, TAPS, Texture, tap_at};
 use super::signal::{
     Draws, RATE_HZ, amplitude, at_times, bins_of, decibels, delayed, energy, filtered, shaped,
@@ -236,10 +236,12 @@ impl Making<'_> {
                 let level = (1.0 + 0.5 * share * share).sqrt();
                 self.amplify(|t| (1.0 + share * (TAU * 4.0 * seconds * t).sin()) / level);
             }
-            StrongestLineMissing => self.shape(within(line(self.scene, false, draws), 0.0)),
-            WeakLineMissing => self.shape(within(line(self.scene, true, draws), 0.0)),
+            StrongestLineMissing => {
+                self.shape(within(line(self.scene, Which::Strongest, draws), 0.0))
+            }
+            WeakLineMissing => self.shape(within(line(self.scene, Which::Weak, draws), 0.0)),
             OneLine => {
-                let [low, high] = line(self.scene, true, draws);
+                let [low, high] = line(self.scene, Which::Weak, draws);
                 self.shape(within([low + 2.5, high - 2.5], amplitude(-3.0)));
             }
             StrongestBandMissing => self.shape(within(self.octaves(draws).strongest, 0.0)),

@@ -11,10 +11,10 @@ mod signal;
 mod truth;
 
 use std::fmt;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
 
-use anyhow::{Result, anyhow, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use piezotact::render::Mode;
 use piezotact::verify::{Measured, Verdict, verify};
 
@@ -175,30 +175,28 @@ pub(crate) fn run(words: &[&str]) -> Result<()> {
 /// Does `work` for every index below `count`, on all cores.
 fn in_threads<T: Send>(count: usize, work: impl Fn(usize) -> Result<T> + Sync) -> Result<Vec<T>> {
     let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, T)>> = Mutex::new(Vec::new());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads)
-            .map(|_| {
-                scope.spawn(|| -> Result<()> {
-                    loop {
-                        let i = next.fetch_add(1, Ordering::Relaxed);
-                        if i >= count {
-                            return Ok(());
-                        }
-                        let one = work(i)?;
-                        done.lock()
-                            .map_err(|_| anyhow!("another thread failed"))?
-                            .push((i, one));
-                    }
-                })
-            })
-            .collect();
-        workers
-            .into_iter()
-            .try_for_each(|worker| worker.join().map_err(|_| anyhow!("a thread failed"))?)
+    let one_thread = || -> Result<Vec<(usize, T)>> {
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= count {
+                return Ok(done);
+            }
+            done.push((i, work(i)?));
+        }
+    };
+    let mut done = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(one_thread)).collect();
+        let mut all = Vec::with_capacity(count);
+        for worker in workers {
+            match worker.join() {
+                Ok(done) => all.extend(done?),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        anyhow::Ok(all)
     })?;
-    let mut done = done.into_inner().map_err(|_| anyhow!("a thread failed"))?;
     done.sort_by_key(|(i, _)| *i);
     Ok(done.into_iter().map(|(_, one)| one).collect())
 }

@@ -80,8 +80,15 @@ impl ThirdOctaves {
     }
 }
 
+/// Which line of a spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Which {
+    Strongest,
+    Weak,
+}
+
 /// The strongest 5 Hz of the target, or 5 Hz that lie 10–35 dB below.
-pub(super) fn line(scene: &Scene, weak: bool, draws: &mut Draws) -> [f64; 2] {
+pub(super) fn line(scene: &Scene, which: Which, draws: &mut Draws) -> [f64; 2] {
     let lines: Vec<[f64; 2]> = (4..199)
         .map(|k| [5.0 * f64::from(k), 5.0 * f64::from(k + 1)])
         .collect();
@@ -92,7 +99,7 @@ pub(super) fn line(scene: &Scene, weak: bool, draws: &mut Draws) -> [f64; 2] {
         .filter(|i| range.contains(&powers[*i]))
         .collect();
     let chosen = match some.len() {
-        n if weak && n > 0 => some[(draws.uniform() * n as f64) as usize],
+        n if which == Which::Weak && n > 0 => some[(draws.uniform() * n as f64) as usize],
         _ => first,
     };
     [lines[chosen][0] - 2.5, lines[chosen][1] + 2.5]
