@@ -44,8 +44,10 @@ const LONGEST: Seconds = Seconds(10.0);
 const ABOVE_DB: f64 = 15.0;
 /// A line of a comb between the multiples stands so far above, dB.
 const COMB_DB: f64 = 12.0;
-/// A line holds so many times the power of what is next to it: a texture's lines are as wide as its speed varies.
-const NARROW: f64 = 10.0;
+/// A line stands so many times above the mean of the six bins on either side of it: a texture's lines are as wide as its
+/// speed varies.
+const NARROW: f64 = 8.0;
+const BESIDE: usize = 6;
 /// Hum has its first line and at least so many in all: a tone of a texture may lie on one or two.
 const FEWEST: usize = 3;
 /// Less power than this share is no matter.
@@ -119,8 +121,10 @@ impl Lines {
         let (at, above_db) = self.above_db(hertz - reach, hertz + reach)?;
         let sum = |from: usize, to: usize| self.power[from..=to].iter().sum::<f64>();
         let power = sum(at - 2, at + 2);
-        let beside = sum(at.saturating_sub(8), at - 3) + sum(at + 3, at + 8);
-        if above_db < least_db || power < NARROW * beside {
+        let near = at.saturating_sub(2 + BESIDE);
+        let beside = sum(near, at - 3) + sum(at + 3, at + 2 + BESIDE);
+        let mean_beside = beside / (2 * BESIDE) as f64;
+        if above_db < least_db || self.power[at] < NARROW * mean_beside {
             return None;
         }
         // Between two bins of a Hann window.

@@ -191,18 +191,18 @@ fn measured(unit: &Unit) -> bool {
     !commanded(unit) && !matches!(unit, Unit::FullScale)
 }
 
-/// The doubts about all channels of `recording`, of each and of pairs, that it does not carry yet. `drive_limit` is the
-/// largest drive that can be played, of full scale.
+/// The doubts about all channels of `recording`, of each and of pairs, that it does not carry yet. `limit_fraction`
+/// is the largest drive that can be played, of full scale.
 ///
 /// Source: [`inspect_samples`], [`copied`], [`transfer_doubts`].
 #[must_use]
-pub fn doubts_of(recording: &Recording, drive_limit: f64) -> Vec<Doubt> {
+pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     for channel in recording.channels() {
         let (name, samples) = (&channel.name, &channel.samples);
         doubts.extend(inspect_samples(samples, recording.rate(), &channel.unit).doubts(name));
         if channel.unit == Unit::FullScale {
-            let beyond = pair::beyond(samples, name, drive_limit);
+            let beyond = pair::beyond(samples, name, limit_fraction);
             doubts.extend(beyond.map(Doubt::Signal));
         }
     }
