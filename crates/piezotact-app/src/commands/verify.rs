@@ -8,7 +8,6 @@ use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::series::Series;
-use piezotact::verify::Verdict;
 use piezotact::verify::{
     self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, clipping,
     predicted_straight,
@@ -19,7 +18,7 @@ use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
 use serde_json::{Value, json};
 
 use super::manipulate::Chosen;
-use super::{manipulate, outputs, rate_option, read, texture};
+use super::{inspected, manipulate, outputs, rate_option, read, texture};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{difference_db, doubts_json, print, print_json, say, say_doubts, write_text};
@@ -241,7 +240,7 @@ fn judge(
         scale,
         rate: rate_option(args.reading.rate)?,
     };
-    let measured = read_recording(path, &options)?;
+    let measured = inspected(path, &options)?;
     let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
     let rendering = stated.or(measured.rendering.as_ref());
 

@@ -56,13 +56,6 @@ pub(super) struct Case {
     pub(super) config: VerifyConfig,
 }
 
-/// A configuration with the fade of the rendering. By way of JSON, so that it does not ask whether the field is there.
-fn with_fade(config: &VerifyConfig, fade: Seconds) -> Result<VerifyConfig> {
-    let mut value = serde_json::to_value(config)?;
-    value["fade"] = serde_json::to_value(fade)?;
-    Ok(serde_json::from_value(value)?)
-}
-
 /// `x` with raised-cosine fades of `fade_s` at both ends.
 pub(super) fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
     let n = fade_s * RATE_HZ;
@@ -350,7 +343,7 @@ impl Making<'_> {
             FadeTold(s) => {
                 self.case.meant = faded(&self.case.meant, s);
                 self.case.delivered = scene.good(&faded(&self.played, s));
-                self.case.config = with_fade(&self.case.config, Seconds(s))?;
+                self.case.config.fade = Seconds(s);
             }
             Faster(share) => {
                 // It begins again, so that it is as long.

@@ -101,7 +101,6 @@ fn waveforms_count_in_replicate_alone() {
 
 /// One seed of every texture in both modes, with the kinds that are most unlike each other: the targets of the whole.
 #[test]
-#[ignore = "the decisions of verify that this asserts are being revised; to be switched on with them"]
 fn no_verdict_is_wrong() {
     use Kind::*;
     let part = Part {
