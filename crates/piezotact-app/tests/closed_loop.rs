@@ -125,12 +125,12 @@ fn what_does_not_fit_is_said_with_what_would() {
     assert!(
         said["error_db_rms"].as_f64().unwrap() < 1.0
             && code == Some(0)
-            && said["verdict"]
+            && said["sentence"]
                 .as_str()
                 .unwrap()
                 .contains("the spectrum alone"),
         "{code:?} {}",
-        said["verdict"]
+        said["sentence"]
     );
 }
 

@@ -20,7 +20,10 @@ fn the_demo_ends_with_a_report_and_a_verdict() {
     done.expect_success();
     let out = done.out();
     let last: Vec<&str> = out.lines().rev().take(2).collect();
-    assert!(last[0].starts_with("passed: spectrum error "), "{out}");
+    assert!(
+        last[0].starts_with("passed over 30–500 Hz: level "),
+        "{out}"
+    );
     let report = last[1].strip_prefix("report: ").unwrap();
     let html = std::fs::read_to_string(folder.path(report)).unwrap();
     for part in [

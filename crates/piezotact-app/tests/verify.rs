@@ -28,6 +28,13 @@ fn split(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
 }
 
+/// What a sensor reads of `delivered`: without noise it would be a copy, which is no measurement.
+fn sensed(delivered: &[f64]) -> Vec<f64> {
+    let read = delivered.iter().enumerate();
+    read.map(|(i, v)| v + 2e-3 * (0.37 * (i * i) as f64).sin())
+        .collect()
+}
+
 fn verify(folder: &Folder, rest: &str) -> Done {
     folder.run(&split(&format!("verify {rest}")))
 }
@@ -66,7 +73,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     let folder = two_measured();
     // A measurement alone says nothing of a drive.
     let felt = noise(20_000).map(|v| 2.0 * v).collect::<Vec<f64>>();
-    folder.write("own.csv", table("nail (m/s2)", &felt));
+    folder.write("own.csv", table("nail (m/s2)", &sensed(&felt)));
     let plain = html(&folder, "--target texture.wav --measured own.csv");
     let given = [BESIDE_SPECTRA, BESIDE_WAVEFORMS, STRAIGHT, ALSO, BEFORE];
     expect_shown(&plain, &[AMPLITUDES], &given);
@@ -107,7 +114,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
         &[STRAIGHT, ALSO],
     );
     // The drive of a file is moved by the modelling delay that it was rendered with.
-    folder.write("felt.csv", table("nail (m/s2)", &felt));
+    folder.write("felt.csv", table("nail (m/s2)", &sensed(&felt)));
     let from_file = "--target texture.wav --measured felt.csv --drive own.wav";
     let shown = html(&folder, from_file);
     expect_shown(&shown, &with_drive, &[STRAIGHT]);
@@ -167,7 +174,7 @@ fn the_texture_sent_straight_has_the_error_that_it_must_have() {
     let folder = Folder::new();
     let texture: Vec<f64> = noise(40_000).collect();
     folder.write("texture.csv", table("nail (m/s2)", &texture));
-    folder.write("felt.csv", table("nail (m/s2)", &texture));
+    folder.write("felt.csv", table("nail (m/s2)", &sensed(&texture)));
     let (direct, echo, later) = (0.8, 0.6, 5.0);
     let resolution_hz = RATE_HZ / 4096.0;
     let hz: Vec<f64> = (0..=2048).map(|k| f64::from(k) * resolution_hz).collect();
@@ -248,7 +255,7 @@ fn a_swap_of_level_shows_as_the_same_shape_at_another_height() {
     // A measurement of one's own that is the target.
     let ratio = done["rms_after"].as_f64().unwrap() / done["rms_before"].as_f64().unwrap();
     let felt: Vec<f64> = noise(20_000).map(|v| 2.0 * ratio * v).collect();
-    folder.write("felt.csv", table("nail (m/s2)", &felt));
+    folder.write("felt.csv", table("nail (m/s2)", &sensed(&felt)));
     let base = "--target swapped.wav --measured felt.csv --before texture.wav --before loud.csv";
     let said = verify(&folder, &format!("{base} --json")).json();
     let number = |i: usize, key: &str| said["before"][i][key].as_f64().unwrap();
@@ -289,7 +296,10 @@ fn a_texture_before_may_be_one_stroke() {
     let make = "manipulate S8.parquet --stroke 2 --gain -6dB --out made.wav";
     folder.run(&split(make)).expect_success();
     let base = "--target made.wav --measured made.wav --band 30..500 --before S8.parquet";
-    let said = verify(&folder, &format!("{base} --before-stroke 2 --json")).json();
+    // A copy is compared, and decides nothing.
+    let done = verify(&folder, &format!("{base} --before-stroke 2 --json"));
+    let (said, code) = done.json_and_code();
+    assert_eq!(code, Some(5));
     let before = &said["before"][0];
     assert!(
         (before["level_db"].as_f64().unwrap() + 6.0).abs() < 1e-3,
@@ -300,7 +310,7 @@ fn a_texture_before_may_be_one_stroke() {
         "{before}"
     );
     // Without it all of the recording is taken, and that is said.
-    let whole = verify(&folder, &format!("{base} --json")).json();
+    let (whole, _) = verify(&folder, &format!("{base} --json")).json_and_code();
     assert!(
         whole["doubts"]
             .to_string()

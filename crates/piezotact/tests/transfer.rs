@@ -221,7 +221,9 @@ fn band_limited(n: usize, seed: u64) -> Vec<f64> {
             window * sinc
         })
         .collect();
-    filtered(&taps, &Noise::new(seed).take(n))
+    let mut drive = filtered(&taps, &Noise::new(seed).take(n));
+    drive.iter_mut().for_each(|v| *v *= 0.25);
+    drive
 }
 
 #[test]

@@ -9,6 +9,7 @@ use piezotact::quantity::{
 };
 use piezotact::recording::Recording;
 use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
+use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -314,12 +315,12 @@ fn compared(
         config = config.rendered_as(&rendering.config, rendering.mode());
     }
     let clipping = clipping(&response, Some((&drive, limit)), None);
-    Ok(verify(
+    Ok(with_felt_difference(verify(
         target,
         Measured {
             response: &response,
             clipping,
         },
         &config,
-    )?)
+    )?))
 }

@@ -7,6 +7,7 @@ use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
+use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::verify::{
     self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, clipping,
@@ -300,7 +301,8 @@ fn judge(
         clipping,
     };
     let verification = verify::verify(&wanted, compared, &config);
-    let mut verification = verification.map_err(|error| refused(path, error))?;
+    let verification = verification.map_err(|error| refused(path, error))?;
+    let mut verification = with_felt_difference(verification);
     // What clipped is said by the verification, with what was measured of it.
     let said = |what: &str| {
         verification

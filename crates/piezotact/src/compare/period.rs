@@ -555,7 +555,7 @@ mod tests {
         spatial_period(&slidings, Hertz(0.0)).unwrap()
     }
 
-    /// The 95 % interval holds the truth in 92–98 % of studies, whether speeds depart recording by recording or the period
+    /// The 95 % interval holds the truth in 90–99 % of 200 studies (three standard errors of 1.5 % either way), whether speeds depart recording by recording or the period
     /// load by load too. A line through pooled spectra says nothing of that.
     #[test]
     fn an_interval_covers_what_repeats_show() {
@@ -581,7 +581,7 @@ mod tests {
             "one load {:.3}, several {:.3} of {studies}, seed 20261121",
             share[0], share[1]
         );
-        assert!(share.iter().all(|s| (0.92..=0.98).contains(s)), "{share:?}");
+        assert!(share.iter().all(|s| (0.90..=0.99).contains(s)), "{share:?}");
     }
 
     /// Loads of 3.978, 3.986 and 3.987 mm: the interval holds the first too. Loads of 2.3 and 5.8 mm have none in common,

@@ -46,7 +46,7 @@ const ABOVE_DB: f64 = 15.0;
 const COMB_DB: f64 = 12.0;
 /// A line stands so many times above the mean of the six bins on either side of it: a texture's lines are as wide as its
 /// speed varies.
-const NARROW: f64 = 8.0;
+const NARROW: f64 = 25.0;
 const BESIDE: usize = 6;
 /// Hum has its first line and at least so many in all: a tone of a texture may lie on one or two.
 const FEWEST: usize = 3;

@@ -140,6 +140,10 @@ pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalD
     })
 }
 
+/// A response that is dead for so short that it takes less than this from the transfer function, dB, is no matter: it begins
+/// as late as the device answers.
+const LEAST_LOW_DB: f64 = 0.1;
+
 /// The doubt about a response that is dead while the drive goes on.
 fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
     let (drive, response, rate) = (pair.drive, pair.response, pair.rate);
@@ -165,12 +169,13 @@ fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
         .sum::<f64>()
         / all;
     let longest = spans.iter().map(|span| span.len()).max()?;
-    Some(SignalDoubt::ResponseDead {
+    let low_db = -20.0 * (1.0 - share).max(1e-3).log10();
+    (low_db >= LEAST_LOW_DB).then(|| SignalDoubt::ResponseDead {
         channel: pair.response_name.into(),
         count: spans.len(),
         longest_s: rate.duration_of(longest).0,
         share,
-        low_db: -20.0 * (1.0 - share).max(1e-3).log10(),
+        low_db,
     })
 }
 

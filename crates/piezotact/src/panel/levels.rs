@@ -19,6 +19,9 @@ pub(super) struct Own<I: Quantity, O: Quantity> {
     pub(super) db: Vec<f64>,
 }
 
+/// A line of less is what rounding leaves of 0.
+const NO_RESPONSE: f64 = 1e-300;
+
 /// The levels of the lines of `band`, dB.
 pub(super) fn levels_db<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
@@ -48,7 +51,7 @@ impl<I: Quantity, O: Quantity> Levels<I, O> {
                 let function = panel.person(who, *cell, averaging)?;
                 if let Some(silent) = function.as_ref().and_then(|f| {
                     let mut lines = f.lines_in(band);
-                    lines.find(|(line, _)| f.response()[*line].norm() <= f64::MIN_POSITIVE)
+                    lines.find(|(line, _)| f.response()[*line].norm() <= NO_RESPONSE)
                 }) {
                     return Err(PanelError::NoResponse {
                         participant: who.clone(),

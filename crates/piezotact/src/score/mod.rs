@@ -6,6 +6,7 @@
 //! alike the waveforms are stands beside it, and so do the indices of the literature.
 
 mod excitation;
+mod felt;
 pub mod literature;
 mod verdict;
 mod waveform;
@@ -13,6 +14,7 @@ mod waveform;
 use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
+pub use felt::with_felt_difference;
 pub use literature::{Literature, LiteratureConfig};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};

@@ -248,35 +248,40 @@ fn spectrum(
         let Pair {
             target,
             measured,
+            variance_db2,
             resolution_hz,
-            ..
         } = evidence.outside;
         let noise = |hz: f64| evidence.floor.map_or(0.0, |floor| floor.at(hz));
         let edge = config.rendered.map_or(0.0, |rendered| rendered.edge_ratio);
-        let beyond: f64 = (0..target.len().min(measured.len()))
-            .map(|k| (k as f64 * resolution_hz, target[k], measured[k]))
+        let (mut beyond, mut scatter) = (0.0, 0.0);
+        for k in 0..target.len().min(measured.len()) {
+            let (hz, half_hz) = (k as f64 * resolution_hz, 0.5 * resolution_hz);
+            let (t, m) = (target[k], measured[k]);
             // The edges of the rendering are no addition.
-            .filter(|(hz, ..)| {
-                let half_hz = 0.5 * resolution_hz;
-                hz + half_hz > FELT_HZ.0
-                    && hz - half_hz < FELT_HZ.1
-                    && (hz + half_hz < config.band.low().0 * (1.0 - edge)
-                        || hz - half_hz > config.band.high().0 * (1.0 + edge))
-            })
-            .filter(|(hz, t, m)| *m > STANDS_OUT * noise(*hz) && m > t)
-            .map(|(hz, t, m)| (m - noise(hz) - t) * resolution_hz * sensitivity(hz))
-            .sum();
+            let outside = hz + half_hz > FELT_HZ.0
+                && hz - half_hz < FELT_HZ.1
+                && (hz + half_hz < config.band.low().0 * (1.0 - edge)
+                    || hz - half_hz > config.band.high().0 * (1.0 + edge));
+            if outside && (m > STANDS_OUT * noise(hz) || t > noise(hz)) {
+                let felt = resolution_hz * sensitivity(hz);
+                beyond += (m - noise(hz) - t) * felt;
+                // What two realisations differ by in a line.
+                scatter += (m.max(t) * felt).powi(2) * variance_db2[k] / DB_PER_NEPER.powi(2);
+            }
+        }
+        let reach = NORMAL_REACH * scatter.sqrt();
         let felt: f64 = lines
             .compared
             .iter()
             .map(|line| line.target_power * sensitivity(line.frequency_hz))
             .sum();
         // Below the detection threshold nothing is felt of it, however faint the texture.
+        let share = |beyond: f64| beyond.max(0.0) / felt.max(1.0);
         criteria.push(Criterion::new(
             Aspect::FeltOutside,
             "",
-            beyond / felt.max(1.0),
-            None,
+            share(beyond),
+            Some([share(beyond - reach), share(beyond + reach)]),
             Limit::at_most(limits.added_power),
         ));
     }

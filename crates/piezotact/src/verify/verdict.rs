@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::Decibels;
+use crate::render::Mode;
 
 /// What a verification concludes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -290,6 +291,10 @@ impl Verification {
             }
             _ => format!(" over {}", self.judged_band()),
         };
+        let over = match self.mode {
+            Mode::Replicate => over,
+            Mode::Texture => format!("{over} (the spectrum alone counts)"),
+        };
         let level = if Decibels(self.level_db).0 == 0.0 {
             String::new()
         } else {
@@ -298,6 +303,17 @@ impl Verification {
                 self.level_db
             )
         };
-        format!("{}{over}: {}{level}", self.verdict.word(), why.join(", "))
+        let felt = self.criterion(Aspect::FeltDifference);
+        let felt = match felt.map(|c| c.outcome) {
+            Some(Outcome::Met) if self.verdict == Verdict::NotPassed => {
+                "; what a finger could feel of it is below the just-noticeable difference (75 % correct)"
+            }
+            _ => "",
+        };
+        format!(
+            "{}{over}: {}{felt}{level}",
+            self.verdict.word(),
+            why.join(", ")
+        )
     }
 }

@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, bail, ensure};
 use piezotact::render::Mode;
+use piezotact::score::with_felt_difference;
 use piezotact::verify::{Measured, Verdict, verify};
 
 use faults::Case;
@@ -97,7 +98,9 @@ impl Judged {
             return Ok(None);
         };
         let (target, response) = (series(scene.target.clone())?, series(case.seen.clone())?);
-        let (verdict, sentence) = match verify(&target, Measured::alone(&response), &case.config) {
+        let (verdict, sentence) = match verify(&target, Measured::alone(&response), &case.config)
+            .map(with_felt_difference)
+        {
             Ok(verification) => (verification.verdict, verification.sentence()),
             // No verdict at all is none.
             Err(error) => (Verdict::NotDecided, error.to_string()),

@@ -1,0 +1,47 @@
+//! What a finger could feel of what a verification found, so that the two never contradict each other.
+
+use super::{ScoreConfig, Verdict, score};
+use crate::criterion::Criterion;
+use crate::quantity::{Acceleration, Quantity, SampleRate};
+use crate::series::Series;
+use crate::verify::{Aspect, Verification};
+
+/// `verification` with the difference that a finger could feel between target and measurement as a criterion, JND, where the
+/// score decides it: a rendering that can be told from its target does not pass, and one that is not passed says so where the
+/// difference is below the just-noticeable one. Nothing is added of other quantities than accelerations, of recordings
+/// too short to be scored, or where the score is not decided.
+///
+/// Source: [`score`] over the band of the verification, of the two as they are compared there.
+#[must_use]
+pub fn with_felt_difference(verification: Verification) -> Verification {
+    match criterion(&verification) {
+        Some(criterion) => verification.with(criterion),
+        None => verification,
+    }
+}
+
+fn criterion(verification: &Verification) -> Option<Criterion<Aspect>> {
+    if verification.psd_unit != Acceleration::UNIT.of_psd() {
+        return None;
+    }
+    let rate = SampleRate::new(verification.rate_hz).ok()?;
+    let part = |samples: &[f64]| {
+        let cut = samples.get(verification.compared.clone())?.to_vec();
+        Series::<Acceleration>::new(cut, rate).ok()
+    };
+    let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
+    let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
+    let found = score(&target, &measured, &config).ok()?;
+    if matches!(found.verdict, Verdict::NotDecided { .. }) {
+        return None;
+    }
+    let interval = [found.score.low_jnd, found.score.high_jnd];
+    let limit = config.model().limit();
+    Some(Criterion::new(
+        Aspect::FeltDifference,
+        "JND",
+        found.score.jnd,
+        Some(interval),
+        limit,
+    ))
+}
