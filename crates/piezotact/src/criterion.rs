@@ -68,21 +68,21 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// Met up to `limit`, not met above.
+    /// Met up to `value`, not met above.
     #[must_use]
-    pub fn at_most(limit: f64) -> Self {
+    pub fn at_most(value: f64) -> Self {
         Self::AtMost {
-            met: limit,
-            not_met: limit,
+            met: value,
+            not_met: value,
         }
     }
 
-    /// Met from `limit` on, not met below.
+    /// Met from `value` on, not met below.
     #[must_use]
-    pub fn at_least(limit: f64) -> Self {
+    pub fn at_least(value: f64) -> Self {
         Self::AtLeast {
-            met: limit,
-            not_met: limit,
+            met: value,
+            not_met: value,
         }
     }
 
@@ -146,7 +146,7 @@ pub struct Criterion<W> {
 }
 
 impl<W> Criterion<W> {
-    /// A criterion on `found`, which lies within `interval` with 95 % confidence, or is exact where that is `None`.
+    /// A criterion on `found_value`, which lies within `interval` with 95 % confidence, or is exact where that is `None`.
     ///
     /// ```
     /// use piezotact::criterion::{Criterion, Limit, Outcome};
@@ -155,14 +155,20 @@ impl<W> Criterion<W> {
     /// assert_eq!(of([0.6, 1.1]), Outcome::NotDecided);
     /// ```
     #[must_use]
-    pub fn new(what: W, unit: &str, found: f64, interval: Option<[f64; 2]>, limit: Limit) -> Self {
+    pub fn new(
+        what: W,
+        unit: &str,
+        found_value: f64,
+        interval: Option<[f64; 2]>,
+        limit: Limit,
+    ) -> Self {
         Self {
             what,
             unit: unit.into(),
-            found: Some(found),
+            found: Some(found_value),
             interval,
             limit,
-            outcome: limit.judge(interval.unwrap_or([found, found])),
+            outcome: limit.judge(interval.unwrap_or([found_value, found_value])),
         }
     }
 

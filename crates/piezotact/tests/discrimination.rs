@@ -233,7 +233,7 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
         sample(&mut random, "A", &faint(1e-3), [1, 15], 0.0),
         sample(&mut random, "B", &faint(1e-5), [1, 15], 0.0),
     ];
-    let plain = discriminate(&[textures.clone()], &config()).unwrap();
+    let plain = discriminate(std::slice::from_ref(&textures), &config()).unwrap();
     let with = discriminate(&[textures], &mapped).unwrap();
     let of = |s: &AcrossSamples| s.settings[0].pairs[0].distance_jnd;
     assert!(of(&with) > of(&plain) + 3.0, "{} {}", of(&with), of(&plain));

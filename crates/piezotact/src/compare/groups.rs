@@ -156,8 +156,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
         }
     }
     let highest_hz = all().map(|t| t.highest_hz).fold(f64::INFINITY, f64::min);
-    // Written so that NaN is caught as well.
-    if !(highest_hz >= LEAST_HIGH_HZ.min(band.high().0)) {
+    if highest_hz.is_nan() || highest_hz < LEAST_HIGH_HZ.min(band.high().0) {
         return Err(Withheld::BandNotHeld { highest_hz, band });
     }
     Ok(Band::new(band.low(), Hertz(band.high().0.min(highest_hz))).unwrap_or(band))

@@ -577,10 +577,6 @@ mod tests {
             }
         }
         let share = held.map(|held| held as f64 / f64::from(studies));
-        println!(
-            "one load {:.3}, several {:.3} of {studies}, seed 20261121",
-            share[0], share[1]
-        );
         assert!(share.iter().all(|s| (0.90..=0.99).contains(s)), "{share:?}");
     }
 

@@ -54,7 +54,7 @@ pub(super) fn divisions(all: usize, chosen: usize) -> u128 {
 /// chance which unit belongs to which group. The statistic gets the indices of the first group, ascending or not.
 ///
 /// Formula: over all divisions when there are 20 000 or fewer, the share of those at least as large; or else (k + 1)/(n + 1) with k
-/// of n = `draws` divisions drawn with ChaCha8 from `seed`.
+/// of n = `draws` divisions drawn with `ChaCha8` from `seed`.
 ///
 /// Source: R. A. Fisher (1935), *The Design of Experiments*; B. Phipson and G. K. Smyth (2010), Stat. Appl. Genet. Mol. Biol. 9(1)
 /// for the counts; equal to `scipy.stats.permutation_test` with `alternative="greater"`.

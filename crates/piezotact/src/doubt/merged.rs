@@ -39,12 +39,16 @@ pub struct Range {
 
 /// `doubts`, those of one kind as one. Two are of one kind when they are the same doubt about the same things and differ in
 /// numbers, in the parts of a band that they list, or in what they name as their subject.
+///
+/// Source: decision 0030 of this project.
 #[must_use]
 pub fn merged<'a>(doubts: impl IntoIterator<Item = &'a Doubt>) -> Vec<Merged> {
     merged_of(doubts.into_iter().map(|doubt| (None, doubt)))
 }
 
 /// As [`merged`], of doubts with the name of what each is about, where it has one.
+///
+/// Source: decision 0030 of this project.
 #[must_use]
 pub fn merged_of<'a>(
     doubts: impl IntoIterator<Item = (Option<&'a str>, &'a Doubt)>,

@@ -194,8 +194,7 @@ fn held(samples: &[f64], rate: SampleRate) -> Vec<Span> {
         let (first, last) = (span.from == 0, span.to >= samples.len());
         // Silence at the ends of a file is put there by programs.
         let silence = value(span) == 0.0 && (first || last);
-        !silence
-            && !(first && last)
+        !(silence || first && last)
             && (first || side(before, near_before, span.len()))
             && (last || side(after, near_after, span.len()))
             && !often(span)

@@ -295,11 +295,11 @@ pub enum PanelError {
     )]
     TwoPeople {
         /// One measurement.
-        one: Filing,
+        one: Box<Filing>,
         /// Whose it is.
         one_is: String,
         /// Another.
-        other: Filing,
+        other: Box<Filing>,
         /// Whose that is.
         other_is: String,
     },

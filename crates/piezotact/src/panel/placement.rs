@@ -190,7 +190,6 @@ impl PlacementSpread {
     ///
     /// Source: draws of a given covariance, as in T. W. Anderson, *An Introduction to Multivariate Statistical Analysis*,
     /// 3rd ed., section 7.2.
-    #[must_use]
     pub fn factor(&self, normals: &[f64]) -> impl Fn(f64) -> Complex<f64> {
         let scale = (2.0 / self.freedom.max(1) as f64).sqrt();
         let lines = self.departures.first().map_or(0, Vec::len);
@@ -323,9 +322,6 @@ mod tests {
             .collect();
         let (found, drawn) = (rms(&found), rms(&drawn));
         let (said, phase) = spread.apart_over(band).unwrap();
-        println!(
-            "placements {found:.3} dB rms apart, drawn ones {drawn:.3}, said {said:.3}, phase {phase:.3} rad"
-        );
         assert!((drawn / found - 1.0).abs() < 0.1, "{drawn} {found}");
         assert!((said / found - 1.0).abs() < 0.1, "{said} {found}");
         assert!(phase > 0.05);

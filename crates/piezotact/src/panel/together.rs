@@ -188,9 +188,9 @@ pub(super) fn one_person_a_name<I: Quantity, O: Quantity>(
         let (one, one_is) = people.entry(name).or_insert_with(|| (entry, is.clone()));
         if *one_is != is {
             return Err(PanelError::TwoPeople {
-                one: one.filing.clone(),
+                one: Box::new(one.filing.clone()),
                 one_is: one_is.clone().unwrap_or_default(),
-                other: entry.filing.clone(),
+                other: Box::new(entry.filing.clone()),
                 other_is: is.unwrap_or_default(),
             });
         }

@@ -105,7 +105,6 @@ fn a_panel_does_not_say_that_an_average_does_that_does_not() {
     for (n, panels) in [(2, 100), (4, 200), (10, 100), (20, 60), (40, 40)] {
         let evenly = share(&verdicts(n, panels, evenly), Outcome::Met);
         let far_off = share(&verdicts(n, panels, few_far_off), Outcome::Met);
-        println!("{n} people: said to do in {evenly:.3} and {far_off:.3} of {panels} panels");
         assert!(evenly <= 0.05 && far_off <= 0.05, "{n}: {evenly} {far_off}");
     }
 }
@@ -120,7 +119,6 @@ fn one_odd_person_does_not_condemn_an_average() {
     };
     for n in [3, 4, 5, 8, 20] {
         let refused = share(&verdicts(n, 200, odd), Outcome::NotMet);
-        println!("{n} people: refused in {refused:.3}");
         assert!(refused <= 0.05, "{n}: {refused}");
     }
 }
@@ -140,7 +138,6 @@ fn large_panels_decide() {
         .iter()
         .map(|n| share(&verdicts(*n, 60, apart), Outcome::NotMet))
         .collect();
-    println!("5 dB apart, refused by 4, 6, 10, 20 people: {power:.2?}");
     assert!(power[3] >= 0.95 && power[2] >= 0.65, "{power:?}");
     // Two people have one penalty, twice.
     let two = verdicts(2, 5, apart);
@@ -167,9 +164,6 @@ fn how_many_people_are_enough_has_an_interval() {
         held += usize::from(low <= truth && truth <= high);
         decided += usize::from(enough.outcome == Outcome::Met);
     }
-    println!(
-        "{truth} people: within the interval in {held} of {panels}, said to be met by 4 in {decided}"
-    );
     assert!(
         (184..=200).contains(&held) && decided <= 10,
         "{held} {decided}"
@@ -205,11 +199,9 @@ fn a_trend_with_load_is_said_where_there_is_one() {
     };
     for n in [4, 8, 15] {
         let wrongly = said(n, 1.0, 200);
-        println!("{n} people, no trend: said in {wrongly:.3}");
         assert!(wrongly <= 0.08, "{n}: {wrongly}");
     }
     let power = said(12, 0.4, 40);
-    println!("12 people, 0.4 of the spread: {power:.2}");
     assert!(power >= 0.8, "{power}");
 }
 

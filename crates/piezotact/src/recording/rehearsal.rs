@@ -83,6 +83,8 @@ impl fmt::Display for RehearsalDoubt {
 /// The doubt about a recording that comes from a bench which answered with the very transfer function that its drive was
 /// made with: `drive` is the drive's provenance, `recording` the recording's. `None` where they differ, and where either
 /// does not say.
+///
+/// Source: decisions 0027 and 0030 of this project: an inverse crime shows nothing of a device.
 #[must_use]
 pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Option<Doubt> {
     let transfer = recording.answered_with?;

@@ -220,7 +220,7 @@ impl Compared<'_> {
         };
         let linear = left(&|t| all * t);
         let best = (1..=40)
-            .map(|i| 1.0 - 0.6f64.powi(i).max(5e-4).min(0.6))
+            .map(|i| 1.0 - 0.6f64.powi(i).clamp(5e-4, 0.6))
             .map(|share| {
                 let limit = (weak * quantile(share)).abs();
                 (left(&|t| (weak * t).clamp(-limit, limit)), 1.0 - share)

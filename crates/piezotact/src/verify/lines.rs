@@ -73,7 +73,7 @@ impl Pair {
     /// is the mean of the bins of one transform of all samples: what is missing between its neighbours is missing, where the
     /// window of a short segment would fill it from beside.
     ///
-    /// Formula: (10/ln 10)²·(c_t² + c_m²)·(1 − γ²)/n with c the coefficient of variation of a line's power over segments
+    /// Formula: `(10/ln 10)²·(c_t² + c_m²)·(1 − γ²)/n` with c the coefficient of variation of a line's power over segments
     /// (1 for noise, 0 for a tone), γ² the coherence of the two less what unrelated signals have, and n the number of bins.
     ///
     /// Source: P. J. Daniell (1946), J. R. Stat. Soc. Suppl. 8(1), for the average over bins; J. S. Bendat and A. G. Piersol,

@@ -295,7 +295,6 @@ mod tests {
         let nothing = share(&[0.16; 7]);
         let worse = share(&[0.16, 0.19, 0.19, 0.19, 0.19]);
         let better = share(&[0.5, 0.3, 0.3, 0.3, 0.3]);
-        println!("kept where nothing is gained {nothing:.3}, lost {worse:.3}, gained {better:.3}");
         assert!(nothing <= 0.05 && worse <= 0.02 && better >= 0.8);
     }
 
