@@ -302,6 +302,9 @@ pub(crate) fn recording_of(
     Ok(recording)
 }
 
+/// How far a rate from rounded time stamps may lie from a whole number to be taken for it.
+const ROUNDED: f64 = 2e-6;
+
 /// The rate that a time column stands for: one over its mean step, when no step is a gap.
 pub(crate) fn rate_of(
     path: &Path,
@@ -378,7 +381,11 @@ pub(crate) fn rate_of(
     if worst > EVEN {
         doubts.push(Doubt::UnevenSampling { worst });
     }
-    SampleRate::new(1.0 / (mean * to_seconds)).map_err(|source| ReadError::Quantity {
+    // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
+    let found_hz = 1.0 / (mean * to_seconds);
+    let whole = (found_hz - found_hz.round()).abs() <= ROUNDED * found_hz;
+    let rate_hz = if whole { found_hz.round() } else { found_hz };
+    SampleRate::new(rate_hz).map_err(|source| ReadError::Quantity {
         path: path.into(),
         source,
     })

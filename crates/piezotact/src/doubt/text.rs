@@ -86,7 +86,7 @@ impl fmt::Display for Doubt {
             ),
             Self::LoopStopped { best, why } => write!(
                 f,
-                "correcting was stopped, as {why}; the drive is that of iteration {best}: if the device or the finger changed, characterise again"
+                "the closed loop ended early ({why}); the drive is that of iteration {best}: if the device or the finger changed, characterise again"
             ),
             Self::RepeatsScatter { db_rms } => write!(
                 f,

@@ -11,6 +11,8 @@ use crate::series::Series;
 pub struct Clipping {
     /// The largest of the shares found, 0–1.
     pub fraction: f64,
+    /// The share of the drive alone, 0–1.
+    pub of_the_drive: f64,
     /// One for each place where something clipped.
     pub doubts: Vec<Doubt>,
 }
@@ -43,6 +45,7 @@ pub fn clipping<Q: Quantity>(
     ];
     Clipping {
         fraction: sensor.max(device),
+        of_the_drive: device,
         doubts: found
             .into_iter()
             .filter(|(fraction, _)| *fraction > 0.0)

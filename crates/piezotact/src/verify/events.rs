@@ -20,6 +20,16 @@ const CHANCE_S: f64 = 0.01;
 const SATURATES: f64 = 0.5;
 /// Crests that stand out by less than this share of what those of the target do may have been limited.
 const PRESSED: f64 = 0.8;
+/// Nothing was limited where the target does not exceed the measurement by this factor.
+const EXCEEDS: f64 = 1.05;
+/// An event is added where a window holds so many times the power that it should, or may be in another realisation.
+const MORE: f64 = 4.0;
+const MAY_BE_MORE: f64 = 2.5;
+/// An event that is added holds this share of the mean power, or may be one.
+const ADDED: f64 = 0.1;
+const MAY_BE_ADDED: f64 = 0.03;
+/// It stands so many times above the usual difference.
+const USUAL_DIFFERENCES: f64 = 8.0;
 /// The longest window of short-time levels, s, and the shortest.
 const LEVEL_S: (f64, f64) = (0.5, 0.1);
 /// A window of the target quieter than this share of its mean power has no level of its own.
@@ -62,7 +72,17 @@ fn powers(x: &[f64], length: usize, hop: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The number of windows in the longest run for which `is` holds. Where a realisation begins and ends is only as well known as
+/// The number of windows in the longest run for which `is` holds.
+fn runs_of(count: usize, is: impl Fn(usize) -> bool) -> usize {
+    let (mut longest, mut run) = (0, 0);
+    for i in 0..count {
+        run = if is(i) { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    longest
+}
+
+/// The same without what stands at the ends. Where a realisation begins and ends is only as well known as
 /// its level says: runs at the ends count for nothing.
 fn longest_run(count: usize, is: impl Fn(usize) -> bool) -> usize {
     let begin = (0..count).find(|i| !is(*i)).unwrap_or(count);
@@ -247,6 +267,63 @@ impl Compared<'_> {
             }
         };
         crest(self.measured) < PRESSED * crest(self.target)
+    }
+
+    /// Whether the target, gain apart, exceeds all of the measurement by a twentieth: else nothing can have been limited.
+    pub(super) fn exceeded(&self) -> bool {
+        let gain = self.gain().max(0.0).sqrt();
+        crate::series::peak(self.target) * gain > EXCEEDS * crate::series::peak(self.measured)
+    }
+
+    /// The longest event that a measurement which follows its target has and the target does not, s; from what surely is one to
+    /// what may be one.
+    ///
+    /// Formula: windows of 10 ms that hold four times the power that they should, and more than a tenth of the target's mean
+    /// power (may be: 0.03) and eight times the usual difference above it; n windows in a row are (n − 1)·2.5 ms + 10 ms.
+    pub(super) fn added_while_following(&self) -> Found {
+        let ([wanted, got], hop_s) = self.short();
+        let gain = self.gain();
+        let mean = gain * wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
+        let scale = gain.max(0.0).sqrt();
+        let pairs = self.target.iter().zip(self.measured);
+        let difference: Vec<f64> = pairs.map(|(t, m)| m - scale * t).collect();
+        let (length, hop) = (self.samples(SHORT_S), self.samples(SHORT_HOP_S));
+        let usual = median(&powers(&difference, length, hop));
+        let longest = |share: f64| {
+            let least = (share * mean).max(USUAL_DIFFERENCES * usual) + self.noise_power;
+            let added = |i: usize| {
+                let should = gain * wanted[i];
+                got[i] > MORE * should + self.noise_power && got[i] - should > least
+            };
+            match runs_of(wanted.len().min(got.len()), added) {
+                0 => 0.0,
+                n => (n - 1) as f64 * hop_s + SHORT_S,
+            }
+        };
+        let (sure, open) = (longest(ADDED), longest(MAY_BE_ADDED));
+        Found {
+            value: sure,
+            interval: [sure, open.max(sure)],
+        }
+    }
+
+    /// The same of another realisation: windows that stand higher over the usual one than any of the target does, by 6 dB
+    /// (may be: 4 dB).
+    pub(super) fn added_crests(&self) -> Found {
+        let ([wanted, got], hop_s) = self.short();
+        let (usual_wanted, usual_got) = (typical(&wanted), typical(&got));
+        let highest =
+            wanted.iter().copied().fold(0.0, f64::max) / usual_wanted.max(f64::MIN_POSITIVE);
+        let longest =
+            |factor: f64| match runs_of(got.len(), |i| got[i] > factor * highest * usual_got) {
+                0 => 0.0,
+                n => (n - 1) as f64 * hop_s + SHORT_S,
+            };
+        let (sure, open) = (longest(MORE), longest(MAY_BE_MORE));
+        Found {
+            value: sure,
+            interval: [sure, open.max(sure)],
+        }
     }
 
     fn levels(&self) -> [Vec<f64>; 2] {

@@ -76,6 +76,7 @@ impl fmt::Display for VerifyDoubt {
 }
 
 /// What is known of a target and its measurement.
+#[derive(Clone, Copy)]
 pub(super) struct Evidence<'a> {
     /// The spectra of what is compared.
     pub(super) pair: &'a Pair,
@@ -91,6 +92,8 @@ pub(super) struct Evidence<'a> {
     /// The share of the target that was measured.
     pub(super) covered: f64,
     pub(super) clipped: f64,
+    /// The same of the drive alone.
+    pub(super) clipped_drive: f64,
     /// The longest part of what is compared in which the sensor froze.
     pub(super) frozen_s: Option<f64>,
     pub(super) clock: &'a Clock,
@@ -115,8 +118,34 @@ const FELT_HZ: (f64, f64) = (10.0, 1000.0);
 /// A line outside the band counts when it stands out of the noise by this factor.
 const STANDS_OUT: f64 = 4.0;
 
+/// A line that holds less than this share of the noise while the texture plays shows that the noise was not there then.
+const QUIETER: f64 = 0.3;
+/// No more than this share of the lines may.
+const MOST_QUIETER: f64 = 0.1;
+
+/// Whether `floor` can have been there while the texture played: what was measured then holds no less.
+fn was_there(floor: &Floor, pair: &Pair, band: Band) -> bool {
+    let lines = pair.measured.iter().enumerate();
+    let (mut quieter, mut all) = (0usize, 0usize);
+    for (k, measured) in lines {
+        let hz = k as f64 * pair.resolution_hz;
+        if band.contains(hz) {
+            all += 1;
+            quieter += usize::from(*measured < QUIETER * floor.at(hz));
+        }
+    }
+    quieter as f64 <= MOST_QUIETER * all as f64
+}
+
 /// The criteria on `evidence`.
 pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
+    let believed = evidence
+        .floor
+        .filter(|floor| was_there(floor, evidence.pair, evidence.config.band));
+    let evidence = &Evidence {
+        floor: believed,
+        ..*evidence
+    };
     let (config, limits) = (evidence.config, &evidence.config.limits);
     let mut criteria = Vec::new();
     let mut more: Vec<Doubt> = Vec::new();
@@ -224,10 +253,10 @@ fn spectrum(
         });
     };
     push(Aspect::SpectrumError, &|_| 1.0);
-    push(Aspect::PowerWeightedError, &|line| line.target_power);
+    push(Aspect::PowerWeightedError, &|line| line.pooled_power());
     if evidence.felt {
         push(Aspect::FeltWeightedError, &|line| {
-            line.target_power * sensitivity(line.frequency_hz)
+            line.pooled_power() * sensitivity(line.frequency_hz)
         });
     }
     let in_band: f64 = lines
@@ -304,7 +333,13 @@ fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<A
     } else {
         0.0
     };
-    let found = evidence.clipped.max(saturated);
+    // A crest that the target has at the same height was limited by nothing.
+    let sensor = if all.follows() && !compared.exceeded() {
+        0.0
+    } else {
+        evidence.clipped
+    };
+    let found = sensor.max(evidence.clipped_drive).max(saturated);
     let open = !all.follows() && compared.pressed();
     let interval = open.then_some([found, 1.0]);
     Criterion::new(Aspect::Clipped, "", found, interval, limit)
@@ -345,7 +380,13 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
             .map(|found| of(Aspect::ShortTimeDistribution, "dB", found, level)),
     };
     let dropped = of(Aspect::DropOut, "s", dropped, drop_out);
-    [dropped].into_iter().chain(over_time).collect()
+    let added = if all.follows() {
+        compared.added_while_following()
+    } else {
+        compared.added_crests()
+    };
+    let added = of(Aspect::AddedEvent, "s", added, Limit::at_most(0.0));
+    [dropped, added].into_iter().chain(over_time).collect()
 }
 
 /// How much of the target was judged.
@@ -509,7 +550,11 @@ impl Blocks {
             return self.jackknife(&Sums::level_db);
         }
         let apart = 1.0 - all.correlation().powi(2);
-        let reach = NORMAL_REACH * DB_PER_NEPER * (2.0 * apart / bandwidth_s.max(1.0)).sqrt();
+        // The noise goes together with the texture by chance, and is itself an estimate.
+        let noise = all.noise_power * all.count / all.left();
+        let of_noise = 4.0 * noise + 4.0 * noise * noise;
+        let squares = (2.0 * apart + of_noise) / bandwidth_s.max(1.0);
+        let reach = NORMAL_REACH * DB_PER_NEPER * squares.sqrt();
         Found {
             value,
             interval: [value - reach, value + reach],

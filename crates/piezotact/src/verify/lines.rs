@@ -29,7 +29,7 @@ pub(super) struct Pair {
 }
 
 /// The share of a signal over which its ends are tapered before it is transformed as a whole.
-const TAPER_SHARE: f64 = 0.05;
+const TAPER_SHARE: f64 = 0.1;
 /// Coherence is that of so many bins at least.
 const COHERENCE_BINS: usize = 12;
 
@@ -57,7 +57,8 @@ impl Sums {
             return 0.0;
         }
         let chance = 1.0 / self.count as f64;
-        ((self.cross.norm_sqr() / both - chance) / (1.0 - chance)).clamp(0.0, 1.0)
+        // Below zero as often as above where they are unrelated: what is taken for it must not add up.
+        ((self.cross.norm_sqr() / both - chance) / (1.0 - chance)).clamp(-1.0, 1.0)
     }
 }
 
@@ -109,6 +110,8 @@ impl Pair {
         let mut window = vec![1.0; n];
         fade_ends(&mut window, (TAPER_SHARE * n as f64) as usize);
         let power: f64 = window.iter().map(|w| w * w).sum();
+        let fourth: f64 = window.iter().map(|w| w.powi(4)).sum();
+        let independent = power * power / (fourth * n.max(1) as f64);
         let variance = |k: usize| {
             let mut near = sums[k];
             let mut reach = 1;
@@ -124,8 +127,10 @@ impl Pair {
                 reach += 1;
             }
             let relative = varies[0][k] + varies[1][k];
-            let averages = sums[k].count.max(1) as f64;
-            DB_PER_NEPER.powi(2) * relative * (1.0 - near.coherence()) / averages
+            // Tapered, neighbouring bins are not independent; the logarithm of a mean of n scatters as the trigamma function of n.
+            let averages = (sums[k].count as f64 * independent).max(1.0);
+            let scatter = 1.0 / averages + 0.5 / averages.powi(2);
+            DB_PER_NEPER.powi(2) * relative * (1.0 - near.coherence()) * scatter
         };
         let scaled = |sum: f64, count: usize| 2.0 * sum / (rate.hz() * power * count.max(1) as f64);
         Ok(Self {
@@ -262,6 +267,13 @@ pub(super) struct Line {
     variance_db2: f64,
     /// The power of the target, unit².
     pub(super) target_power: f64,
+}
+
+impl Line {
+    /// The mean power of target and measurement, unit²: a weight by the target alone would favour its own scatter.
+    pub(super) fn pooled_power(&self) -> f64 {
+        0.5 * self.target_power * (1.0 + 10f64.powf(self.error_db / 10.0))
+    }
 }
 
 /// The lines of a band that are compared, and those that are not.

@@ -109,13 +109,42 @@ pub(super) fn on_time<Q: Quantity>(
     })
 }
 
+/// The length of a part of the target that two clocks leave alone, s.
+const ANCHOR_S: f64 = 1.0;
+
+/// `response` on the time of `meant` by the delay of all, or by that of the middle where two clocks move the ends apart.
+fn anchored<Q: Quantity>(
+    meant: &Series<Q>,
+    response: &Series<Q>,
+    band: Band,
+) -> Result<Aligned, VerifyError> {
+    let first = align(meant, response, band)?;
+    let (count, length) = (
+        meant.samples().len(),
+        meant.rate().samples_in(crate::quantity::Seconds(ANCHOR_S)),
+    );
+    if first.correlation().abs() > FOLLOWS || count < 4 * length {
+        return Ok(first);
+    }
+    let from = (count - length) / 2;
+    let middle = Series::<Q>::new(meant.samples()[from..from + length].to_vec(), meant.rate())?;
+    let Ok(anchor) = align(&middle, response, band) else {
+        return Ok(first);
+    };
+    if anchor.correlation().abs() < FOLLOWS {
+        return Ok(first);
+    }
+    let lag = (anchor.delay.0 * meant.rate().hz()).round() - from as f64;
+    Ok(first.moved_to(lag, response))
+}
+
 fn on_one_clock<Q: Quantity>(
     meant: &Series<Q>,
     response: &Series<Q>,
     band: Band,
 ) -> Result<OnTime, VerifyError> {
     let rate = meant.rate();
-    let first = align(meant, response, band)?;
+    let first = anchored(meant, response, band)?;
     let difference_db = |aligned: &Aligned| {
         let (t, m) = (
             &aligned.target_in_band[aligned.from..aligned.to],

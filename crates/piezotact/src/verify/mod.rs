@@ -363,6 +363,7 @@ pub fn verify<Q: Quantity>(
         judged: &judged_bands,
         covered: compared.len() as f64 / target.samples().len() as f64,
         clipped: measured.clipping.fraction,
+        clipped_drive: measured.clipping.of_the_drive,
         frozen_s: frozen(response, &aligned),
         clock: &clock,
         felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,

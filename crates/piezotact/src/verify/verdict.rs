@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
+use crate::doubt::Doubt;
 use crate::quantity::Decibels;
 use crate::render::Mode;
 
@@ -96,6 +97,8 @@ pub enum Aspect {
     FeltOutside,
     /// The longest drop-out that the target does not have, s.
     DropOut,
+    /// The longest event that the target does not have, s.
+    AddedEvent,
     /// The largest departure of a short-time level, dB.
     ShortTimeLevel,
     /// How far the distribution of short-time levels lies from that of the target, dB rms.
@@ -120,6 +123,14 @@ impl Aspect {
         matches!(self, Self::JudgedPower | Self::JudgedLines | Self::Covered)
     }
 
+    /// Whether it is an rms from which what estimates scatter by was taken away.
+    fn is_an_error(self) -> bool {
+        matches!(
+            self,
+            Self::SpectrumError | Self::PowerWeightedError | Self::FeltWeightedError
+        )
+    }
+
     /// Whether it says that the recording shows nothing, or not all, of what was delivered.
     fn is_of_the_recording(self) -> bool {
         matches!(self, Self::Independent | Self::Frozen)
@@ -141,7 +152,7 @@ impl Aspect {
             | Self::JudgedPower
             | Self::JudgedLines
             | Self::Covered => format!("{:.0} %", value * 100.0),
-            Self::DropOut | Self::Frozen => format!("{:.0} ms", value * 1e3),
+            Self::DropOut | Self::AddedEvent | Self::Frozen => format!("{:.0} ms", value * 1e3),
             Self::FeltDifference => format!("{value:.2} JND"),
             Self::Independent => format!("{value:.9}"),
         }
@@ -161,6 +172,7 @@ impl fmt::Display for Aspect {
             Self::AddedPower => "power added where the target has none",
             Self::FeltOutside => "felt power added outside the band",
             Self::DropOut => "longest drop-out",
+            Self::AddedEvent => "longest event that the target does not have",
             Self::ShortTimeLevel => "short-time level, largest departure",
             Self::ShortTimeDistribution => "distribution of short-time levels, difference",
             Self::JudgedPower => "target power that is judged",
@@ -177,6 +189,13 @@ impl Criterion<Aspect> {
     /// What was found, as text with its unit.
     #[must_use]
     pub fn found_text(&self) -> String {
+        // Less was found than estimates scatter by.
+        if let (Some(found), Some([_, high])) = (self.found, self.interval)
+            && self.what.is_an_error()
+            && found <= 0.0
+        {
+            return format!("below {}", self.what.value(high));
+        }
         self.found
             .map_or_else(|| "not measured".into(), |found| self.what.value(found))
     }
@@ -306,12 +325,18 @@ impl Verification {
         let felt = self.criterion(Aspect::FeltDifference);
         let felt = match felt.map(|c| c.outcome) {
             Some(Outcome::Met) if self.verdict == Verdict::NotPassed => {
-                "; what a finger could feel of it is below the just-noticeable difference (75 % correct)"
+                "; by their long-time spectra alone the two could not be told apart (below the just-noticeable difference, 75 % correct), which says nothing of events in time"
             }
             _ => "",
         };
+        let own = |doubt: &Doubt| matches!(doubt, Doubt::Rehearsal(_));
+        let rehearsed = if self.doubts.iter().any(own) {
+            "; a rehearsal through the drive's own transfer function, which is no proof"
+        } else {
+            ""
+        };
         format!(
-            "{}{over}: {}{felt}{level}",
+            "{}{over}: {}{felt}{rehearsed}{level}",
             self.verdict.word(),
             why.join(", ")
         )

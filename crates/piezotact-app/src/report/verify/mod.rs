@@ -133,14 +133,14 @@ fn criteria(v: &Verification) -> Markup {
             h2 { "Criteria" }
             div.wide {
                 table.tight {
-                    tr { th { "criterion" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } th { "outcome" } }
+                    tr { th { "criterion" } th { "outcome" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } }
                     @for c in &v.criteria {
                         tr {
                             td { (c.what) }
+                            (outcome(c.outcome))
                             td.n { (c.found_text()) }
                             @if intervals { td.n { @if c.interval.is_some() { (c.interval_text()) } @else { "–" } } }
                             td { (c.limit_text()) }
-                            (outcome(c.outcome))
                         }
                     }
                 }
