@@ -380,7 +380,7 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
             .map(|found| of(Aspect::ShortTimeDistribution, "dB", found, level)),
     };
     let dropped = of(Aspect::DropOut, "s", dropped, drop_out);
-    let added = if all.follows() {
+    let added = if all.follows() && !free {
         compared.added_while_following()
     } else {
         compared.added_crests()
