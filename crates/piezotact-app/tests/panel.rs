@@ -120,7 +120,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     let report = std::fs::read_to_string(folder.path("panel.html")).unwrap();
     for part in [
         "Whether the average will do is not decided.",
-        "People differ most at 20°, 0.2 N.",
+        "Where people differ most is not decided; as measured, at 20°, 0.2 N.",
         "1000 draws of half of these 4 people",
         "Largest deviation by load and angle",
         "How many people are enough",
@@ -134,7 +134,8 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     assert_eq!(table.lines().count(), 1 + 2 * 6);
     let words = run(&folder, "panel analyse panel").out();
     assert!(
-        words.contains("people lie furthest apart at 20°, 0.2 N"),
+        words
+            .contains("where people lie furthest apart is not decided; as measured, at 20°, 0.2 N"),
         "{words}"
     );
 

@@ -205,29 +205,38 @@ impl Criterion<Aspect> {
     pub fn interval_text(&self) -> String {
         match self.interval {
             Some([low, high]) => {
-                format!("{} to {}", self.what.value(low), self.what.value(high))
+                let low = self.what.value(low);
+                let number = low.split(' ').next().unwrap_or(&low);
+                format!("{number} to {}", self.what.value(high))
             }
             None => String::new(),
         }
     }
 
-    /// The limit, as text with its unit.
+    /// The limit up to or from which it is met, as text with its unit.
+    fn met_text(&self) -> String {
+        let value = self.what.value(self.limit.value());
+        match self.limit {
+            Limit::AtMost { .. } => format!("at most {value}"),
+            Limit::AtLeast { .. } => format!("at least {value}"),
+            Limit::Within { .. } => format!("within ±{}", value.trim_start_matches('+')),
+        }
+    }
+
+    /// The limit, as text with its unit, and where it is not met, if that is another value.
     #[must_use]
     pub fn limit_text(&self) -> String {
-        let (sign, met, not_met) = match self.limit {
-            Limit::AtMost { met, not_met } => ("at most", met, not_met),
-            Limit::AtLeast { met, not_met } => ("at least", met, not_met),
-            Limit::Within { reach } => {
-                let reach = self.what.value(reach);
-                return format!("within ±{}", reach.trim_start_matches('+'));
-            }
-        };
-        let met_text = self.what.value(met);
+        let (met, not_met) = (self.limit.value(), self.limit.not_met_from());
         if (met - not_met).abs() < 1e-12 || not_met <= 0.0 {
-            format!("{sign} {met_text}")
+            self.met_text()
         } else {
+            let beyond = match self.limit {
+                Limit::AtLeast { .. } => "below",
+                _ => "above",
+            };
             format!(
-                "{sign} {met_text}, not met beyond {}",
+                "{}; not met {beyond} {}",
+                self.met_text(),
                 self.what.value(not_met)
             )
         }
@@ -247,7 +256,7 @@ impl Criterion<Aspect> {
             "{} {} ({interval}{})",
             self.what,
             self.found_text(),
-            self.limit_text()
+            self.met_text()
         )
     }
 }

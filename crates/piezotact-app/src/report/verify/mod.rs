@@ -103,7 +103,8 @@ fn verdict(page: &Page<'_>) -> Markup {
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     html! {
         section class=(class_of(v.verdict)) {
-            strong { (v.sentence()) }
+            strong { (v.verdict.word()) }
+            p { (v.sentence()) }
             div.numbers {
                 (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error as measured, rms over {}", v.band_hz)))
                 @if let Some(error_db) = v.error_db_rms_achievable {
@@ -132,7 +133,7 @@ fn criteria(v: &Verification) -> Markup {
         section {
             h2 { "Criteria" }
             div.wide {
-                table.tight {
+                table {
                     tr { th { "criterion" } th { "outcome" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } }
                     @for c in &v.criteria {
                         tr {
