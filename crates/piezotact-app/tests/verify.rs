@@ -99,7 +99,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     let also_said = verify(&folder, &format!("{base} --also foreign.parquet"));
     assert!(also_said.err().contains("foreign.parquet: doubt: "));
     assert!(
-        also_said.out().contains("foreign.parquet: failed"),
+        also_said.out().contains("foreign.parquet: not passed"),
         "{}",
         also_said.out()
     );
