@@ -98,7 +98,7 @@ pub(crate) enum Command {
     Analyse(Analyse),
     /// Compares samples, speeds, participants, or active with passive touch.
     #[command(
-        after_help = "Samples are told apart when their strokes differ by more than strokes of one sample do (a permutation test over\nall pairs, 5 %) and by more than the published range of the just-noticeable difference; distance, JND and\nthreshold are those of `piezotact score`, for accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+        after_help = "Two samples are told apart when a permutation test of their strokes is significant (5 % over all pairs) and the\ndistance exceeds the published range of the just-noticeable difference (JND). Distance, JND and detection\nthreshold are those of `piezotact score`; they need accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(Compare),
     /// Computes the roughness of a measured profile or height map.

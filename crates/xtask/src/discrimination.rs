@@ -23,7 +23,7 @@ const POINTS_JND: [f64; 6] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0];
 #[derive(Default)]
 struct Counts {
     studies: u64,
-    /// Studies in which any pair is told apart.
+    /// The number of studies in which at least one pair is told apart.
     told: u64,
     /// Studies in which the permutation test alone finds a difference.
     chance: u64,
@@ -112,7 +112,7 @@ pub(crate) fn run() -> Result<()> {
     }
     let noticed = config.model.level_jnd_high.0;
     println!(
-        "  power: four samples of 15 strokes, one of which differs by so many JND from the other three; studies in which it is told apart from the first of them, {STUDIES} of each. Told apart is judged against the upper end of the published range: JND of {noticed} dB; beside it JND of {} dB, the lower end",
+        "  power: share of {STUDIES} studies in which the fourth of four samples (15 strokes each) is told apart from the first, by their true difference in JND. Upper rows: one JND is {noticed} dB, the upper end of the published range, which decides. Lower rows: one JND is {} dB, its lower end",
         config.model.level_jnd.0
     );
     let mut least = 1.0f64;

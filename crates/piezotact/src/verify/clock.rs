@@ -306,7 +306,7 @@ impl Fit {
         let mut weights: Vec<f64> = used.iter().map(|local| local.weight.min(50.0)).collect();
         let (mut slope, mut levels) = (0.0, vec![0.0; sides]);
         let mut left: Vec<f64> = Vec::new();
-        // Weighed anew, so that one window that went wrong does not turn the line.
+        // Reweighted least squares: an outlying window does not change the slope.
         for _ in 0..4 {
             let mut sums = vec![(0.0, 0.0, 0.0); sides];
             for (local, w) in used.iter().zip(&weights) {

@@ -38,7 +38,7 @@ pub(super) struct Gap {
 
 /// One rendering: the truth about it, and what `verify` sees.
 pub(super) struct Case {
-    /// What it was meant to be, without silence around it, m/s².
+    /// The target, without the silence around it, m/s².
     pub(super) meant: Vec<f64>,
     /// What reaches the nail, framed, free of noise, m/s².
     pub(super) delivered: Vec<f64>,
@@ -67,7 +67,7 @@ pub(super) fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
     x.iter().enumerate().map(|(i, v)| v * weight(i)).collect()
 }
 
-/// `x` with every line's phase drawn anew.
+/// `x` with a random phase in every line.
 fn with_random_phases(x: &[f64], draws: &mut Draws) -> Vec<f64> {
     let mut bins = bins_of(x, x.len());
     for bin in bins.iter_mut().skip(1) {

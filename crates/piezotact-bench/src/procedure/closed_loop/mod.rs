@@ -61,7 +61,7 @@ pub struct Iteration {
 }
 
 impl Looped {
-    /// What is told of the drive that is kept: what was found when it was measured once more, or else when it was judged.
+    /// The verification of the drive that is kept: of its confirming measurement, or of the loop where that failed.
     #[must_use]
     pub fn told(&self) -> &Verification {
         let judged = &self.iterations[self.best].verification;
