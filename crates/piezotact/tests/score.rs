@@ -416,12 +416,68 @@ fn bursts_have_the_spectrum_of_a_hiss_and_are_named() {
             .iter()
             .any(|d| matches!(d, Doubt::OtherModulation { .. }))
     );
+    // Spectra below the JND are no evidence that bursts feel like a hiss.
+    assert!(!matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence());
     assert!(
         scored(&x, &twin(&x, 4))
             .doubts
             .iter()
             .all(|d| !matches!(d, Doubt::OtherModulation { .. }))
     );
+}
+
+/// Decaying oscillations of 3 m/s², at times drawn with `seed`.
+fn sparse_taps(seed: u64) -> Series<Acceleration> {
+    let mut samples = vec![0.0; 20_000];
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    for _ in 0..4 {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        let at = (state % 19_000) as usize;
+        for (i, sample) in samples[at..].iter_mut().take(400).enumerate() {
+            let t_s = i as f64 / 5000.0;
+            *sample += 3.0 * (-t_s / 0.01).exp() * (TAU * 200.0 * t_s).sin();
+        }
+    }
+    series(samples)
+}
+
+/// Few taps have a small long-time level, and are felt all the same; two draws of them that happen to coincide in part are not
+/// cut to that part.
+#[test]
+fn sparse_events_are_not_below_the_threshold_for_being_rare() {
+    let loud = sparse_taps(1);
+    let faint = loud.clone().amplified(Decibels(-6.0));
+    let s = scored(&loud, &faint);
+    assert!(
+        s.reference_sensation_db <= 0.0,
+        "{}",
+        s.reference_sensation_db
+    );
+    assert!(
+        matches!(s.verdict, Verdict::NotDecided { .. }),
+        "{}",
+        s.sentence()
+    );
+    assert!(
+        s.sentence().contains("the loudest 0.1 s do"),
+        "{}",
+        s.sentence()
+    );
+    for seed in 2..12 {
+        let s = scored(&loud, &sparse_taps(seed));
+        assert_eq!(
+            s.extent,
+            Extent::WholeOfEach,
+            "seed {seed}: {:?}",
+            s.waveform
+        );
+    }
+    // What nobody feels at any moment is below the threshold.
+    let nothing = loud.amplified(Decibels(-40.0));
+    let s = scored(&nothing, &nothing.clone().amplified(Decibels(-6.0)));
+    assert!(matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence());
 }
 
 #[test]

@@ -87,16 +87,20 @@ pub(crate) fn criterion_name(what: ScoreCriterion) -> &'static str {
             "score below the just-noticeable difference (75 % correct)"
         }
         ScoreCriterion::DifferenceWithin => "score within what halves of one recording differ by",
+        ScoreCriterion::ShortTimeSpread => "difference of the spread of short-time levels (0.1 s)",
+        ScoreCriterion::LoudestMoment => {
+            "loudest 0.1 s re the detection threshold, where neither reaches it as a whole"
+        }
     }
 }
 
-/// A limit in JND, with the range in which nothing is decided.
-pub(crate) fn limit_text(limit: Limit) -> String {
+/// A limit in `unit`, with the range in which nothing is decided.
+pub(crate) fn limit_text(limit: Limit, unit: &str) -> String {
     match limit {
         Limit::AtMost { met, not_met } | Limit::AtLeast { not_met, met } if met < not_met => {
-            format!("{met:.2} JND; up to {not_met:.2} JND not decided")
+            format!("{met:.2} {unit}; up to {not_met:.2} {unit} not decided")
         }
-        limit => format!("{:.2} JND", limit.value()),
+        limit => format!("{:.2} {unit}", limit.value()),
     }
 }
 
@@ -105,18 +109,18 @@ fn criteria(s: &Score) -> Markup {
         section {
             h2 { "What decides" }
             table {
-                tr { th { "criterion" } th.n { "found, JND" } th.n { "95 %" } th { "limit" } th { "outcome" } }
+                tr { th { "criterion" } th.n { "found" } th.n { "95 %" } th { "limit" } th { "outcome" } }
                 @for c in &s.criteria {
                     tr {
                         td { (criterion_name(c.what)) }
-                        td.n { (c.found.map_or("–".into(), |v| format!("{v:.2}"))) }
+                        td.n { (c.found.map_or("–".into(), |v| format!("{v:.2} {}", c.unit))) }
                         td.n { (c.interval.map_or("–".into(), |[low, high]| format!("{low:.2}–{high:.2}"))) }
-                        td { (limit_text(c.limit)) }
+                        td { (limit_text(c.limit, &c.unit)) }
                         td { @if c.outcome == Judged::Met { b { (c.outcome.word()) } } @else { (c.outcome.word()) } }
                     }
                 }
             }
-            p.soft { "Below the just-noticeable difference: the first criterion is met. Distinguishable: none is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
+            p.soft { "Below the just-noticeable difference: the first criterion is met, and those of short-time levels are not broken. Distinguishable: neither the first nor that of the halves is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
         }
     }
 }

@@ -39,7 +39,7 @@ const FEWEST_STEPS: f64 = 5.0;
 pub(super) const FLOOR: f64 = 0.04;
 /// More than this share at the floor are pauses of a stimulus.
 const PAUSES: f64 = 0.5;
-/// A value that is held in more separate runs than this is the resting level of the signal, and not a frozen sensor.
+/// A value that is held in this many separate runs or more is the resting level of the signal, and not a frozen sensor.
 const RESTS: usize = 3;
 
 /// What a signal is like where it is alive.

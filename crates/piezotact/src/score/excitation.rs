@@ -159,16 +159,18 @@ fn line_kinship(welch: &WelchConfig) -> [f64; 3] {
     })
 }
 
-/// How much short-time levels spread.
+/// The short-time levels of what a vibration excites.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spread {
+    /// The highest, dB re the detection threshold.
+    pub(super) loudest_db: f64,
     /// Their standard deviation, dB.
     pub(super) db: f64,
     /// Its standard error, dB.
     pub(super) error_db: f64,
 }
 
-/// The spread of the excitation's level over windows of `window`; `None` with fewer than three of them.
+/// The spread and the maximum of the excitation's level over windows of `window`; `None` with fewer than three of them.
 pub(super) fn spread(
     x: &Series<Acceleration>,
     model: &Model,
@@ -193,8 +195,10 @@ pub(super) fn spread(
         levels_db.push(10.0 * total.max(0.1).log10());
     }
     let n = levels_db.len() as f64;
+    let loudest_db = levels_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let db = crate::series::standard_deviation(&levels_db) * (n / (n - 1.0)).sqrt();
     Ok(Some(Spread {
+        loudest_db,
         db,
         error_db: db / (2.0 * (n - 1.0)).sqrt(),
     }))

@@ -195,8 +195,8 @@ pub struct Score {
 
 /// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
 ///
-/// Where one waveform follows the other (correlation above 0.5 either way) they are aligned, and the time that they
-/// share is compared; or else all of each.
+/// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
+/// they are aligned, and the time that they share is compared; or else all of each.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
 /// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and
@@ -278,7 +278,13 @@ pub fn score(
     let score = found.largest();
     let bands = band_scores(&bands, a, b, &found, &model);
     let within_jnd = within(reference, test, &model, &config.welch)?;
-    let criteria = verdict::criteria(score, extent, within_jnd, &model);
+    let over_time = over_time(reference, test, &model)?;
+    let criteria = verdict::criteria(
+        score,
+        (extent, within_jnd),
+        (over_time, [a, b].map(|x| level_db(x.total()))),
+        &model,
+    );
     let Differences {
         spectrum,
         level,
@@ -292,7 +298,15 @@ pub fn score(
     if wanders {
         doubts.push(Doubt::Discrimination(DiscriminationDoubt::NotStationary));
     }
-    let modulation = modulation(reference, test, config, &mut doubts)?;
+    let modulation = over_time.map(|[a, b]| [a.db, b.db]);
+    if let Some([reference_db, test_db]) = modulation
+        && verdict::not_met(&criteria, ScoreCriterion::ShortTimeSpread)
+    {
+        doubts.push(Doubt::OtherModulation {
+            reference_db,
+            test_db,
+        });
+    }
     let literature = match literature::literature(reference, test, config.literature) {
         Ok(literature) => {
             doubts.extend(literature.doubts.clone());
@@ -484,26 +498,14 @@ fn doubts_about(
     doubts
 }
 
-/// The spreads of short-time levels; what they differ by beyond chance and one JND is a doubt.
-fn modulation(
+/// The short-time levels of both; `None` where either is too short.
+fn over_time(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
-    config: &ScoreConfig,
-    doubts: &mut Vec<Doubt>,
-) -> Result<Option<[f64; 2]>, ScoreError> {
-    let model = config.model();
-    let of = |x| spread(x, &model, SHORT_TIME);
-    let (Some(a), Some(b)) = (of(reference)?, of(test)?) else {
-        return Ok(None);
-    };
-    let reach_db = |a: Spread, b: Spread| REACH * a.error_db.hypot(b.error_db);
-    if (b.db - a.db).abs() - reach_db(a, b) > config.level_jnd.0 {
-        doubts.push(Doubt::OtherModulation {
-            reference_db: a.db,
-            test_db: b.db,
-        });
-    }
-    Ok(Some([a.db, b.db]))
+    model: &Model,
+) -> Result<Option<[Spread; 2]>, ScoreError> {
+    let of = |x| spread(x, model, SHORT_TIME);
+    Ok(of(reference)?.zip(of(test)?).map(|(a, b)| [a, b]))
 }
 
 /// Why two vibrations cannot be compared.

@@ -4,10 +4,11 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::REACH;
+use super::excitation::Spread;
 use super::{BandScore, Difference, Extent};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::discrimination::Model;
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Seconds};
 
 /// Recording longer than this is no advice, s.
@@ -39,13 +40,23 @@ pub enum ScoreCriterion {
     JustNoticeableDifference,
     /// The score against how far the halves of one recording lie apart.
     DifferenceWithin,
+    /// How far the spreads of short-time levels differ, which the score does not see.
+    ShortTimeSpread,
+    /// The loudest 0.1 s over the detection threshold, where neither reaches it over its whole length.
+    LoudestMoment,
+}
+
+/// Whether `what` is among `criteria` and is not met.
+pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriterion) -> bool {
+    let mut all = criteria.iter();
+    all.any(|c| c.what == what && c.outcome == Outcome::NotMet)
 }
 
 /// The criteria of `score`: met where all that the data allow is below the limit.
 pub(super) fn criteria(
     score: Difference,
-    extent: Extent,
-    within_jnd: Option<[f64; 2]>,
+    (extent, within_jnd): (Extent, Option<[f64; 2]>),
+    (over_time, sensation_db): (Option<[Spread; 2]>, [f64; 2]),
     model: &Model,
 ) -> Vec<Criterion<ScoreCriterion>> {
     let interval = Some([score.low_jnd, score.high_jnd]);
@@ -60,6 +71,26 @@ pub(super) fn criteria(
             ScoreCriterion::DifferenceWithin,
             Limit::at_most(a.max(b)),
         ));
+    }
+    if let Some([a, b]) = over_time {
+        let jnd = |db: f64| db / model.level_jnd.0;
+        let (apart, reach) = ((b.db - a.db).abs(), REACH * a.error_db.hypot(b.error_db));
+        criteria.push(Criterion::new(
+            ScoreCriterion::ShortTimeSpread,
+            "JND",
+            jnd(apart),
+            Some([jnd((apart - reach).max(0.0)), jnd(apart + reach)]),
+            Limit::at_most(1.0),
+        ));
+        if sensation_db.iter().all(|db| *db <= 0.0) {
+            criteria.push(Criterion::new(
+                ScoreCriterion::LoudestMoment,
+                "dB",
+                a.loudest_db.max(b.loudest_db),
+                None,
+                Limit::at_most(0.0),
+            ));
+        }
     }
     criteria
 }
@@ -100,10 +131,23 @@ impl Verdict {
         else {
             return Self::NotDecided { needed_s: None };
         };
+        use ScoreCriterion::{LoudestMoment, ShortTimeSpread};
+        let in_time =
+            |c: &&Criterion<ScoreCriterion>| matches!(c.what, ShortTimeSpread | LoudestMoment);
         if jnd.outcome == Outcome::Met {
-            return Self::BelowJnd;
+            // Long-time levels below the JND say nothing of what happens in time.
+            return if criteria
+                .iter()
+                .filter(in_time)
+                .any(|c| c.outcome == Outcome::NotMet)
+            {
+                Self::NotDecided { needed_s: None }
+            } else {
+                Self::BelowJnd
+            };
         }
-        if criteria.iter().any(|c| c.outcome != Outcome::NotMet) {
+        let mut of_levels = criteria.iter().filter(|c| !in_time(c));
+        if of_levels.any(|c| c.outcome != Outcome::NotMet) {
             return Self::NotDecided {
                 needed_s: needed_s(score, jnd.limit, length),
             };
@@ -210,18 +254,7 @@ impl super::Score {
             {
                 format!("{word}: neither reaches the detection threshold")
             }
-            Verdict::BelowJnd => {
-                let but = if self
-                    .doubts
-                    .iter()
-                    .any(|d| matches!(d, Doubt::OtherModulation { .. }))
-                {
-                    "; but one swells and fades more than the other, which the score does not see"
-                } else {
-                    ""
-                };
-                format!("{word}: score {range}{but}")
-            }
+            Verdict::BelowJnd => format!("{word}: score {range}"),
             Verdict::Distinguishable { how } => {
                 let how: Vec<String> = how.iter().map(ToString::to_string).collect();
                 let how = match how.as_slice() {
@@ -236,6 +269,14 @@ impl super::Score {
                     c.what == ScoreCriterion::DifferenceWithin && c.outcome != Outcome::NotMet
                 });
                 let why = match needed_s {
+                    _ if not_met(&self.criteria, ScoreCriterion::LoudestMoment) => {
+                        "over their whole length neither reaches the detection threshold, but the loudest 0.1 s do, which the score does not judge".into()
+                    }
+                    _ if score.high_jnd < 1.0
+                        && not_met(&self.criteria, ScoreCriterion::ShortTimeSpread) =>
+                    {
+                        "one swells and fades more than the other, which the score does not judge".into()
+                    }
                     _ if within && score.low_jnd > model.noticed_jnd() => {
                         format!("halves of one recording lie {halves:.2} JND apart")
                     }

@@ -30,8 +30,12 @@ pub enum Extent {
     SharedPart,
 }
 
-/// From this correlation on, of either sign, one waveform follows the other.
+/// From this correlation on, of either sign, one waveform follows the other over nearly all of the shorter one.
 const FOLLOWS: f64 = 0.5;
+/// So much of the shorter one.
+const NEARLY_ALL: f64 = 0.8;
+/// From this correlation on it follows over whatever they share: events that happen to coincide do not correlate so well.
+const FOLLOWS_IN_PART: f64 = 0.8;
 
 /// A delay this close to a whole number of samples is one: it is found to 1e-4.
 const WHOLE: f64 = 1e-3;
@@ -60,11 +64,14 @@ pub(super) fn waveform(
     let correlation = if norm > 0.0 { product / norm } else { 0.0 };
     let error: Vec<f64> = wanted.iter().zip(got).map(|(r, t)| t - r).collect();
     let mut doubts = Vec::new();
-    if correlation < -FOLLOWS {
+    let shorter = reference.samples().len().min(test.samples().len());
+    let nearly_all = compared.len() as f64 >= NEARLY_ALL * shorter as f64;
+    let follows = correlation.abs() > if nearly_all { FOLLOWS } else { FOLLOWS_IN_PART };
+    if follows && correlation < 0.0 {
         doubts.push(Doubt::Inverted { correlation });
     }
     let mut shared = None;
-    if correlation.abs() > FOLLOWS {
+    if follows {
         // A hundredth is what aligning costs at the ends.
         if compared.len() * 100 < reference.samples().len() * 99 {
             doubts.push(Doubt::Cut {
