@@ -126,6 +126,9 @@ pub(crate) fn spatial_period(period: &SpatialPeriod) -> String {
         _ if period.jumps() => {
             format!("spatial period not decided: the loads show different ones ({groups})")
         }
+        Outcome::NotDecided if period.missed_at_a_speed() => format!(
+            "spatial period not decided: it stands out of the noise at some speeds only, as a line does that stays at its frequency; the candidate is {number}"
+        ),
         Outcome::NotDecided => format!(
             "spatial period not decided: it fits into the shortest stroke fewer than 3 times; the candidate is {number}"
         ),

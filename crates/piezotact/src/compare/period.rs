@@ -53,6 +53,9 @@ pub enum PeriodRule {
     Prominence,
     /// The share of the speeds that have a peak there.
     Speeds,
+    /// How far it stands above the background at the speed where it does least: a line that stays at its frequency stands high at
+    /// one speed and carries the mean.
+    EverySpeed,
     /// How often it fits into the shortest stroke.
     Cycles,
     /// How far it stands above the background in the group where it does least.
@@ -110,13 +113,18 @@ impl SpatialPeriod {
     /// Whether the groups show different periods.
     #[must_use]
     pub fn jumps(&self) -> bool {
-        let of = |rule| {
-            self.criteria
-                .iter()
-                .find(|c| c.what == rule)
-                .map(|c| c.outcome)
-        };
-        of(PeriodRule::EveryGroup) == Some(Outcome::NotDecided)
+        self.leaves_open(PeriodRule::EveryGroup)
+    }
+
+    /// Whether it stands out of the noise at some of the speeds only.
+    #[must_use]
+    pub fn missed_at_a_speed(&self) -> bool {
+        self.leaves_open(PeriodRule::EverySpeed)
+    }
+
+    fn leaves_open(&self, rule: PeriodRule) -> bool {
+        let mut criteria = self.criteria.iter();
+        criteria.any(|c| c.what == rule && c.outcome == Outcome::NotDecided)
     }
 }
 
@@ -134,6 +142,8 @@ const SCATTER_DB: f64 = 5.57;
 const HIGHEST_OF_MANY: f64 = 4.0;
 /// Of the few lines close to a period it lies this many up.
 const HIGHEST_OF_FEW: f64 = 2.5;
+/// Of the lines close to a period at one speed noise lies no higher, this many standard deviations up.
+const HIGHEST_AT_A_SPEED: f64 = 3.0;
 /// Close to a period is within this ratio of it.
 const NEAR: f64 = 1.03;
 /// A peak of one speed that stands lower than this above the background is none, dB.
@@ -161,7 +171,7 @@ struct Spectrum {
 /// background in the mean over speeds; the geometric mean of the v/f of the recordings' own peaks there.
 /// `None` when no stretch is long enough, or no speed is above zero.
 ///
-/// It is not decided whether it is one where groups do not all show it, or where it fits into a stroke fewer than three
+/// It is not decided whether it is one where groups or speeds do not all show it, or where it fits into a stroke fewer than three
 /// times. The interval is over what was repeated: over groups, such as loads, where there are two or more, else over
 /// recordings. How sharp a pooled line is says nothing of how far repeats lie apart.
 ///
@@ -255,6 +265,29 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             },
         ),
     ];
+    let at_speed = |s: &Spectrum| {
+        let needed_db = PEAK_DB.max(HIGHEST_AT_A_SPEED * SCATTER_DB / s.stretches.sqrt());
+        (
+            prominence_near(std::slice::from_ref(s), wavenumber),
+            needed_db,
+        )
+    };
+    let weakest = spectra
+        .iter()
+        .map(at_speed)
+        .min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
+    if let Some((found_db, needed_db)) = weakest {
+        criteria.push(Criterion::new(
+            PeriodRule::EverySpeed,
+            "dB",
+            found_db,
+            None,
+            Limit::AtLeast {
+                met: needed_db,
+                not_met: f64::MIN,
+            },
+        ));
+    }
     let missing = |group: &&GroupPeriod| group.needed_db - group.prominence_db;
     let least = groups
         .iter()
@@ -497,179 +530,4 @@ fn octave_median(level_db: &[f64]) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Numbers that look normal: sums of twelve uniform ones.
-    struct Noise(u64);
-
-    impl Noise {
-        fn normal(&mut self) -> f64 {
-            let uniform = |state: &mut u64| {
-                *state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (*state >> 11) as f64 / (1_u64 << 53) as f64
-            };
-            (0..12).map(|_| uniform(&mut self.0)).sum::<f64>() - 6.0
-        }
-    }
-
-    /// Recordings of `loads` × `speeds_m_s`, over 40 mm at 100 Hz: of each load the period, and how far each recording's own
-    /// speed departs from what is stated (standard deviation, as a share).
-    fn recordings(
-        noise: &mut Noise,
-        loads: &[f64],
-        speeds_m_s: &[f64],
-        jitter: f64,
-    ) -> Vec<(String, f64, Vec<f64>)> {
-        let mut all = Vec::new();
-        for (i, period_m) in loads.iter().enumerate() {
-            for stated in speeds_m_s {
-                let speed = stated * (1.0 + jitter * noise.normal());
-                let samples = (0.04 / stated * 100.0) as usize;
-                let start = noise.normal();
-                let signal = (0..samples)
-                    .map(|k| {
-                        let place_m = speed * k as f64 / 100.0;
-                        let phase = std::f64::consts::TAU * place_m / period_m + start;
-                        phase.sin() + 0.1 * noise.normal()
-                    })
-                    .collect();
-                all.push((format!("load {i}"), *stated, signal));
-            }
-        }
-        all
-    }
-
-    fn found(recordings: &[(String, f64, Vec<f64>)]) -> SpatialPeriod {
-        let slidings: Vec<Sliding<'_>> = recordings
-            .iter()
-            .map(|(group, speed_m_s, signal)| Sliding {
-                speed_m_s: *speed_m_s,
-                rate: SampleRate::new(100.0).unwrap(),
-                group: group.clone(),
-                stretches: vec![signal],
-            })
-            .collect();
-        spatial_period(&slidings, Hertz(0.0)).unwrap()
-    }
-
-    /// The 95 % interval holds the truth in 90–99 % of 200 studies (three standard errors of 1.5 % either way), whether speeds depart recording by recording or the period
-    /// load by load too. A line through pooled spectra says nothing of that.
-    #[test]
-    fn an_interval_covers_what_repeats_show() {
-        let mut noise = Noise(20_261_121);
-        let speeds = [0.015, 0.02, 0.02, 0.03, 0.03, 0.04];
-        let studies = 200;
-        let mut held = [0, 0];
-        for _ in 0..studies {
-            let one = found(&recordings(&mut noise, &[0.002], &speeds, 0.01));
-            assert_eq!((one.over, one.units), (PeriodUnit::Recordings, 6));
-            let loads: Vec<f64> = (0..4)
-                .map(|_| 0.002 * (1.0 + 0.005 * noise.normal()))
-                .collect();
-            let several = found(&recordings(&mut noise, &loads, &speeds[1..4], 0.003));
-            assert_eq!((several.over, several.units), (PeriodUnit::Groups, 4));
-            for (held, found) in held.iter_mut().zip([one, several]) {
-                let [low, high] = found.interval_m.unwrap();
-                *held += usize::from(low <= 0.002 && 0.002 <= high);
-            }
-        }
-        let share = held.map(|held| held as f64 / f64::from(studies));
-        assert!(share.iter().all(|s| (0.90..=0.99).contains(s)), "{share:?}");
-    }
-
-    /// Loads of 3.978, 3.986 and 3.987 mm: the interval holds the first too. Loads of 2.3 and 5.8 mm have none in common,
-    /// and the values are there to be said.
-    #[test]
-    fn loads_that_differ_widen_the_interval_or_leave_it_open() {
-        let mut noise = Noise(7);
-        let speeds = [0.01, 0.02, 0.04];
-        let near = found(&recordings(
-            &mut noise,
-            &[0.003_978, 0.003_986, 0.003_987],
-            &speeds,
-            0.0,
-        ));
-        let [low, high] = near.interval_m.unwrap();
-        let own: Vec<f64> = near.groups.iter().filter_map(|g| g.period_m).collect();
-        assert!(near.outcome() == Outcome::Met && own.len() == 3, "{near:?}");
-        assert!(
-            own.iter().all(|own| low < *own && *own < high),
-            "{own:?} {low} {high}"
-        );
-        let jumps = found(&recordings(&mut noise, &[0.0023, 0.0058], &speeds, 0.0));
-        assert!(
-            jumps.outcome() != Outcome::Met && jumps.jumps(),
-            "{jumps:?}"
-        );
-        for (group, period) in jumps.groups.iter().zip([0.0023, 0.0058]) {
-            assert!((group.strongest_m / period - 1.0).abs() < 0.02, "{group:?}");
-        }
-    }
-
-    /// Ridges 2 mm apart under three speeds, in noise: the period, with an interval that holds it.
-    #[test]
-    fn ridges_are_found_at_all_speeds() {
-        let rate = SampleRate::new(200.0).unwrap();
-        let mut state = 1u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
-        let signals: Vec<(f64, Vec<f64>)> = [0.01, 0.02, 0.04]
-            .into_iter()
-            .map(|v: f64| {
-                let samples = (0.1 / v * 200.0) as usize;
-                let signal = (0..samples)
-                    .map(|i| {
-                        let place_m = v * i as f64 / 200.0;
-                        (std::f64::consts::TAU * place_m / 0.002).sin() + noise() + 5.0
-                    })
-                    .collect();
-                (v, signal)
-            })
-            .collect();
-        let slidings: Vec<Sliding<'_>> = signals
-            .iter()
-            .map(|(v, signal)| Sliding {
-                speed_m_s: *v,
-                rate,
-                group: String::new(),
-                stretches: vec![signal],
-            })
-            .collect();
-        let found = spatial_period(&slidings, Hertz(0.0)).unwrap();
-        assert!((found.period_m / 0.002 - 1.0).abs() < 0.005, "{found:?}");
-        let [low, high] = found.interval_m.unwrap();
-        assert!(
-            low < 0.002 && 0.002 < high && found.doubts.is_empty(),
-            "{found:?}"
-        );
-        assert_eq!(spatial_period(&[], Hertz(0.0)), None);
-        // Noise has no period, however often it is recorded.
-        let rough: Vec<Vec<f64>> = (0..12)
-            .map(|_| (0..1000).map(|_| noise()).collect())
-            .collect();
-        let slidings: Vec<Sliding<'_>> = rough
-            .iter()
-            .zip([0.01, 0.02, 0.03].into_iter().cycle())
-            .map(|(signal, speed_m_s)| Sliding {
-                speed_m_s,
-                rate,
-                group: String::new(),
-                stretches: vec![signal],
-            })
-            .collect();
-        if let Some(none) = spatial_period(&slidings, Hertz(5.0)) {
-            assert!(
-                matches!(none.doubts[..], [Doubt::NoCommonPeriod { .. }]),
-                "{none:?}"
-            );
-            assert!(none.peaks.len() <= 3);
-        }
-    }
-}
+mod tests;
