@@ -88,8 +88,8 @@ const LONGEST_LOST_S: f64 = 0.01;
 const MOST_PLACES: usize = 4;
 /// A delay that scatters by less than this about its line, in samples, is a steady one.
 const STEADY: f64 = 0.15;
-/// A place where samples are lost leaves less than this share of the squares that were there without it.
-const LEFT_OF_SQUARES: f64 = 0.3;
+/// A step shows in two windows in a row, as they overlap: no two steps are looked for closer than this, in windows.
+const APART: usize = 3;
 
 /// The delay of one window.
 #[derive(Clone, Copy, Debug)]
@@ -118,38 +118,18 @@ pub(super) fn clock(
         return Clock::default();
     }
     let most = LONGEST_LOST_S * rate.hz();
-    let mut steps: Vec<f64> = Vec::new();
-    let mut fit = Fit::of(&locals, &steps);
-    // Samples are lost where a step makes a steady delay of one that is none.
-    for _ in 0..MOST_PLACES {
-        if fit.spread < STEADY {
-            break;
-        }
-        let places = locals
-            .windows(2)
-            .map(|pair| 0.5 * (pair[0].at + pair[1].at));
-        let better = places
-            .filter(|place| !steps.contains(place))
-            .map(|place| {
-                let mut with: Vec<f64> = steps.clone();
-                with.push(place);
-                with.sort_by(f64::total_cmp);
-                (Fit::of(&locals, &with), with)
-            })
-            .min_by(|a, b| a.0.squares.total_cmp(&b.0.squares));
-        match better {
-            Some((next, with)) if next.squares < LEFT_OF_SQUARES * fit.squares => {
-                (fit, steps) = (next, with);
-            }
-            _ => break,
-        }
-    }
     let counted = |jump: &f64| (LEAST_LOST..=most).contains(&jump.abs());
-    if !(fit.spread < STEADY && fit.jumps.iter().all(counted)) {
-        // What wanders is no clock that loses samples; a line may still explain it.
-        steps.clear();
-        fit = Fit::of(&locals, &steps);
-    }
+    // The fewest steps that make a steady delay of one that is none; what wanders is no clock that loses samples, though a
+    // line may still explain it.
+    let places = jumps(&locals);
+    let (fit, steps) = (0..=places.len())
+        .map(|count| {
+            let mut steps = places[..count].to_vec();
+            steps.sort_by(f64::total_cmp);
+            (Fit::of(&locals, &steps), steps)
+        })
+        .find(|(fit, _)| fit.spread < STEADY && fit.jumps.iter().all(counted))
+        .unwrap_or_else(|| (Fit::of(&locals, &[]), Vec::new()));
     let ppm = fit.slope * 1e6;
     let length = target.len() as f64;
     let shown = fit.slope.abs() > 3.0 * fit.slope_error
@@ -175,6 +155,36 @@ fn whole(samples: f64) -> f64 {
     } else {
         samples
     }
+}
+
+/// The places, in samples of the target, where the delay changes most from one window to the next beyond its usual change:
+/// the largest change first, and no more than [`MOST_PLACES`].
+fn jumps(locals: &[Local]) -> Vec<f64> {
+    let changes: Vec<f64> = locals
+        .windows(2)
+        .map(|pair| pair[1].delay - pair[0].delay)
+        .collect();
+    let mut sorted = changes.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let mut order: Vec<usize> = (0..changes.len()).collect();
+    order.sort_by(|a, b| {
+        let size = |i: usize| (changes[i] - usual).abs();
+        size(*b).total_cmp(&size(*a))
+    });
+    let mut chosen: Vec<usize> = Vec::new();
+    for i in order {
+        if chosen.len() == MOST_PLACES {
+            break;
+        }
+        if chosen.iter().all(|other| i.abs_diff(*other) >= APART) {
+            chosen.push(i);
+        }
+    }
+    chosen
+        .into_iter()
+        .map(|i| 0.5 * (locals[i].at + locals[i + 1].at))
+        .collect()
 }
 
 /// The delays of the windows of `target` that `measured` follows, in the order of time.

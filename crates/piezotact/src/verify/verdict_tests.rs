@@ -276,6 +276,23 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
         lost.samples == 3.0 && (lost.at_s - 18_500.0 / RATE_HZ).abs() < 0.002,
         "{lost:?}"
     );
+    // At three places, some of them twice as many.
+    let mut measured = recorded(&target, 1).into_samples();
+    for (at, count) in [(33_000, 3), (24_000, 6), (9_000, 3)] {
+        measured.drain(at..at + count);
+    }
+    let v = verify(
+        &series(target.clone()),
+        Measured::alone(&series(measured)),
+        &usual(),
+    )
+    .unwrap();
+    assert_eq!(v.verdict, Verdict::Passed, "{} {:?}", v.sentence(), v.clock);
+    let lost: Vec<f64> = v.clock.lost.iter().map(|lost| lost.samples).collect();
+    assert_eq!(
+        (lost.as_slice(), v.clock.drift_ppm),
+        ([3.0, 6.0, 3.0].as_slice(), None)
+    );
     // A delay that wanders is neither.
     let limited = align::in_band(&target, SampleRate::new(RATE_HZ).unwrap(), band());
     let wandering: Vec<f64> = (0..40_000)
