@@ -139,6 +139,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let driven = spectra.driven();
         function.driven = judge::driven_band(&driven, spectra.resolution_hz);
         function.doubts.extend(judge::gaps(&driven, &function));
+        function.doubts.extend(judge::tone(&function));
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
             // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
@@ -149,6 +150,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             });
             return Ok(function);
         }
+        function.doubts.extend(judge::weak(&function));
         function.doubts.extend(judge::step_of_lines(&function));
         let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
         let inverted = function.inverted_polarity().filter(|_| from_force);

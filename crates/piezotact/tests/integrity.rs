@@ -346,6 +346,11 @@ fn hum_is_told_from_a_texture() {
 fn a_copy_is_told_from_a_response() {
     let mut noise = Noise::new(3);
     let x = noise.white(30_000);
+    // One signal through two converters, each with its noise.
+    let other: Vec<f64> = x.iter().map(|v| 1.7 * v + 5e-4 * noise.next()).collect();
+    assert!(copied(&x, &other).is_some_and(|c| (c.factor - 1.7).abs() < 1e-3));
+    let sensor: Vec<f64> = x.iter().map(|v| 1.7 * v + 5e-3 * noise.next()).collect();
+    assert_eq!(copied(&x, &sensor), None);
     for (factor, later) in [(1.0, 0_i64), (-3.7, 12), (0.02, -300)] {
         let at = |i: usize| {
             let i = i as i64 - later;

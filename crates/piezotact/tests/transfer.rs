@@ -226,6 +226,31 @@ fn band_limited(n: usize, seed: u64) -> Vec<f64> {
     drive
 }
 
+/// A spike of a thousand times the level leaves a coherence of a few hundredths: that is related, and worth a doubt.
+#[test]
+fn a_weak_relation_and_a_tone_are_named() {
+    let drive = band_limited(100_000, 1);
+    let mut response = filtered(&resonator(200.0, 0.2, 0.1), &drive);
+    response[50_000] += 100.0;
+    let function = function_of(drive, response, 2048);
+    named(
+        &function,
+        |d| matches!(d, Doubt::LowCoherence { share, .. } if *share > 0.5),
+    );
+    let tone: Vec<f64> = (0..100_000)
+        .map(|i| 0.5 * (TAU * 100.0 * f64::from(i) / RATE_HZ).sin())
+        .collect();
+    let mut response: Vec<f64> = tone.iter().map(|v| 3.0 * v).collect();
+    for (sample, noise) in response.iter_mut().zip(Noise::new(2).take(100_000)) {
+        *sample += 0.01 * noise;
+    }
+    let function = function_of(tone, response, 2048);
+    named(
+        &function,
+        |d| matches!(d, Doubt::NotDriven { share, .. } if *share > 0.9),
+    );
+}
+
 #[test]
 fn a_measurement_as_it_should_be_has_no_doubt() {
     let drive = band_limited(100_000, 1);

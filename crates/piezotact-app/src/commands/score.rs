@@ -224,7 +224,7 @@ fn criteria(score: &score::Score) -> String {
                 "criterion: {}: {}, limit {}",
                 report::score::criterion_name(c.what),
                 c.outcome.word(),
-                report::score::limit_text(c.limit)
+                report::score::limit_text(c.limit, &c.unit)
             )
         })
         .collect();

@@ -19,15 +19,15 @@ const EXCERPT: usize = 8192;
 const ALIKE: f64 = 0.02;
 /// What may be left of an excerpt, where converters round.
 const LEFT_OF_EXCERPT: f64 = 0.05;
-/// What may be left of the whole without a converter: rounding of numbers with 6 digits.
-const LEFT: f64 = 3e-6;
+/// What may be left of the whole: the noise of two converters, −66 dB. What a device and a sensor make of a drive differs by more.
+const LEFT: f64 = 5e-4;
 /// A signal of fewer steps of a converter is not judged.
 const FEWEST_STEPS: f64 = 20.0;
 /// Rounding of both, in steps.
 const ROUNDED: f64 = 0.75;
 
-/// How `b` is a copy of `a`, two signals of one rate and length; `None` where it is none. What is left may be what converters
-/// round and no more: nothing that was measured is so equal.
+/// How `b` is a copy of `a`, two signals of one rate and length; `None` where it is none. What is left may be the
+/// noise of converters and what they round: nothing that was measured is so equal.
 ///
 /// Formula: b(i) = factor·a(i − later) + offset, by the largest cross-correlation of their changes.
 ///

@@ -71,6 +71,27 @@ pub(super) fn gaps<I: Quantity, O: Quantity>(
     })
 }
 
+/// A driven band of no more lines than these is that of a tone.
+const TONE_LINES: f64 = 8.0;
+/// Coherence below this on most driven lines: less than half of the response comes from the drive.
+const HALF: f64 = 0.5;
+
+/// That next to all of the spectrum is not driven, where the drive is a tone.
+pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
+    let driven = function.driven?;
+    let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
+    let lines = (driven.high().0 - driven.low().0) / function.resolution_hz;
+    (lines <= TONE_LINES)
+        .then(|| outside(driven, whole, function.resolution_hz))
+        .flatten()
+}
+
+/// That most of the driven lines have less than half of their response from the drive: it is related to it, and little more.
+pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
+    let doubt = function.low_coherence(function.driven?, HALF);
+    doubt.filter(|doubt| matches!(doubt, Doubt::LowCoherence { share, .. } if *share > 0.5))
+}
+
 /// What of `asked` lies outside of `driven` by more than a line's width.
 pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<Doubt> {
     let (low, high) = (asked.low().0, asked.high().0);

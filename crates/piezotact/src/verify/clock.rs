@@ -296,8 +296,6 @@ struct Fit {
     begin: f64,
     /// How far the delay jumps at each place, samples.
     jumps: Vec<f64>,
-    /// What is left, weighed.
-    squares: f64,
     /// The rms of what is left, samples.
     spread: f64,
 }
@@ -360,7 +358,6 @@ impl Fit {
             // Windows overlap by half: two of them are about one and a half.
             slope_error: (1.5 * squares / freedom / along.max(1e-12)).sqrt(),
             jumps: levels.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            squares: squares / freedom,
             spread: (squares / n.max(1.0)).sqrt(),
         }
     }
