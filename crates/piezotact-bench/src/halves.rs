@@ -14,9 +14,7 @@ use crate::traits::{
 };
 
 /// What stands between the halves.
-pub(crate) trait World {
-    /// One run, from the first acquired sample to the last.
-    type Run: Run;
+pub trait World {
     /// See [`Play::describe`].
     fn output(&self) -> PlayDescription;
     /// See [`Acquire::describe`].
@@ -40,17 +38,17 @@ pub(crate) trait World {
         Vec::new()
     }
     /// What follows from `drive`, at the rate of the output, for `run`.
-    fn begin(&self, drive: &[f64], run: &RunPlan) -> Result<Self::Run, BenchError>;
+    fn begin(&self, drive: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, BenchError>;
 }
 
 /// A run that is under way.
-pub(crate) trait Run {
+pub trait Run: Send {
     /// What is acquired next; `None` at the end.
     fn next(&mut self) -> Option<Chunk>;
 }
 
 /// The halves of a bench with `world` behind them.
-pub(crate) fn halves<W: World + 'static>(world: W) -> Bench {
+pub fn halves<W: World + 'static>(world: W) -> Bench {
     let shared = Rc::new(RefCell::new(Shared {
         world,
         loaded: None,
@@ -68,7 +66,7 @@ struct Shared<W: World> {
     world: W,
     loaded: Option<Vec<f64>>,
     asked: Option<RunPlan>,
-    run: Option<W::Run>,
+    run: Option<Box<dyn Run>>,
     played: usize,
 }
 

@@ -9,14 +9,14 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// A stream of random numbers that belongs to one seed, one number (a participant, a repeat) and one name.
 #[derive(Clone, Debug)]
-pub(crate) struct Random {
+pub struct Random {
     generator: ChaCha8Rng,
     spare: Option<f64>,
 }
 
 impl Random {
     /// The stream `name` of `number` under `seed`. Streams of different names are independent.
-    pub(crate) fn stream(seed: u64, number: u64, name: &str) -> Self {
+    pub fn stream(seed: u64, number: u64, name: &str) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&number.to_le_bytes());
@@ -34,12 +34,12 @@ impl Random {
     }
 
     /// A number from 0 up to, not including, 1, of 53 random bits.
-    pub(crate) fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         (self.generator.next_u64() >> 11) as f64 * 2f64.powi(-53)
     }
 
     /// A number of the standard normal distribution (Box and Muller 1958).
-    pub(crate) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
@@ -50,7 +50,7 @@ impl Random {
     }
 
     /// A number of the standard normal distribution, cut at ±2: no person is a caricature.
-    pub(crate) fn person(&mut self) -> f64 {
+    pub fn person(&mut self) -> f64 {
         self.normal().clamp(-2.0, 2.0)
     }
 }

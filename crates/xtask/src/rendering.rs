@@ -17,8 +17,8 @@ use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
     play_and_record,
 };
-use piezotact_bench::twin::{Participant, TwinBench, TwinParameters, record_texture};
 use piezotact_bench::{Bench, BenchError, Excitation, ExcitationConfig, Lying, RunPlan};
+use piezotact_twin::{Participant, TwinBench, TwinParameters, record_texture};
 
 const PEOPLE: u64 = 20;
 const SEED: u64 = 11;

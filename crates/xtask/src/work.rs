@@ -16,11 +16,9 @@ use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
-use piezotact_bench::twin::{
-    ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters,
-};
 use piezotact_bench::{Lying, RunPlan};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
+use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters};
 use serde_json::json;
 
 /// Runs the work `name` on the inputs in `folder`, once uncounted and then `repetitions` times, and prints

@@ -6,7 +6,9 @@ use std::str::FromStr;
 use clap::Args;
 use piezotact::device::AmplifierGain;
 use piezotact::quantity::{Band, Measure};
-use piezotact_bench::{BenchSpec, Excitation};
+use piezotact_bench::Excitation;
+
+use crate::benches::BenchSpec;
 
 use super::Reading;
 

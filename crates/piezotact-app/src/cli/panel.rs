@@ -6,7 +6,9 @@ use std::str::FromStr;
 use clap::{Args, Subcommand};
 use piezotact::quantity::Band;
 use piezotact::transfer::BundleAverage;
-use piezotact_bench::{BenchSpec, Excitation};
+use piezotact_bench::Excitation;
+
+use crate::benches::BenchSpec;
 
 use super::Gate;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use piezotact::quantity::{Measure, Unit};
-use piezotact_bench::replay;
+use piezotact_replay as replay;
 
 #[derive(Debug, Args)]
 pub(crate) struct Twin {

@@ -14,14 +14,14 @@ use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
 use serde_json::{Value, json};
 
 use super::play::{Keeping, play};
-use super::{bench_failure, open_bench, outputs, recording_files, run_plan};
+use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report::transfer;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
-    let mut bench = open_bench(&args.bench)?;
+    let mut bench = args.bench.open()?;
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
             kind: args.excitation,

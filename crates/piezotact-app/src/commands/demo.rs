@@ -15,18 +15,19 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
-use piezotact_bench::twin::{Participant, TwinParameters, record_texture};
-use piezotact_bench::{Bench, BenchSpec, Excitation, ExcitationConfig};
+use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
+use piezotact_twin::{Participant, TwinParameters, record_texture};
 use serde_json::json;
 
 use super::characterise::characterise;
 use super::play::{Keeping, play};
 use super::render::{lineage, write_drive};
+use super::run_plan;
 use super::verify::{verdict, verification_json};
-use super::{open_bench, run_plan};
+use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, say_doubts, write_text};
@@ -52,11 +53,12 @@ pub(crate) fn run(args: &Demo) -> Outcome {
             out.display()
         )
     })?;
-    let mut bench = open_bench(&BenchSpec::Twin {
+    let mut bench = TwinSpec {
         participant: PARTICIPANT,
         seed: args.seed,
         gain: AmplifierGain::B3,
-    })?;
+    }
+    .open()?;
     say(&format!(
         "The whole loop on the {}, seed {}.",
         bench.player.describe().name,

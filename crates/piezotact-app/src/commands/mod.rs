@@ -22,16 +22,12 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
-use piezotact::panel::{Cell, placement_spread};
-use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, QuantityError, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
-use piezotact_bench::twin::TwinParameters;
-use piezotact_bench::{Acquire, Bench, BenchError, BenchSpec, Lying, RunPlan};
+use piezotact_bench::{Acquire, BenchError, Lying, RunPlan};
 use piezotact_dataset::sidecar::sidecar_path;
-use piezotact_dataset::{
-    Contents, PanelFolder, ReadOptions, journal_path, panel_of, read_recording, read_transfer,
-};
+use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
 
 use crate::cli::{Cli, Command, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
@@ -198,18 +194,4 @@ fn run_plan(label: &str, finger: &Finger, acquirer: &dyn Acquire) -> RunPlan {
         angle: angle.or(here.angle_deg).unwrap_or(Degrees(USUAL_ANGLE_DEG)),
         lying: Lying::Anew,
     }
-}
-
-/// The bench that is named on the command line, with the file read that it needs.
-fn open_bench(spec: &BenchSpec) -> Outcome<Bench> {
-    spec.open(
-        &TwinParameters::built_in(),
-        |path| Ok(read_transfer(path)?.function::<Drive, Acceleration>(path)?),
-        |folder, condition| {
-            let panel = panel_of(&PanelFolder::open(folder)?.read()?)?;
-            let cell = condition.load_n.zip(condition.angle_deg);
-            let cell = cell.map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
-            Ok(placement_spread(&panel, cell)?)
-        },
-    )
 }

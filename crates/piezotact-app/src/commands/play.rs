@@ -16,7 +16,7 @@ use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
 use serde_json::json;
 
-use super::{bench_failure, drive_limit, open_bench, outputs, recording_files, run_plan};
+use super::{bench_failure, drive_limit, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .recording
         .series::<Drive>(None)
         .map_err(|error| named(error.into()))?;
-    let mut bench = open_bench(&args.bench)?;
+    let mut bench = args.bench.open()?;
     let here = bench.player.calibrate()?;
     let setup = match (&contents.setup, args.gain) {
         (Some(made_for), Some(gain)) if made_for.gain != gain => {

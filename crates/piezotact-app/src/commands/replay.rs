@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
-use piezotact_bench::replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
+use piezotact_replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
 use serde_json::{Value, json};
 
 use super::outputs;

@@ -201,7 +201,7 @@ impl MeasuredBench {
         setup.map_or(1.0, DriveSetup::drive_limit)
     }
 
-    fn noise(&self, what: &str) -> impl FnMut() -> f64 + 'static {
+    fn noise(&self, what: &str) -> impl FnMut() -> f64 + Send + 'static {
         let SensorNoise { rms_m_s2, seed } = self.noise;
         let mut random = Random::stream(seed, 0, &format!("measured {what}"));
         move || rms_m_s2 * random.normal()

@@ -23,21 +23,19 @@ const CHUNK_S: f64 = 0.5;
 const CALIBRATION_S: f64 = 1.0;
 
 /// One run, from the first acquired sample to the last.
-pub(crate) struct Rehearsal {
+struct Rehearsal {
     /// What is looped back, as it was sent.
     drive: Vec<f64>,
     /// What is left of it behind the limit, from the first sample that was not fed.
     played_through: Vec<f64>,
     fed: usize,
     device: Convolver,
-    noise: Box<dyn FnMut() -> f64>,
+    noise: Box<dyn FnMut() -> f64 + Send>,
     chunk: usize,
     at: usize,
 }
 
 impl World for MeasuredBench {
-    type Run = Rehearsal;
-
     fn output(&self) -> PlayDescription {
         PlayDescription {
             name: self.name(),
@@ -128,7 +126,7 @@ impl World for MeasuredBench {
         doubts
     }
 
-    fn begin(&self, sent: &[f64], run: &RunPlan) -> Result<Rehearsal, BenchError> {
+    fn begin(&self, sent: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, BenchError> {
         let (lead, rest) = (
             (LEAD_S * self.rate.hz()) as usize,
             (REST_S * self.rate.hz()) as usize,
@@ -153,7 +151,7 @@ impl World for MeasuredBench {
         // What the impulse response holds at negative times is answered early: that much is fed ahead.
         let ahead = self.impulse.len() / 2;
         let _before_the_first_sample = started.answer(ahead);
-        Ok(started)
+        Ok(Box::new(started))
     }
 }
 

@@ -16,7 +16,7 @@ use crate::excitation::{ExcitationConfig, excitation};
 use crate::traits::{Bench, BenchError, RunPlan};
 
 /// Below this frequency no device of this kind answers, and low coherence is no finding.
-pub(crate) const LOWEST_JUDGED: Hertz = Hertz(20.0);
+pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
 /// Coherence below this in the band that was driven is said.
 pub(super) const LEAST_COHERENCE: f64 = 0.8;
 

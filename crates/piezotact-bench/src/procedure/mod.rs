@@ -4,8 +4,9 @@ mod characterise;
 mod closed_loop;
 mod repeats;
 
-pub(crate) use characterise::LOWEST_JUDGED;
-pub use characterise::{Characterisation, CharacteriseConfig, characterise, excite, transfer_of};
+pub use characterise::{
+    Characterisation, CharacteriseConfig, LOWEST_JUDGED, characterise, excite, transfer_of,
+};
 pub use closed_loop::{
     Closeness, Gain, GainIn, Iteration, Kept, LoopConfig, LoopEnd, Looped, Mishap, closed_loop,
 };

@@ -13,10 +13,10 @@ use piezotact::series::{Series, rms};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise};
-use piezotact_bench::twin::{
+use piezotact_bench::{Excitation, ExcitationConfig, Lying, RunPlan};
+use piezotact_twin::{
     OutputStage, Participant, Placement, TwinBench, TwinParameters, record_texture,
 };
-use piezotact_bench::{Excitation, ExcitationConfig, Lying, RunPlan};
 
 use super::signal::{Draws, RATE_HZ, decibels, filtered, shaped};
 

@@ -15,8 +15,8 @@ use serde_json::json;
 use super::open_or_begin;
 use crate::cli::OnOff;
 use crate::cli::panel::Run;
+use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
-use crate::commands::{bench_failure, open_bench};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_json, progress, say};
 
@@ -178,7 +178,7 @@ fn campaign(args: &Run) -> String {
 
 fn bench_of(args: &Run, participant: u64) -> Outcome<Bench> {
     let spec = args.bench.clone().with_participant(participant);
-    open_bench(&spec.map_err(bench_failure)?)
+    spec.map_err(bench_failure)?.open()
 }
 
 /// How one measurement is made: the finger is put down for the first repeat of a placement and left there.

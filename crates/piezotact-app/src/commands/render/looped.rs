@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use crate::benches::BenchSpec;
 use piezotact::correct::{CorrectConfig, Mode};
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, RunStart, closed_loop};
-use piezotact_bench::{BenchError, BenchSpec, GateConfig};
+use piezotact_bench::{BenchError, GateConfig};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument};
 use serde_json::{Value, json};
@@ -14,7 +15,7 @@ use serde_json::{Value, json};
 use super::Asked;
 use crate::cli::ModeName;
 use crate::commands::play::start_document;
-use crate::commands::{open_bench, run_plan};
+use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome};
 use crate::output::say;
 
@@ -45,7 +46,7 @@ pub(super) fn run(
     (mode, bench): (ModeName, &BenchSpec),
 ) -> Result<Corrected, Error> {
     let args = asked.args;
-    let mut bench = open_bench(bench)?;
+    let mut bench = bench.open()?;
     let label = format!("render {}", asked.job.called);
     let run = run_plan(&label, &args.finger, bench.acquirer.as_ref());
     let here = bench.acquirer.condition(&run);

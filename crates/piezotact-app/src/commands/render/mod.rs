@@ -4,6 +4,7 @@ mod looped;
 
 use std::path::{Path, PathBuf};
 
+use crate::benches::BenchSpec;
 use anyhow::anyhow;
 use piezotact::manipulate::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
@@ -13,7 +14,7 @@ use piezotact::render::{
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact_bench::{BenchError, BenchSpec};
+use piezotact_bench::BenchError;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, journal_path, read_transfer};
@@ -144,7 +145,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     let read: Vec<&Path> = jobs
         .iter()
         .flat_map(|job| [job.target, job.transfer])
-        .chain(args.bench.iter().filter_map(BenchSpec::file))
+        .chain(args.bench.iter().filter_map(|bench| bench.file()))
         .collect();
     let written: Vec<PathBuf> = jobs
         .iter()

@@ -6,7 +6,7 @@ mod surface;
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact_bench::twin::{PARAMETERS, TwinParameters};
+use piezotact_twin::{PARAMETERS, TwinParameters};
 
 use crate::cli::twin::{Parameters, Twin, TwinCommand};
 use crate::failure::{Failure, Outcome, usage};

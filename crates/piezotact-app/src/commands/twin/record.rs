@@ -6,14 +6,14 @@ use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
 use piezotact::series::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce};
-use piezotact_bench::twin::{
-    ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
-    ShakerMount, TriboAir, TwinParameters,
-};
 use piezotact_bench::{Acquire, Chunk, Lying, RunPlan};
 use piezotact_dataset::JournalWriter;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_twin::{
+    ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
+    ShakerMount, TriboAir, TwinParameters,
+};
 use serde_json::json;
 
 use super::has_ending;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use piezotact_bench::twin::{Patch, SurfaceError};
 use piezotact_dataset::write_sur;
+use piezotact_twin::{Patch, SurfaceError};
 use serde_json::json;
 
 use super::{has_ending, twin_parameters};

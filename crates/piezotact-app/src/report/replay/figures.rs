@@ -3,7 +3,7 @@
 use piezotact::Series;
 use piezotact::quantity::{Acceleration, Hertz, Quantity};
 use piezotact::spectrum::{Cells, SpectrogramConfig, spectrogram};
-use piezotact_bench::replay::{self, Figure, Mark, Shown};
+use piezotact_replay::{self as replay, Figure, Mark, Shown};
 use plotters::style::RGBColor;
 
 use crate::failure::Outcome;

@@ -5,7 +5,7 @@ mod figures;
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
-use piezotact_bench::replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
+use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
 
 use super::{broad_document, name};
 use crate::failure::Outcome;
@@ -280,8 +280,8 @@ fn origin(page: &Page<'_>) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact_bench::replay::{Axis, Line, Mark, Scale, Shown};
-    use piezotact_bench::twin::TwinParameters;
+    use piezotact_replay::{Axis, Line, Mark, Scale, Shown};
+    use piezotact_twin::TwinParameters;
 
     fn finding(claim: u8, verdict: Verdict) -> Finding {
         Finding {

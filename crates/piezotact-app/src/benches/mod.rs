@@ -1,0 +1,116 @@
+//! The table of benches, and how each is named on the command line: `twin:participant=3,seed=7`, `measured:hand.json`.
+//!
+//! A new bench is a file in this folder and a line in [`BENCHES`].
+
+mod measured;
+mod twin;
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use piezotact_bench::{Bench, BenchError};
+
+pub(crate) use twin::TwinSpec;
+
+use crate::failure::Outcome;
+
+/// One bench of the table.
+struct BenchEntry {
+    /// What stands before the colon.
+    name: &'static str,
+    /// How it may be written.
+    example: &'static str,
+    /// Reads what stands behind the colon.
+    parse: fn(&str) -> Result<BenchSpec, BenchError>,
+}
+
+/// All benches that can be named.
+const BENCHES: [BenchEntry; 2] = [twin::ENTRY, measured::ENTRY];
+
+/// What a bench that was named can do before it is opened.
+pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
+    /// Opens it.
+    fn open(&self) -> Outcome<Bench>;
+    /// The file that is read when it is opened, where there is one.
+    fn file(&self) -> Option<&Path> {
+        None
+    }
+    /// The same bench with participant `number` at it.
+    fn with_participant(&self, number: u64) -> Result<BenchSpec, BenchError>;
+    /// The bench by name and settings, whoever sits at it.
+    fn apart_from_participant(&self) -> String;
+}
+
+/// A bench by name, with its settings.
+#[derive(Clone, Debug)]
+pub(crate) struct BenchSpec(Arc<dyn NamedBench>);
+
+impl BenchSpec {
+    /// The bench that `named` describes.
+    pub(crate) fn of(named: impl NamedBench + 'static) -> Self {
+        Self(Arc::new(named))
+    }
+}
+
+impl std::ops::Deref for BenchSpec {
+    type Target = dyn NamedBench;
+
+    fn deref(&self) -> &Self::Target {
+        self.0.as_ref()
+    }
+}
+
+impl FromStr for BenchSpec {
+    type Err = BenchError;
+
+    fn from_str(text: &str) -> Result<Self, BenchError> {
+        let (name, settings) = text.split_once(':').unwrap_or((text, ""));
+        match BENCHES.iter().find(|entry| entry.name == name) {
+            Some(entry) => (entry.parse)(settings),
+            None => {
+                let names: Vec<&str> = BENCHES.iter().map(|entry| entry.name).collect();
+                let names = names.join(", ");
+                let expected = format!("a bench that this program knows ({names})");
+                Err(wrong(&expected, name))
+            }
+        }
+    }
+}
+
+fn wrong(expected: &str, found: &str) -> BenchError {
+    let examples: Vec<String> = BENCHES
+        .iter()
+        .map(|entry| format!("--bench {}", entry.example))
+        .collect();
+    BenchError::Impossible {
+        expected: expected.into(),
+        found: format!("`{found}`"),
+        todo: format!("write for example {}", examples.join(" or ")),
+    }
+}
+
+fn whole(setting: &str, value: &str) -> Result<u64, BenchError> {
+    value
+        .parse()
+        .map_err(|_not_a_number| wrong("a whole number from 0", setting))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn benches_have_names() {
+        let twin: BenchSpec = "twin:participant=3,seed=9,gain=B2".parse().unwrap();
+        assert_eq!(twin.apart_from_participant(), "twin:seed=9,gain=B2");
+        assert!(twin.with_participant(4).is_ok());
+        let measured: BenchSpec = "measured:hand.json".parse().unwrap();
+        assert!(measured.with_participant(2).is_err());
+        for bad in ["", "shaker", "twin:colour=red", "measured:"] {
+            let said = bad.parse::<BenchSpec>().unwrap_err().to_string();
+            assert!(said.contains("--bench twin:"), "{bad}: {said}");
+        }
+    }
+}

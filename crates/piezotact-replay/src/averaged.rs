@@ -1,0 +1,141 @@
+//! Rendering with the average transfer function of a panel for people who are not in it (*thesis* 5.2, figure 79).
+
+use piezotact::Doubt;
+use piezotact::quantity::{Acceleration, Decibels, Drive};
+use piezotact::series::mean;
+use piezotact::transfer::TransferFunction;
+use piezotact::verify::Verification;
+
+use super::claims::{Finding, Holds, most};
+use super::figure::{Figure, Line, Mark, Shown, density, frequency};
+use super::measured::{run, take};
+use super::rendering::{characterised, compared, device, played, rendered, resting, target};
+use super::{Replay, ReplayError};
+use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
+
+/// Whose fingers are new to the panel of twenty.
+const NEW: std::ops::RangeInclusive<u64> = 21..=25;
+/// The texture of figure 79.
+const TEXTURE: &str = "S7";
+const SECONDS: f64 = 30.0;
+
+/// What comes of the average.
+pub(super) struct Averaged {
+    pub(super) finding: Finding,
+    pub(super) figure: Option<Figure>,
+    pub(super) doubts: Vec<Doubt>,
+    pub(super) measured: String,
+}
+
+/// S7 rendered for new people with their own transfer function and with `average`.
+pub(super) fn with_average(
+    replay: &Replay,
+    average: &TransferFunction<Drive, Acceleration>,
+) -> Result<Averaged, ReplayError> {
+    let (mut own, mut averaged, mut figure, mut doubts) =
+        (Vec::new(), Vec::new(), None, Vec::new());
+    let sample = replay.parameters.sample(TEXTURE)?;
+    let protocol = ActiveProtocol {
+        strokes: 3,
+        movement: Movement::Proximal,
+        pace: Pace::Metronome {
+            speed_m_s: 0.03,
+            stroke_s: None,
+        },
+    };
+    for participant in NEW {
+        let mut bench = device(replay, participant);
+        let asked = resting("characterise", 0.2, 20.0);
+        let function = characterised(&mut bench, asked, SECONDS, replay.seed)?;
+        let person = Participant::of(participant, replay.seed, &replay.parameters);
+        let acttouch = ActTouch::new(&replay.parameters, person, sample, protocol)?;
+        let (taken, recording) = take(
+            acttouch.into_acquirer(),
+            &run(replay, "chapter 5", Some(0.2)),
+            1_024,
+        )?;
+        let target = target(&taken, &recording)?;
+        let mut felt = |function: &TransferFunction<Drive, Acceleration>,
+                        what: &str|
+         -> Result<Verification, ReplayError> {
+            let (drive, level) = rendered(&target, function)?;
+            let measured = played(
+                &mut bench,
+                &drive.drive,
+                &resting(&format!("play {what}"), 0.2, 20.0),
+            )?;
+            doubts.extend(drive.doubts.iter().chain(&measured.doubts).cloned());
+            compared(&target, &measured, level)
+        };
+        let (individual, common) = (felt(&function, "own")?, felt(average, "averaged")?);
+        figure.get_or_insert_with(|| drawn(&individual, &common));
+        own.push(individual.error_db_rms);
+        averaged.push(common.error_db_rms);
+    }
+    let worse = own
+        .iter()
+        .zip(&averaged)
+        .filter(|(own, averaged)| own < averaged)
+        .count();
+    let finding = Finding::of(
+        22,
+        Holds::all([
+            (
+                worse == own.len(),
+                "somebody's own transfer function does no better than the average",
+            ),
+            (
+                most(averaged.iter().copied()) <= 3.0,
+                "the average misses somebody by more than 3 dB rms",
+            ),
+        ]),
+        format!(
+            "S7 over 30–500 Hz for {} people outside the panel: {:.2} dB rms with their own transfer function (at most {:.2}), {:.2} with the average of twenty (at most {:.2}); worse for {worse} of them",
+            own.len(),
+            mean(&own),
+            most(own.iter().copied()),
+            mean(&averaged),
+            most(averaged.iter().copied())
+        ),
+    );
+    Ok(Averaged {
+        finding,
+        figure,
+        doubts,
+        measured: format!(
+            "Participants {} to {}, who are not in the panel, felt one stroke of {TEXTURE} rendered with their own transfer function and with the average of the panel at 20° and 0.2 N.",
+            NEW.start(),
+            NEW.end()
+        ),
+    })
+}
+
+fn drawn(own: &Verification, averaged: &Verification) -> Figure {
+    let line = |label: &str, mark: Mark, v: &Verification, values: &[f64]| {
+        let shown = v
+            .frequency_hz
+            .iter()
+            .copied()
+            .zip(values.iter().map(|p| Decibels::from_power(*p).0));
+        Line::new(
+            label,
+            mark,
+            shown
+                .filter(|(hz, _)| (10.0..=1000.0).contains(hz))
+                .collect(),
+        )
+    };
+    Figure {
+        number: "79",
+        caption: "S7 as it was touched, and as a new person felt it rendered with the own and with the averaged transfer function.".into(),
+        shown: Shown::Lines {
+            x: frequency(),
+            y: density(),
+            lines: vec![
+                line("touched", Mark::Line, own, &own.target_psd),
+                line("own transfer function", Mark::Line, own, &own.measured_psd),
+                line("averaged", Mark::Line, averaged, &averaged.measured_psd),
+            ],
+        },
+    }
+}

@@ -1,0 +1,295 @@
+//! What the panels of both benches say of the claims.
+
+use piezotact::panel::{
+    FallsWithLoad, LoadStep, Panel, PanelAnalysis, PanelConfig, PanelError, analyse,
+};
+use piezotact::quantity::{Band, Hertz};
+use piezotact::transfer::{Bundle, BundleAverage};
+
+use super::{ANGLES_DEG, Device, Fingers, Inertance, LOADS_N, cell, drawn, levels};
+use crate::ReplayError;
+use crate::claims::{Finding, Holds, least, most};
+use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
+
+/// The band of the thesis' figures, Hz.
+const BAND_HZ: [f64; 2] = [20.0, 1000.0];
+
+/// Both panels, analysed.
+pub(super) struct Panels {
+    pub(super) fingers: PanelAnalysis,
+    pub(super) devices: PanelAnalysis,
+    /// Averages over people: fingers at each load, and the device at 20° and 0.2 N.
+    finger_averages: Vec<Inertance>,
+    device_average: Device,
+    /// Everybody on the device at 20° and 0.2 N.
+    light: Vec<Device>,
+}
+
+impl Panels {
+    pub(super) fn of(
+        fingers: &Fingers,
+        devices: &Panel<piezotact::quantity::Drive, piezotact::quantity::Acceleration>,
+        seed: u64,
+    ) -> Result<Self, ReplayError> {
+        let band = Band::new(Hertz(BAND_HZ[0]), Hertz(BAND_HZ[1]))?;
+        let config = PanelConfig::usual(band, seed);
+        let log = BundleAverage::LogMagnitude;
+        let light = cell(LOADS_N[0], ANGLES_DEG[0]);
+        let average_at = |load_n: f64| {
+            let at = cell(load_n, ANGLES_DEG[0]);
+            piezotact::panel::average_of_panel(fingers, at, log, band)
+        };
+        Ok(Self {
+            fingers: analyse(fingers, &config)?,
+            devices: analyse(devices, &config)?,
+            finger_averages: LOADS_N
+                .into_iter()
+                .map(average_at)
+                .collect::<Result<_, PanelError>>()?,
+            device_average: piezotact::panel::average_of_panel(devices, light, log, band)?,
+            light: devices
+                .participants()
+                .iter()
+                .filter_map(|who| devices.person(who, light, log).transpose())
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    pub(super) fn all_together(&self) -> Finding {
+        let all = &self.fingers.all;
+        let (deviation, hz) = (all.max_deviation_db, all.max_deviation_at_hz);
+        Finding::of(
+            1,
+            Holds::all([(
+                (6.0..=9.0).contains(&deviation),
+                "the deviation lies outside 6–9 dB; the load drifts as the force cell warms, which widens the bundle",
+            )]),
+            format!(
+                "{deviation:.1} dB at {hz:.0} Hz over {} transfer functions",
+                all.count
+            ),
+        )
+    }
+
+    pub(super) fn narrower_with_load(&self) -> Finding {
+        let falling =
+            |panel: &PanelAnalysis, angle: usize| panel.falls.get(angle).is_some_and(|f| f.falls);
+        let told = |f: &FallsWithLoad| {
+            let each: Vec<String> = f
+                .deviations_db
+                .iter()
+                .map(|db| format!("{db:.1}"))
+                .collect();
+            let share = f.share_overall.map_or(String::new(), |share| {
+                format!(
+                    " (0.6 below 0.2 N in {:.0} % of draws of half of the people)",
+                    share * 100.0
+                )
+            });
+            format!("{}{share}", each.join(", "))
+        };
+        let told =
+            |panel: &PanelAnalysis, angle: usize| panel.falls.get(angle).map_or("–".into(), told);
+        Finding::of(
+            2,
+            Holds::all([
+                (falling(&self.fingers, 0), "it does not fall on the shaker"),
+                (
+                    falling(&self.devices, 0),
+                    "it does not fall on the device at 20°",
+                ),
+                (
+                    falling(&self.devices, 1),
+                    "it does not fall on the device at 40°",
+                ),
+            ]),
+            format!(
+                "at 0.2, 0.4, 0.6 N: shaker {}; device at 20° {}, at 40° {} dB",
+                told(&self.fingers, 0),
+                told(&self.devices, 0),
+                told(&self.devices, 1)
+            ),
+        )
+    }
+
+    pub(super) fn louder_with_load(&self) -> Finding {
+        let (shaker, device) = (worst_step(&self.fingers), worst_step(&self.devices));
+        Finding::of(
+            3,
+            Holds::all([
+                (
+                    shaker.0 > 0.0 && device.0 > 0.0,
+                    "somebody's mean gain falls",
+                ),
+                (
+                    device.1 >= 0.95,
+                    "on the device somebody's gain rises on fewer than 95 % of the lines",
+                ),
+                (
+                    shaker.1 >= 0.95,
+                    "on the shaker somebody's gain rises on fewer than 95 % of the lines: around 100 Hz, where the step is small there, a person's own ripple outweighs it",
+                ),
+            ]),
+            format!(
+                "0.2 to 0.6 N, least of all people: shaker {:+.2} dB, {:.1} % of lines; device {:+.2} dB, {:.1} % of lines",
+                shaker.0,
+                shaker.1 * 100.0,
+                device.0,
+                device.1 * 100.0
+            ),
+        )
+    }
+
+    pub(super) fn angle(&self) -> Finding {
+        let Some(effect) = self
+            .devices
+            .angle_effects
+            .iter()
+            .find(|e| e.load_n.is_none())
+        else {
+            return Finding::of(4, Holds::all([(false, "one angle only")]), "–".into());
+        };
+        let p = effect.sign_test_p.unwrap_or(f64::NAN);
+        Finding::of(
+            4,
+            Holds::all([
+                (
+                    effect.largest_db_rms < 1.5,
+                    "somebody's differs by 1.5 dB rms or more",
+                ),
+                (p > 0.05, "the angle has a trend"),
+            ]),
+            format!(
+                "at most {:.2} dB rms; louder at 40° for {} of {} people, p = {p:.2}; mean step {:+.2} dB, at least {:+.2}",
+                effect.largest_db_rms,
+                effect.louder,
+                effect.people.len(),
+                effect.mean_db,
+                least(effect.people.iter().map(|p| p.mean_db))
+            ),
+        )
+    }
+
+    pub(super) fn widest_condition(&self) -> Finding {
+        let Some(worst) = &self.devices.worst else {
+            return Finding::of(8, Holds::all([(false, "nobody is complete")]), "–".into());
+        };
+        let next = worst
+            .ranking
+            .get(1)
+            .map_or(String::new(), |(at, db)| format!("; next {at}: {db:.1} dB"));
+        let sure = worst.share.map_or(String::new(), |share| {
+            format!(
+                "; the widest in {:.0} % of draws of half of the people",
+                share * 100.0
+            )
+        });
+        Finding::of(
+            8,
+            Holds::all([(
+                worst.cell.is(cell(LOADS_N[0], ANGLES_DEG[0])),
+                "another condition spreads more",
+            )]),
+            format!(
+                "{}: {:.1} dB over {} people{next}{sure}",
+                worst.cell, worst.max_deviation_db, worst.people
+            ),
+        )
+    }
+
+    /// The average of the twenty at 20° and 0.2 N.
+    pub(super) fn device_average(&self) -> &Device {
+        &self.device_average
+    }
+
+    pub(super) fn average_inside(&self) -> Finding {
+        let light = cell(LOADS_N[0], ANGLES_DEG[0]);
+        let found = self.devices.averages.iter().find(|a| a.cell.is(light));
+        let bundle = self.devices.spreads.iter().find(|s| s.cell.is(light));
+        let (Some(average), Some(spread)) = (found, bundle) else {
+            return Finding::of(9, Holds::all([(false, "nothing was measured")]), "–".into());
+        };
+        let inside = |db: &[f64], bundle: &Bundle| {
+            let lines = db
+                .iter()
+                .zip(bundle.lowest_db.iter().zip(&bundle.highest_db));
+            let within = lines.filter(|(db, (low, high))| (**low..=**high).contains(*db));
+            within.count() as f64 / db.len() as f64
+        };
+        let log = inside(&average.log_magnitude_db, &spread.bundle);
+        let complex = inside(&average.complex_db, &spread.bundle);
+        let costs = average.penalties_of(BundleAverage::LogMagnitude);
+        let [low, high] = costs.interval_db_rms.unwrap_or([f64::NAN; 2]);
+        let worst = most(costs.people.iter().map(|p| p.db_max));
+        Finding::of(
+            9,
+            Holds::all([
+                (log >= 1.0, "the mean of log magnitudes leaves the bundle"),
+                (complex >= 1.0, "the complex mean leaves the bundle"),
+            ]),
+            format!(
+                "at 20° and 0.2 N on the device: {:.0} % of the lines for the mean of log magnitudes, {:.0} % for the complex mean; the average of the others misses a person by {:.1} dB rms ({low:.1} to {high:.1}), at most {worst:.1} dB",
+                log * 100.0,
+                complex * 100.0,
+                costs.mean_db_rms
+            ),
+        )
+    }
+
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        let names = || LOADS_N.iter().map(|load_n| format!("{load_n} N"));
+        let deviations = |label: &str, panel: &PanelAnalysis, angle: usize| {
+            let found = panel.falls.get(angle).map(|f| f.deviations_db.clone());
+            Line::over_names(label, found.unwrap_or_default().into_iter())
+        };
+        let by_load = |number, caption: &str, lines| Figure {
+            number,
+            caption: caption.into(),
+            shown: Shown::Lines {
+                x: Axis::names("load", names()),
+                y: Axis::linear("maximum deviation, dB"),
+                lines,
+            },
+        };
+        let averages = names()
+            .zip(&self.finger_averages)
+            .map(|(name, f)| (name, levels(f, BAND_HZ[0], BAND_HZ[1])));
+        let mut lines: Vec<Line> = self
+            .light
+            .iter()
+            .map(|f| Line::new("", Mark::Thin, levels(f, BAND_HZ[0], BAND_HZ[1])))
+            .collect();
+        let averaged = levels(&self.device_average, BAND_HZ[0], BAND_HZ[1]);
+        lines.push(Line::new("average", Mark::Line, averaged));
+        vec![
+            by_load("68", "Maximum deviation of the fingers of five participants.", vec![deviations("shaker, 20°", &self.fingers, 0)]),
+            drawn("70b", "Average fingers at three loads: mean of log magnitudes and phases.", "(m/s²)/N", averages.collect()),
+            Figure {
+                number: "76",
+                caption: "The device with the fingers of twenty participants at 20° and 0.2 N, and their average.".into(),
+                shown: Shown::Lines {
+                    x: frequency(),
+                    y: Axis::linear("magnitude, dB re 1 (m/s²)/full scale"),
+                    lines,
+                },
+            },
+            by_load("77", "Maximum deviation of the device with the fingers of twenty participants.", vec![deviations("20°", &self.devices, 0), deviations("40°", &self.devices, 1)]),
+        ]
+    }
+}
+
+/// The least mean step and the least share of rising lines from the lightest to the heaviest load at 20°.
+fn worst_step(panel: &PanelAnalysis) -> (f64, f64) {
+    let is_whole = |step: &&LoadStep| {
+        super::same(step.from_n.0, LOADS_N[0])
+            && super::same(step.to_n.0, LOADS_N[2])
+            && super::same(step.angle_deg.0, ANGLES_DEG[0])
+    };
+    let step = panel.load_steps.iter().find(is_whole);
+    step.map_or((f64::NAN, f64::NAN), |step| {
+        (
+            least(step.people.iter().map(|p| p.mean_db)),
+            step.least_rising_share,
+        )
+    })
+}

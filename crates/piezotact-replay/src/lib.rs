@@ -1,0 +1,138 @@
+//! The thesis' measurements again, on the twin and through the ordinary analysis: record, segment, analyse,
+//! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
+
+mod averaged;
+mod chapter3;
+mod chapter4;
+mod chapter5;
+mod chapter6;
+mod claims;
+mod exchange;
+mod figure;
+mod measured;
+mod rendering;
+
+use chapter3::chapter3;
+use chapter4::chapter4;
+use chapter5::chapter5;
+use chapter6::chapter6;
+pub use claims::{CLAIMS, Claim, Finding, Verdict};
+pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
+
+use piezotact::compare::CompareError;
+use piezotact::feature::FeatureError;
+use piezotact::quantity::QuantityError;
+use piezotact::series::SeriesError;
+use piezotact::spectrum::EstimateError;
+use piezotact::stroke::SegmentError;
+
+use piezotact_bench::BenchError;
+use piezotact_twin::{ParameterError, TwinParameters};
+
+/// What a replay is made with.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The twin's numbers.
+    pub parameters: TwinParameters,
+    /// Draws people, surfaces, movements and noise.
+    pub seed: u64,
+}
+
+impl Replay {
+    /// The chapters that can be measured again.
+    pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
+
+    /// Chapter `number`, measured again; `None` unless it is one of [`Self::CHAPTERS`].
+    ///
+    /// # Errors
+    /// [`ReplayError`] where the analysis refuses what the benches gave.
+    pub fn chapter(&self, number: u8) -> Option<Result<Chapter, ReplayError>> {
+        match number {
+            3 => Some(chapter3(self)),
+            4 => Some(chapter4(self)),
+            5 => Some(chapter5(self)),
+            6 => Some(chapter6(self)),
+            _ => None,
+        }
+    }
+}
+
+/// One chapter of the thesis, measured again.
+#[derive(Clone, Debug)]
+pub struct Chapter {
+    /// Its number in the thesis.
+    pub number: u8,
+    /// What it is about.
+    pub title: &'static str,
+    /// What was measured, in sentences.
+    pub measured: Vec<String>,
+    /// What was found of its claims, in their order.
+    pub findings: Vec<Finding>,
+    /// The counterparts of its figures.
+    pub figures: Vec<Figure>,
+    /// What a person should know before relying on it, each once, with how often it was said.
+    pub doubts: Vec<String>,
+    /// What is not there yet: figures and the issue that brings them.
+    pub missing: Vec<String>,
+}
+
+/// Doubts of many recordings, those of one kind once and with what they are about.
+fn said_once<'a>(doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>) -> Vec<String> {
+    let named = doubts.map(|(of, doubt)| (Some(of), doubt));
+    let told = piezotact::doubt::merged_of(named);
+    told.iter().map(ToString::to_string).collect()
+}
+
+/// Why a chapter could not be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// A bench refuses.
+    #[error("{0}")]
+    Bench(#[from] BenchError),
+    /// The twin has no such sample.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    /// A recording cannot be cut.
+    #[error("{what}: {error}")]
+    Segment {
+        /// The recording.
+        what: String,
+        /// Why.
+        error: SegmentError,
+    },
+    /// A recording has no strokes to analyse.
+    #[error("{what}: {error}")]
+    Feature {
+        /// The recording.
+        what: String,
+        /// Why.
+        error: FeatureError,
+    },
+    /// Groups cannot be compared.
+    #[error("{0}")]
+    Compare(#[from] CompareError),
+    /// A spectrum cannot be estimated.
+    #[error("{0}")]
+    Estimate(#[from] EstimateError),
+    /// A texture cannot be rendered.
+    #[error("{0}")]
+    Render(#[from] piezotact::render::RenderError),
+    /// A texture cannot be made otherwise.
+    #[error("{0}")]
+    Manipulate(#[from] piezotact::manipulate::ManipulateError),
+    /// A measurement cannot be compared.
+    #[error("{0}")]
+    Verify(#[from] piezotact::verify::VerifyError),
+    /// Transfer functions make no bundle.
+    #[error("{0}")]
+    Bundle(#[from] piezotact::transfer::BundleError),
+    /// Transfer functions make no panel.
+    #[error("{0}")]
+    Panel(#[from] piezotact::panel::PanelError),
+    /// A number that cannot be.
+    #[error("{0}")]
+    Quantity(#[from] QuantityError),
+    /// Samples that make no series.
+    #[error("{0}")]
+    Series(#[from] SeriesError),
+}

@@ -1,0 +1,140 @@
+//! Characterise, render, play, verify: the device as the thesis uses it.
+
+use piezotact::device::AmplifierGain;
+use piezotact::feature::vibrations;
+use piezotact::filter::HighPass;
+use piezotact::quantity::{
+    Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
+};
+use piezotact::recording::Recording;
+use piezotact::render::{RenderConfig, RenderError, RenderedDrive, fitting, render, straight};
+use piezotact::series::Series;
+use piezotact::spectrum::WelchConfig;
+use piezotact::transfer::{Estimator, TransferFunction};
+use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+
+use super::measured::Taken;
+use super::{Replay, ReplayError};
+use piezotact_bench::procedure::{
+    ACCELERATION_CHANNEL, CharacteriseConfig, Keep, characterise, play_and_record,
+};
+use piezotact_bench::{Bench, Lying, RunPlan};
+use piezotact_bench::{Excitation, ExcitationConfig};
+use piezotact_twin::{Participant, TwinBench};
+
+/// The rate of the drive, Hz.
+const DRIVE_RATE_HZ: f64 = 48_000.0;
+
+/// The PIEZOTACT bench with one participant at it.
+pub(super) fn device(replay: &Replay, participant: u64) -> Bench {
+    let participant = Participant::of(participant, replay.seed, &replay.parameters);
+    TwinBench::new(&replay.parameters, participant, AmplifierGain::B3).into_bench()
+}
+
+/// A run on the device.
+pub(super) fn resting(label: &str, load_n: f64, angle_deg: f64) -> RunPlan {
+    RunPlan {
+        label: label.into(),
+        load: Some(Newtons(load_n)),
+        angle: Degrees(angle_deg),
+        lying: Lying::Anew,
+    }
+}
+
+fn nobody_keeps()
+-> impl FnMut(&piezotact_bench::Chunk) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    |_| Ok(())
+}
+
+/// The transfer function of the device with the finger on it, from `seconds` of random drive to 1.2 kHz.
+pub(super) fn characterised(
+    bench: &mut Bench,
+    run: RunPlan,
+    seconds: f64,
+    seed: u64,
+) -> Result<TransferFunction<Drive, Acceleration>, ReplayError> {
+    let config = CharacteriseConfig {
+        excitation: ExcitationConfig {
+            kind: Excitation::Random,
+            band: Band::new(Hertz(2.0), Hertz(1200.0))?,
+            duration: Seconds(seconds),
+            peak: 0.8,
+            seed,
+        },
+        welch: WelchConfig::hann(2_048),
+        estimator: Estimator::H1,
+        run,
+    };
+    let keep: Keep<'_> = &mut nobody_keeps();
+    Ok(characterise(bench, &config, keep)?.function)
+}
+
+/// A texture as it is rendered: the first stroke of a recording, freed of the gesture.
+pub(super) fn target(
+    taken: &Taken,
+    recording: &Recording,
+) -> Result<Series<Acceleration>, ReplayError> {
+    let what = recording.condition.to_string();
+    let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
+    let feature = |error| ReplayError::Feature { what, error };
+    let freed = freed.map_err(feature)?;
+    let stroke = taken.segmentation.strokes.first();
+    let samples = match (stroke, freed.channels.first()) {
+        (Some(stroke), Some(channel)) => stroke.steady.of(channel).to_vec(),
+        _ => Vec::new(),
+    };
+    Ok(Series::new(samples, recording.rate())?)
+}
+
+/// The drive for `target`, as loud as fits the device, and the level that takes.
+pub(super) fn rendered(
+    target: &Series<Acceleration>,
+    function: &TransferFunction<Drive, Acceleration>,
+) -> Result<(RenderedDrive, Decibels), ReplayError> {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
+    let config = RenderConfig::over(band, SampleRate::new(DRIVE_RATE_HZ)?);
+    match render(target, function, &config) {
+        Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
+            let softer = target.clone().amplified(fits_at);
+            Ok((render(&softer, function, &config)?, fits_at))
+        }
+        other => Ok((other?, Decibels(0.0))),
+    }
+}
+
+/// Plays a drive and records what the finger does.
+pub(super) fn played(
+    bench: &mut Bench,
+    drive: &Series<Drive>,
+    run: &RunPlan,
+) -> Result<Recording, ReplayError> {
+    let keep: Keep<'_> = &mut nobody_keeps();
+    Ok(play_and_record(bench, drive, None, run, keep)?)
+}
+
+/// The texture's samples sent as they are: as they stand, and turned down until nothing clips.
+pub(super) fn sent_straight(
+    bench: &mut Bench,
+    target: &Series<Acceleration>,
+) -> Result<[Series<Drive>; 2], ReplayError> {
+    let setup = bench.player.calibrate()?;
+    let drive = straight(target, bench.player.describe().rate)?;
+    let softer = fitting(&drive, setup.as_ref());
+    Ok([drive, softer])
+}
+
+/// How close a measurement came to its target over 30–500 Hz.
+pub(super) fn compared(
+    target: &Series<Acceleration>,
+    measured: &Recording,
+    level: Decibels,
+) -> Result<Verification, ReplayError> {
+    let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL));
+    let response = response.map_err(piezotact_bench::BenchError::from)?;
+    let band = Band::new(Hertz(30.0), Hertz(500.0))?;
+    let config = VerifyConfig {
+        level,
+        ..VerifyConfig::over(band, target.rate().hz())
+    };
+    Ok(verify(target, Measured::alone(&response), &config)?)
+}

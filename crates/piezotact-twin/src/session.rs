@@ -1,0 +1,155 @@
+//! A bench on which a person touches a sample while channels are acquired, behind the trait of hardware.
+
+use std::collections::VecDeque;
+
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact::recording::{BenchKind, Condition};
+
+use super::RATE_HZ;
+use super::sensors::{Accelerometer, TriaxialCell, at_rest};
+use piezotact_bench::{Acquire, AcquireDescription, BenchError, Chunk, RunPlan, SensorCalibration};
+
+/// Samples of a chunk: half a second.
+pub(crate) const CHUNK: usize = 2_500;
+/// Samples of a calibration at rest.
+pub(crate) const CALIBRATION: usize = 5_000;
+
+/// The rate of the acquisition.
+pub(crate) fn rate() -> SampleRate {
+    SampleRate::new(RATE_HZ).unwrap_or_else(|_| unreachable!("a constant rate above zero"))
+}
+
+/// The channels of the nail and of the forces on the sample.
+pub(crate) fn nail_and_forces() -> Vec<(String, Unit)> {
+    let mut channels = vec![("acceleration".to_owned(), Unit::MetrePerSecondSquared)];
+    channels.extend(["force_x", "force_y", "force_z"].map(|name| (name.into(), Unit::Newton)));
+    channels
+}
+
+/// A second of these while nothing moves.
+pub(crate) fn quiet(mut nail: Accelerometer, mut cell: TriaxialCell) -> Vec<Vec<f64>> {
+    let mut channels = empty(nail_and_forces().len(), CALIBRATION);
+    for _ in 0..CALIBRATION {
+        let [x, y, z] = cell.read([0.0; 3]);
+        for (channel, reading) in channels.iter_mut().zip([nail.read(0.0), x, y, z]) {
+            channel.push(reading);
+        }
+    }
+    channels
+}
+
+/// Empty lists for `channels`, with room for `samples` each.
+pub(crate) fn empty(channels: usize, samples: usize) -> Vec<Vec<f64>> {
+    (0..channels).map(|_| Vec::with_capacity(samples)).collect()
+}
+
+/// What happens on a bench, stretch by stretch: a stroke with what is before it.
+pub(crate) trait Touching {
+    /// What the bench is, for people.
+    fn name(&self) -> String;
+    /// The channels.
+    fn channels(&self) -> Vec<(String, Unit)>;
+    /// Who touches what, and how.
+    fn condition(&self) -> Condition;
+    /// The seed.
+    fn seed(&self) -> u64;
+    /// Steps of the recording's provenance.
+    fn provenance(&self) -> Vec<String>;
+    /// Refuses a run that cannot be.
+    fn check(&self, run: &RunPlan) -> Result<(), BenchError>;
+    /// A second of the sensors at rest.
+    fn at_rest(&self) -> Vec<Vec<f64>>;
+    /// Begins a run: what follows comes of `stretches` one after the other.
+    fn begin(&self, run: &RunPlan) -> Box<dyn Stretches>;
+}
+
+/// A run, stretch by stretch.
+pub(crate) trait Stretches {
+    /// The next stretch, a list of samples a channel; `None` when the run is over.
+    fn next(&mut self) -> Option<Vec<Vec<f64>>>;
+}
+
+/// The acquiring half of a bench on which somebody touches something.
+pub(crate) struct Session<T> {
+    bench: T,
+    asked: Option<RunPlan>,
+    run: Option<Box<dyn Stretches>>,
+    waiting: Vec<VecDeque<f64>>,
+}
+
+impl<T: Touching + 'static> Session<T> {
+    pub(crate) fn boxed(bench: T) -> Box<dyn Acquire> {
+        let waiting = bench.channels().iter().map(|_| VecDeque::new()).collect();
+        Box::new(Self {
+            bench,
+            asked: None,
+            run: None,
+            waiting,
+        })
+    }
+}
+
+impl<T: Touching> Acquire for Session<T> {
+    fn describe(&self) -> AcquireDescription {
+        AcquireDescription {
+            answers_with: None,
+            name: self.bench.name(),
+            kind: BenchKind::Twin,
+            rate: rate(),
+            channels: self.bench.channels(),
+            condition: self.bench.condition(),
+            seed: Some(self.bench.seed()),
+            steps: self.bench.provenance(),
+        }
+    }
+
+    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
+        Ok(at_rest(&self.bench.at_rest()))
+    }
+
+    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
+        self.bench.check(run)?;
+        self.asked = Some(run.clone());
+        Ok(())
+    }
+
+    fn start(&mut self) -> Result<(), BenchError> {
+        let run = self.asked.as_ref().ok_or(BenchError::Order {
+            asked: "acquire",
+            before: "made ready",
+        })?;
+        for channel in &mut self.waiting {
+            channel.clear();
+        }
+        self.run = Some(self.bench.begin(run));
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
+        let run = self.run.as_mut().ok_or(BenchError::Order {
+            asked: "wait",
+            before: "started",
+        })?;
+        while self.waiting.first().map_or(0, VecDeque::len) < CHUNK {
+            let Some(stretch) = run.next() else { break };
+            for (channel, samples) in self.waiting.iter_mut().zip(stretch) {
+                channel.extend(samples);
+            }
+        }
+        let count = CHUNK.min(self.waiting.first().map_or(0, VecDeque::len));
+        if count == 0 {
+            return Ok(None);
+        }
+        let channels = self
+            .waiting
+            .iter_mut()
+            .map(|channel| channel.drain(..count).collect())
+            .collect();
+        Ok(Some(Chunk { channels }))
+    }
+
+    fn stop(&mut self) {
+        self.asked = None;
+        self.run = None;
+    }
+}
