@@ -4,6 +4,7 @@ mod benches;
 mod cli;
 mod commands;
 mod failure;
+mod keeping;
 mod output;
 mod report;
 mod wording;

@@ -9,8 +9,8 @@ use piezotact::quantity::{Band, Drive, SampleRate, Seconds};
 use piezotact::transfer::Blocks;
 use realfft::RealFftPlanner;
 
+use crate::error::ProcedureError;
 use crate::random::Random;
-use crate::traits::BenchError;
 
 /// What kind of drive characterises a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,9 +36,9 @@ impl Excitation {
 }
 
 impl FromStr for Excitation {
-    type Err = BenchError;
+    type Err = ProcedureError;
 
-    fn from_str(text: &str) -> Result<Self, BenchError> {
+    fn from_str(text: &str) -> Result<Self, ProcedureError> {
         let all = [Self::Random, Self::Sweep, Self::Multisine];
         all.into_iter()
             .find(|kind| kind.name() == text)
@@ -82,8 +82,8 @@ const ONSET_S: f64 = 0.01;
 /// One of so many neighbouring odd lines is left out.
 const GROUP: usize = 4;
 
-fn impossible(expected: &str, found: String, todo: &str) -> BenchError {
-    BenchError::Impossible {
+fn impossible(expected: &str, found: String, todo: &str) -> ProcedureError {
+    ProcedureError::Impossible {
         expected: expected.into(),
         found,
         todo: todo.into(),
@@ -103,7 +103,7 @@ impl Filling {
     }
 
     /// Four periods each where four realisations fit, or else two.
-    fn of(duration: Seconds) -> Result<Self, BenchError> {
+    fn of(duration: Seconds) -> Result<Self, ProcedureError> {
         let fill = |periods: usize| {
             let one = Self {
                 realisations: 0,
@@ -132,7 +132,7 @@ impl Filling {
 }
 
 /// Whole samples at `rate` in `seconds`.
-fn whole(seconds: f64, rate: SampleRate) -> Result<usize, BenchError> {
+fn whole(seconds: f64, rate: SampleRate) -> Result<usize, ProcedureError> {
     let samples = seconds * rate.hz();
     if (samples - samples.round()).abs() > 1e-6 {
         return Err(impossible(
@@ -145,7 +145,7 @@ fn whole(seconds: f64, rate: SampleRate) -> Result<usize, BenchError> {
 }
 
 impl ExcitationConfig {
-    fn possible(&self, rate: SampleRate) -> Result<(), BenchError> {
+    fn possible(&self, rate: SampleRate) -> Result<(), ProcedureError> {
         if !(1.0..=600.0).contains(&self.duration.0) {
             return Err(impossible(
                 "a duration from 1 to 600 s",
@@ -174,8 +174,8 @@ impl ExcitationConfig {
     /// drive, which has none.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] when the duration holds too few, or the rate no whole number of samples.
-    pub fn blocks(&self, rate: SampleRate) -> Result<Option<Blocks>, BenchError> {
+    /// [`ProcedureError::Impossible`] when the duration holds too few, or the rate no whole number of samples.
+    pub fn blocks(&self, rate: SampleRate) -> Result<Option<Blocks>, ProcedureError> {
         match self.kind {
             Excitation::Random => Ok(None),
             Excitation::Sweep => {
@@ -202,7 +202,7 @@ impl ExcitationConfig {
     }
 
     /// One sweep with the rest after it, whole milliseconds.
-    fn sweep_s(&self) -> Result<f64, BenchError> {
+    fn sweep_s(&self) -> Result<f64, ProcedureError> {
         let each_s = (self.duration.0 / SWEEPS as f64 * 1e3).floor() / 1e3;
         if each_s < 2.0 || self.band.low().0 < 1.0 {
             return Err(impossible(
@@ -239,12 +239,12 @@ impl ExcitationConfig {
 /// The drive that `config` describes, at `rate`, with the stated peak.
 ///
 /// # Errors
-/// [`BenchError::Impossible`] when the duration is shorter than a second (6 s for sweeps, 9.04 s for multisines) or longer
+/// [`ProcedureError::Impossible`] when the duration is shorter than a second (6 s for sweeps, 9.04 s for multisines) or longer
 /// than 10 minutes, the peak is not from 0.001 to 1, or the band does not fit the rate.
 pub fn excitation(
     config: &ExcitationConfig,
     rate: SampleRate,
-) -> Result<Series<Drive>, BenchError> {
+) -> Result<Series<Drive>, ProcedureError> {
     config.possible(rate)?;
     let mut samples = match config.kind {
         Excitation::Random => random(config, rate),
@@ -304,7 +304,7 @@ fn faded(i: usize, length: usize, fade: usize) -> f64 {
 
 /// Sweeps whose frequency rises by as many octaves in every second (A. Farina, 108th AES Convention, 2000): low
 /// frequencies, where the device answers least, get most of the time.
-fn sweeps(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, BenchError> {
+fn sweeps(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, ProcedureError> {
     let each_s = config.sweep_s()?;
     let (stride, fade) = (whole(each_s, rate)?, rate.samples_in(Seconds(FADE_S)));
     let sweep_s = each_s - TAIL_S;
@@ -326,7 +326,7 @@ fn sweeps(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, Bench
 /// Multisines on odd lines of one level, random phases, of every group of neighbours one left out: what the device makes
 /// of its own on the lines left out, and on even ones, is distortion (J. Schoukens, M. Vaes and R. Pintelon (2016), IEEE
 /// Control Systems 36(3)).
-fn multisines(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, BenchError> {
+fn multisines(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, ProcedureError> {
     let filling = Filling::of(config.duration)?;
     let (period, row) = (whole(PERIOD_S, rate)?, whole(filling.row_s(), rate)?);
     let fade = rate.samples_in(Seconds(FADE_S));

@@ -3,13 +3,15 @@
 
 use std::fmt;
 
+use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
+use piezotact::run::{Judged, RunChunk, RunCriterion, RunDocument, Sink, SinkError};
 use piezotact::series::mean;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{CrossPlan, CrossSpectra};
 
+use crate::error::ProcedureError;
 use crate::procedure::LOWEST_JUDGED;
-use crate::traits::{BenchError, Chunk};
 
 /// What a characterisation must keep to.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,66 +36,42 @@ impl GateConfig {
     }
 }
 
-/// Why a measurement is asked for again.
+/// Why a measurement is asked for again: what was judged of it, with at least one criterion that is not met.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Breach {
-    /// The force left its target.
-    Force {
-        /// From when to when, s.
-        window_s: [f64; 2],
-        /// The mean force, N.
-        mean_n: f64,
-        /// The target, N.
-        target_n: f64,
-        /// By which share it may depart.
-        share: f64,
-    },
-    /// The acceleration does not follow the drive.
-    Coherence {
-        /// From when to when, s.
-        window_s: [f64; 2],
-        /// The median coherence of the driven lines.
-        median: f64,
-        /// What is asked for.
-        least: f64,
-    },
-    /// A repeat answers with the opposite sign of the first.
-    Polarity {
-        /// How much the two share, −1 to 1.
-        correlation: f64,
-    },
-}
+pub struct Refusal(pub Judged);
 
-impl fmt::Display for Breach {
+impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Force {
-                window_s: [from, to],
-                mean_n,
-                target_n,
-                share,
-            } => write!(
+        let [from, to] = self.0.window_s;
+        let not_met = |c: &&Criterion<RunCriterion>| c.outcome == Outcome::NotMet;
+        let Some(criterion) = self.0.criteria.iter().find(not_met) else {
+            return f.write_str("nothing was refused");
+        };
+        let found = criterion.found.unwrap_or(f64::NAN);
+        let limit = criterion.limit.value();
+        match criterion.what {
+            RunCriterion::Force => {
+                let target_n = self.0.target_n.unwrap_or(f64::NAN);
+                write!(
+                    f,
+                    "the force averaged {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
+                    target_n * (1.0 + found),
+                    limit * 100.0
+                )
+            }
+            RunCriterion::Coherence => write!(
                 f,
-                "the force averaged {mean_n:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
-                share * 100.0
+                "coherence was {found:.4} from {from:.0} to {to:.0} s, expected {limit} or more: put the finger on the actuator, and check the sensor and its wax"
             ),
-            Self::Coherence {
-                window_s: [from, to],
-                median,
-                least,
-            } => write!(
+            RunCriterion::Polarity => write!(
                 f,
-                "coherence was {median:.4} from {from:.0} to {to:.0} s, expected {least} or more: put the finger on the actuator, and check the sensor and its wax"
-            ),
-            Self::Polarity { correlation } => write!(
-                f,
-                "it answers with the opposite sign of the first repeat (correlation {correlation:.2}): check the polarity of the sensor and the actuator"
+                "it answers with the opposite sign of the first repeat (correlation {found:.2}): check the polarity of the sensor and the actuator"
             ),
         }
     }
 }
 
-impl std::error::Error for Breach {}
+impl std::error::Error for Refusal {}
 
 /// The places in a chunk of the channels that a gate judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +84,7 @@ pub struct GateRoles {
     pub force: Option<usize>,
 }
 
-/// Watches the chunks of one run.
+/// Judges the chunks of one run, window by window, as a sink of its documents.
 #[derive(Debug)]
 pub struct Gate {
     config: GateConfig,
@@ -119,7 +97,8 @@ pub struct Gate {
     before: usize,
     /// How many samples belong to the run; what comes after is rest.
     run: usize,
-    breach: Option<Breach>,
+    /// Whether all of the run was judged, or a part of it refused.
+    done: bool,
 }
 
 impl Gate {
@@ -127,7 +106,7 @@ impl Gate {
     /// `segment` samples.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] when a window does not hold five segments.
+    /// [`ProcedureError::Impossible`] when a window does not hold five segments.
     pub fn new(
         config: &GateConfig,
         target: Option<Newtons>,
@@ -135,7 +114,7 @@ impl Gate {
         roles: GateRoles,
         run: usize,
         segment: usize,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, ProcedureError> {
         let welch = WelchConfig::hann(segment);
         let plan = CrossPlan::new(&welch, rate).ok();
         let holds = rate.samples_in(config.window) / segment.max(1);
@@ -149,9 +128,9 @@ impl Gate {
                 window: Default::default(),
                 before: 0,
                 run,
-                breach: None,
+                done: false,
             }),
-            _ => Err(BenchError::Impossible {
+            _ => Err(ProcedureError::Impossible {
                 expected: format!(
                     "segments of which five fit into the {} over which the gate judges",
                     config.window
@@ -162,11 +141,9 @@ impl Gate {
         }
     }
 
-    /// Judges every window as it fills.
-    ///
-    /// # Errors
-    /// The [`Breach`], once there is one.
-    pub fn admit(&mut self, chunk: &Chunk) -> Result<(), Breach> {
+    /// Judges every window as it fills, and what is left at the end of the run when it is at least half a window. Of
+    /// several windows in one chunk the first that is not met is returned, else the last.
+    fn admit(&mut self, chunk: &RunChunk) -> Option<Judged> {
         let GateRoles {
             drive,
             acceleration,
@@ -178,30 +155,31 @@ impl Gate {
             window.extend(channel.into_iter().flatten());
         }
         let length = self.rate.samples_in(self.config.window);
-        while self.window[0].len() >= length {
-            self.judge(length);
+        let mut found = None;
+        while !self.done && self.window[0].len() >= length {
+            found = self.judge(length).or(found);
+            self.done = found.as_ref().is_some_and(not_met);
         }
-        self.breach.clone().map_or(Ok(()), Err)
+        if !self.done && self.before + self.window[0].len() >= self.run {
+            found = self.finish().or(found);
+        }
+        found
     }
 
     /// Judges what is left at the end, when it is at least half a window.
-    pub fn finish(&mut self) {
+    fn finish(&mut self) -> Option<Judged> {
+        self.done = true;
         let left = self
             .run
             .saturating_sub(self.before)
             .min(self.window[0].len());
         if 2 * left >= self.rate.samples_in(self.config.window) || self.before == 0 {
-            self.judge(left);
+            return self.judge(left);
         }
+        None
     }
 
-    /// Why the run is asked for again; `None` for one that passed.
-    #[must_use]
-    pub fn breach(&self) -> Option<&Breach> {
-        self.breach.as_ref()
-    }
-
-    fn judge(&mut self, length: usize) {
+    fn judge(&mut self, length: usize) -> Option<Judged> {
         let parts: [Vec<f64>; 3] = self
             .window
             .each_mut()
@@ -209,39 +187,54 @@ impl Gate {
         let [drive, acceleration, force] = parts;
         let window_s = [self.before, self.before + length].map(|at| at as f64 / self.rate.hz());
         self.before += length;
-        if self.breach.is_some() || length == 0 {
-            return;
+        if length == 0 {
+            return None;
         }
-        let share = self.config.force_share;
-        let mean_n = mean(&force);
-        if let Some(Newtons(target_n)) = self.target
-            && self.roles.force.is_some()
-            && (mean_n / target_n - 1.0).abs() > share
-        {
-            self.breach = Some(Breach::Force {
-                window_s,
-                mean_n,
-                target_n,
-                share,
-            });
-            return;
+        let mut judged = Judged {
+            window_s,
+            target_n: self.target.map(|Newtons(target_n)| target_n),
+            criteria: Vec::new(),
+        };
+        if let Some(target_n) = judged.target_n.filter(|_| self.roles.force.is_some()) {
+            judged.criteria.push(Criterion::new(
+                RunCriterion::Force,
+                "",
+                mean(&force) / target_n - 1.0,
+                None,
+                Limit::Within {
+                    reach: self.config.force_share,
+                },
+            ));
+            if not_met(&judged) {
+                return Some(judged);
+            }
         }
         let spectra: Result<CrossSpectra<Drive, Acceleration>, _> =
             self.plan.estimate(&drive, &acceleration);
-        // Of a window too short for a segment nothing can be said.
-        let Ok(spectra) = spectra else { return };
-        let least = self.config.least_coherence;
-        // A sweep that is still below what the device answers to gives nothing to judge.
-        let Some(median) = spectra.driven_coherence(LOWEST_JUDGED) else {
-            return;
-        };
-        if median < least {
-            self.breach = Some(Breach::Coherence {
-                window_s,
-                median,
-                least,
-            });
-        }
+        // Of a window too short for a segment nothing can be said, and a sweep that is still below the frequencies that the
+        // device answers to gives nothing to judge.
+        let median = spectra
+            .ok()
+            .and_then(|spectra| spectra.driven_coherence(LOWEST_JUDGED));
+        let limit = Limit::at_least(self.config.least_coherence);
+        judged.criteria.push(match median {
+            Some(median) => Criterion::new(RunCriterion::Coherence, "", median, None, limit),
+            None => Criterion::unmeasured(RunCriterion::Coherence, "", limit),
+        });
+        Some(judged)
+    }
+}
+
+fn not_met(judged: &Judged) -> bool {
+    judged.outcome() == Outcome::NotMet
+}
+
+impl Sink for Gate {
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        Ok(match document {
+            RunDocument::Chunk(chunk) if !self.done => self.admit(chunk),
+            _ => None,
+        })
     }
 }
 
@@ -262,7 +255,7 @@ mod tests {
         seconds: usize,
         answer: impl Fn(usize, f64) -> f64,
         force_n: impl Fn(usize) -> f64,
-    ) -> Gate {
+    ) -> (Gate, Option<Refusal>) {
         let mut random = crate::random::Random::stream(1, 1, "gate");
         let rate = SampleRate::new(RATE_HZ).unwrap();
         let target = Some(Newtons(0.2));
@@ -281,70 +274,73 @@ mod tests {
                 .iter()
                 .map(|x| answer(second, *x) + 0.01 * random.normal())
                 .collect();
-            let chunk = Chunk {
+            let chunk = RunChunk {
                 channels: vec![drive, acceleration, vec![force_n(second); 1_000]],
+                ..RunChunk::default()
             };
-            if gate.admit(&chunk).is_err() {
-                break;
+            let judged = gate.take(&RunDocument::Chunk(chunk)).unwrap();
+            if let Some(judged) = judged.filter(not_met) {
+                return (gate, Some(Refusal(judged)));
             }
         }
-        gate.finish();
-        gate
+        (gate, None)
     }
 
     #[test]
     fn a_steady_run_passes() {
-        assert_eq!(run(25, |_, x| x, |_| 0.21).breach(), None);
+        assert_eq!(run(25, |_, x| x, |_| 0.21).1, None);
     }
 
     #[test]
     fn a_force_that_leaves_its_target_ends_the_run_there() {
-        let gate = run(60, |_, x| x, |second| if second < 20 { 0.2 } else { 0.25 });
-        let Some(Breach::Force {
-            window_s, mean_n, ..
-        }) = gate.breach()
-        else {
-            panic!("{:?}", gate.breach())
+        let (gate, refusal) = run(60, |_, x| x, |second| if second < 20 { 0.2 } else { 0.25 });
+        let refusal = refusal.unwrap();
+        let [force] = &refusal.0.criteria[..] else {
+            panic!("{refusal:?}")
         };
-        assert!(*window_s == [20.0, 30.0] && (mean_n - 0.25).abs() < 1e-12);
+        assert_eq!(refusal.0.window_s, [20.0, 30.0]);
+        assert_eq!(force.what, RunCriterion::Force);
+        assert!((force.found.unwrap() - 0.25).abs() < 1e-12);
         assert_eq!(gate.before, 30_000);
-        let told = gate.breach().unwrap().to_string();
+        let said = refusal.to_string();
         assert!(
-            told.contains("0.250 N from 20 to 30 s") && told.contains("0.2 N ± 10 %"),
-            "{told}"
+            said.contains("0.250 N from 20 to 30 s") && said.contains("0.2 N ± 10 %"),
+            "{said}"
         );
     }
 
     #[test]
     fn a_finger_that_lifts_ends_the_run() {
-        let gate = run(60, |second, x| if second < 10 { x } else { 0.0 }, |_| 0.2);
-        assert!(
-            matches!(
-                gate.breach(),
-                Some(Breach::Coherence {
-                    window_s: [10.0, 20.0],
-                    ..
-                })
-            ),
-            "{:?}",
-            gate.breach()
+        let (_, refusal) = run(60, |second, x| if second < 10 { x } else { 0.0 }, |_| 0.2);
+        let judged = refusal.unwrap().0;
+        assert_eq!(judged.window_s, [10.0, 20.0]);
+        let outcomes: Vec<_> = judged
+            .criteria
+            .iter()
+            .map(|c| (c.what, c.outcome))
+            .collect();
+        assert_eq!(
+            outcomes,
+            [
+                (RunCriterion::Force, Outcome::Met),
+                (RunCriterion::Coherence, Outcome::NotMet)
+            ]
         );
     }
 
     /// Shorter than a window: judged at the end all the same; a short rest is not judged.
     #[test]
     fn what_is_left_at_the_end_is_judged_when_it_is_long_enough() {
-        assert!(run(6, |_, x| x, |_| 0.3).breach().is_some());
-        assert!(
-            run(14, |_, x| x, |second| if second < 10 { 0.2 } else { 0.3 })
-                .breach()
-                .is_none()
-        );
-        assert!(
-            run(16, |_, x| x, |second| if second < 10 { 0.2 } else { 0.3 })
-                .breach()
-                .is_some()
-        );
+        assert!(run(6, |_, x| x, |_| 0.3).1.is_some());
+        let lifted = |seconds| {
+            run(
+                seconds,
+                |_, x| x,
+                |second| if second < 10 { 0.2 } else { 0.3 },
+            )
+        };
+        assert!(lifted(14).1.is_none());
+        assert!(lifted(16).1.is_some());
     }
 
     /// Without a force, coherence is judged all the same, and no load is missed that nobody measured.
@@ -364,16 +360,21 @@ mod tests {
                 let drive: Vec<f64> = (0..1_000).map(|_| random.normal()).collect();
                 let noisy = |x: &f64| answers * x + 0.01 * random.normal();
                 let acceleration = drive.iter().map(noisy).collect();
-                let channels = vec![drive, acceleration];
-                if gate.admit(&Chunk { channels }).is_err() {
-                    break;
+                let chunk = RunChunk {
+                    channels: vec![drive, acceleration],
+                    ..RunChunk::default()
+                };
+                let judged = gate.take(&RunDocument::Chunk(chunk)).unwrap();
+                if let Some(judged) = judged.filter(not_met) {
+                    return Some(judged);
                 }
             }
-            gate.finish();
-            gate.breach().cloned()
+            None
         };
         assert_eq!(judged(1.0), None);
-        assert!(matches!(judged(0.0), Some(Breach::Coherence { .. })));
+        let refused = judged(0.0).unwrap();
+        assert_eq!(refused.criteria.len(), 1);
+        assert_eq!(refused.criteria[0].what, RunCriterion::Coherence);
     }
 
     #[test]

@@ -1,20 +1,21 @@
 //! The two halves of a bench behind which something computes the answer: what is played on one is acquired on the other.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use piezotact::Doubt;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::Drive;
 use piezotact::recording::Condition;
-use piezotact::{Doubt, Series};
+use piezotact::run::RunChunk;
 
+use crate::error::DeviceError;
+use crate::plan::{Playback, RunPlan};
+use crate::stop::StopHandle;
 use crate::traits::{
-    Acquire, AcquireDescription, Bench, BenchError, Chunk, Play, PlayDescription, PlayReport,
-    RunPlan, SensorCalibration,
+    Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
 };
 
 /// What stands between the halves.
-pub trait World {
+pub trait World: Send {
     /// See [`Play::describe`].
     fn output(&self) -> PlayDescription;
     /// See [`Acquire::describe`].
@@ -24,7 +25,7 @@ pub trait World {
     /// See [`Acquire::calibrate`].
     fn at_rest(&self) -> SensorCalibration;
     /// Refuses a run that cannot be.
-    fn possible(&self, run: &RunPlan) -> Result<(), BenchError>;
+    fn possible(&self, run: &RunPlan) -> Result<(), DeviceError>;
     /// See [`Acquire::condition`].
     fn condition(&self, run: &RunPlan) -> Condition {
         Condition {
@@ -37,147 +38,190 @@ pub trait World {
     fn doubts(&self) -> Vec<Doubt> {
         Vec::new()
     }
+    /// What is acquired before the playback begins, s.
+    fn lead_s(&self) -> f64;
     /// What follows from `drive`, at the rate of the output, for `run`.
-    fn begin(&self, drive: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, BenchError>;
+    fn begin(&self, drive: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, DeviceError>;
 }
 
 /// A run that is under way.
 pub trait Run: Send {
-    /// What is acquired next; `None` at the end.
-    fn next(&mut self) -> Option<Chunk>;
+    /// What is acquired next, a list of samples for each channel; `None` at the end.
+    fn next_channels(&mut self) -> Option<Vec<Vec<f64>>>;
 }
 
-/// The halves of a bench with `world` behind them.
+/// The halves of a bench with `world` behind them. Time is that of the acquired samples: nothing is played that was not
+/// acquired.
 pub fn halves<W: World + 'static>(world: W) -> Bench {
-    let shared = Rc::new(RefCell::new(Shared {
+    let shared = Arc::new(Mutex::new(Shared {
         world,
         loaded: None,
-        asked: None,
-        run: None,
-        played: 0,
+        planned: None,
+        under_way: None,
     }));
-    Bench {
-        player: Box::new(Player(Rc::clone(&shared))),
-        acquirer: Box::new(Acquirer(shared)),
-    }
+    Bench::new(
+        Box::new(Player(Arc::clone(&shared))),
+        Box::new(Acquirer(shared)),
+    )
 }
 
-struct Shared<W: World> {
+/// The finger between the halves.
+struct Shared<W> {
     world: W,
     loaded: Option<Vec<f64>>,
-    asked: Option<RunPlan>,
-    run: Option<Box<dyn Run>>,
-    played: usize,
+    planned: Option<(RunPlan, StopHandle)>,
+    under_way: Option<UnderWay>,
 }
 
-struct Player<W: World>(Rc<RefCell<Shared<W>>>);
+struct UnderWay {
+    run: Box<dyn Run>,
+    stop: StopHandle,
+    /// The samples of the drive.
+    drive: u64,
+    acquired: u64,
+    over: bool,
+}
+
+fn locked<W>(shared: &Mutex<Shared<W>>) -> MutexGuard<'_, Shared<W>> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Player<W>(Arc<Mutex<Shared<W>>>);
 
 impl<W: World> Play for Player<W> {
     fn describe(&self) -> PlayDescription {
-        self.0.borrow().world.output()
+        locked(&self.0).world.output()
     }
 
-    fn calibrate(&mut self) -> Result<Option<DriveSetup>, BenchError> {
-        Ok(self.0.borrow().world.setup())
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, DeviceError> {
+        Ok(locked(&self.0).world.setup())
     }
 
-    fn ready(&mut self, drive: &Series<Drive>, _run: &RunPlan) -> Result<(), BenchError> {
+    fn ready(
+        &mut self,
+        playback: Playback,
+        run: &RunPlan,
+        _stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
         let description = self.describe();
-        if drive.rate() != description.rate {
-            return Err(BenchError::Rate {
-                drive: drive.rate(),
+        if playback.rate() != description.rate {
+            return Err(DeviceError::Rate {
+                drive: playback.rate(),
                 output: description.rate,
                 name: description.name,
             });
         }
-        self.0.borrow_mut().loaded = Some(drive.samples().to_vec());
+        locked(&self.0).loaded = Some(playback.collected(run.until));
         Ok(())
     }
 
-    fn start(&mut self) -> Result<(), BenchError> {
-        let mut shared = self.0.borrow_mut();
-        let drive = shared.loaded.take().ok_or(BenchError::Order {
+    fn start(&mut self) -> Result<(), DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let drive = shared.loaded.take().ok_or(DeviceError::Order {
             asked: "play",
             before: "made ready",
         })?;
-        let run = shared.asked.as_ref().ok_or(BenchError::Order {
+        let (plan, stop) = shared.planned.as_ref().ok_or(DeviceError::Order {
             asked: "start",
             before: "made ready",
         })?;
-        let run = shared.world.begin(&drive, run)?;
-        shared.run = Some(run);
-        shared.played = drive.len();
+        shared.under_way = Some(UnderWay {
+            run: shared.world.begin(&drive, plan)?,
+            stop: stop.clone(),
+            drive: drive.len() as u64,
+            acquired: 0,
+            over: false,
+        });
         Ok(())
     }
 
-    fn wait(&mut self) -> Result<PlayReport, BenchError> {
-        let shared = self.0.borrow();
-        match shared.run {
-            Some(_) => Ok(PlayReport {
-                played: shared.played,
-                underruns: 0,
-            }),
-            None => Err(BenchError::Order {
-                asked: "wait",
-                before: "started",
-            }),
-        }
+    fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
+        let shared = locked(&self.0);
+        let run = shared.under_way.as_ref().ok_or(DeviceError::Order {
+            asked: "say how far it is",
+            before: "started",
+        })?;
+        let acquired_s = run.acquired as f64 / shared.world.input().rate.hz();
+        let played_s = (acquired_s - shared.world.lead_s()).max(0.0);
+        let played = (played_s * shared.world.output().rate.hz()).round() as u64;
+        let played = played.min(run.drive);
+        Ok(PlayProgress {
+            played,
+            underruns: 0,
+            ended: run.over || played == run.drive,
+        })
     }
 
     fn stop(&mut self) {
-        let mut shared = self.0.borrow_mut();
+        let mut shared = locked(&self.0);
         shared.loaded = None;
-        shared.run = None;
+        shared.under_way = None;
     }
 }
 
-struct Acquirer<W: World>(Rc<RefCell<Shared<W>>>);
+struct Acquirer<W>(Arc<Mutex<Shared<W>>>);
 
 impl<W: World> Acquire for Acquirer<W> {
     fn describe(&self) -> AcquireDescription {
-        self.0.borrow().world.input()
+        locked(&self.0).world.input()
     }
 
     fn condition(&self, run: &RunPlan) -> Condition {
-        self.0.borrow().world.condition(run)
+        locked(&self.0).world.condition(run)
     }
 
     fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
-        self.0.borrow().world.doubts()
+        locked(&self.0).world.doubts()
     }
 
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
-        Ok(self.0.borrow().world.at_rest())
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
+        Ok(locked(&self.0).world.at_rest())
     }
 
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
-        let mut shared = self.0.borrow_mut();
+    fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
+        let mut shared = locked(&self.0);
         shared.world.possible(run)?;
-        shared.asked = Some(run.clone());
+        shared.planned = Some((run.clone(), stop.clone()));
         Ok(())
     }
 
-    fn start(&mut self) -> Result<(), BenchError> {
+    fn start(&mut self) -> Result<(), DeviceError> {
         // Acquisition starts first; the run begins with its lead when the player starts.
-        match self.0.borrow().asked {
+        match locked(&self.0).planned {
             Some(_) => Ok(()),
-            None => Err(BenchError::Order {
+            None => Err(DeviceError::Order {
                 asked: "acquire",
                 before: "made ready",
             }),
         }
     }
 
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
-        let mut shared = self.0.borrow_mut();
-        let run = shared.run.as_mut().ok_or(BenchError::Order {
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let rate_hz = shared.world.input().rate.hz();
+        let run = shared.under_way.as_mut().ok_or(DeviceError::Order {
             asked: "wait",
             before: "started",
         })?;
-        Ok(run.next())
+        let channels = match run.stop.is_stopped() {
+            true => None,
+            false => run.run.next_channels(),
+        };
+        let Some(channels) = channels else {
+            run.over = true;
+            return Ok(None);
+        };
+        let chunk = RunChunk {
+            first: run.acquired,
+            device_s: Some(run.acquired as f64 / rate_hz),
+            lost: 0,
+            channels,
+        };
+        run.acquired += chunk.len() as u64;
+        Ok(Some(chunk))
     }
 
     fn stop(&mut self) {
-        self.0.borrow_mut().asked = None;
+        locked(&self.0).planned = None;
     }
 }

@@ -1,19 +1,26 @@
-//! Benches: devices that play a drive and acquire what comes of it, and the procedures that run on any of
-//! them. The digital twin is one implementation of the two traits, hardware another, and a device and finger whose
-//! transfer function was [`measured`] a third; no procedure knows which one it runs on.
+//! The contract of a bench, and what is done with any of them.
+//!
+//! A bench is two halves, [`Play`] and [`Acquire`]. The digital twin is one, hardware another, and a device and finger whose
+//! transfer function was [`measured`] a third; no [`procedure`] knows which one it runs on. Every bench passes the same
+//! tests.
 
+mod error;
 mod excitation;
 mod gate;
 pub mod halves;
 pub mod measured;
+mod plan;
 pub mod procedure;
 pub mod random;
+mod stop;
 mod traits;
 
+pub use error::{DeviceError, ProcedureError};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
-pub use gate::{Breach, Gate, GateConfig, GateRoles};
+pub use gate::{Gate, GateConfig, GateRoles, Refusal};
+pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
 pub use random::drawn_phases;
+pub use stop::StopHandle;
 pub use traits::{
-    Acquire, AcquireDescription, Bench, BenchError, Chunk, Lying, Play, PlayDescription,
-    PlayReport, RunPlan, SensorCalibration,
+    Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
 };

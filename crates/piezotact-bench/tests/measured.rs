@@ -12,6 +12,7 @@ use piezotact::quantity::{
 };
 use piezotact::recording::{BenchKind, Recording};
 use piezotact::render::RenderConfig;
+use piezotact::run::Discard;
 use piezotact::series::{mean, peak, rms};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -22,7 +23,7 @@ use piezotact_bench::procedure::{
     play_and_record,
 };
 use piezotact_bench::{
-    Bench, BenchError, Excitation, ExcitationConfig, GateConfig, Lying, RunPlan,
+    Bench, Excitation, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
 
 type Hand = TransferFunction<Drive, Acceleration>;
@@ -72,7 +73,8 @@ fn run(label: &str) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(0.4)),
         angle: Degrees(30.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
 }
 
@@ -92,7 +94,7 @@ fn tone(amplitude: f64, frequency_hz: f64) -> Series<Drive> {
 }
 
 fn recorded(bench: &mut Bench, drive: &Series<Drive>, label: &str) -> Recording {
-    play_and_record(bench, drive, None, &run(label), &mut |_| Ok(())).unwrap()
+    play_and_record(bench, drive, None, &run(label), &mut Discard).unwrap()
 }
 
 fn acceleration(recording: &Recording) -> Vec<f64> {
@@ -114,7 +116,7 @@ fn characterised(hand: Hand, noise: SensorNoise, to_hz: f64) -> Hand {
         run: run("characterise"),
     };
     let mut bench = bench(hand, noise);
-    let done = characterise(&mut bench, &config, &mut |_| Ok(())).unwrap();
+    let done = characterise(&mut bench, &config, &mut Discard).unwrap();
     done.function
 }
 
@@ -197,8 +199,8 @@ fn a_drive_beyond_full_scale_clips() {
     // The procedures refuse such a drive before it is played.
     let mut refusing = bench(hand(), noise(0.0, 1));
     let drive = tone(2.0, 150.0);
-    let refused = play_and_record(&mut refusing, &drive, None, &run("x"), &mut |_| Ok(()));
-    assert!(matches!(refused, Err(BenchError::Impossible { .. })));
+    let refused = play_and_record(&mut refusing, &drive, None, &run("x"), &mut Discard);
+    assert!(matches!(refused, Err(ProcedureError::Impossible { .. })));
 }
 
 /// Over ten seconds at 5 kHz: four standard errors of an rms from 52 500 independent numbers are 1.2 %.
@@ -279,7 +281,15 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
         };
         for (function, least_db) in [(&stale, 1.0), (&truth, 0.0)] {
             let mut bench = bench(truth.clone(), noise(0.003, 7));
-            let looped = closed_loop(&mut bench, &target, function, &config, &mut |_| {}).unwrap();
+            let looped = closed_loop(
+                &mut bench,
+                &target,
+                function,
+                &config,
+                &mut Discard,
+                &mut |_| {},
+            )
+            .unwrap();
             let error = |i: usize| {
                 let v = &looped.iterations[i].verification;
                 v.error_db_rms_achievable.unwrap_or(v.error_db_rms)
@@ -359,7 +369,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
             &silence(1),
             Some(&setup),
             &run("x"),
-            &mut |_| Ok(()),
+            &mut Discard,
         );
         let text = refused.unwrap_err().to_string();
         assert!(text.contains(part), "{text}");
@@ -491,7 +501,7 @@ fn steps_have_an_order() {
     let slow = Series::<Drive>::new(vec![0.0; 100], SampleRate::new(5_000.0).unwrap()).unwrap();
     assert!(matches!(
         bench.player.ready(&slow, &run("x")),
-        Err(BenchError::Rate { .. })
+        Err(ProcedureError::Rate { .. })
     ));
     bench.player.stop();
     bench.acquirer.stop();

@@ -30,7 +30,9 @@ pub use atomic::write_atomically;
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use error::{ReadError, WriteError};
-pub use journal::{EndDocument, JournalWriter, StartDocument, journal_path};
+pub use journal::{
+    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path,
+};
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording};
 pub use panel_folder::{

@@ -12,7 +12,7 @@ use piezotact::series::is_sample;
 use crate::csv_table::read_table;
 use crate::error::ReadError;
 use crate::haptic::{self, HapticKind};
-use crate::journal::journal_path;
+use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
@@ -104,6 +104,7 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             let stored = read_parquet(path, options.rate)?;
             finite(path, contents_of(stored, FileKind::Parquet))
         }
+        head if is_journal(head) => from_journal(path),
         [0xFF, 0xFF, 0xFF, 0xFF, ..] => from_journal(path),
         [b'T', b'D', b'S', b'm', ..] => Err(known_elsewhere(
             "a TDMS file",
@@ -197,7 +198,14 @@ fn from_haptic(
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {
-    finite(path, contents_of(read_journal(path)?, FileKind::Journal))
+    let mut head = [0; 8];
+    let begins = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    let stored = match begins.is_ok() && is_journal(&head) {
+        true => read_run_journal(path)?,
+        // Of the version before.
+        false => read_journal(path)?,
+    };
+    finite(path, contents_of(stored, FileKind::Journal))
 }
 
 fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {

@@ -75,6 +75,26 @@ fn whole_batches(mut reader: StreamReader<BufReader<File>>) -> impl Iterator<Ite
 
 /// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.
 pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stored, ReadError> {
+    let (mut stored, start, _) = read_with_documents(path, rate)?;
+    if start.format > 0 && journal_path(path).exists() {
+        stored.recording.doubts.push(Doubt::InterruptedLater {
+            journal: journal_path(path).display().to_string(),
+        });
+    }
+    Ok(stored)
+}
+
+/// Reads a Parquet file of ours with its documents.
+pub(crate) fn read_parquet_whole(
+    path: &Path,
+) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
+    read_with_documents(path, None)
+}
+
+fn read_with_documents(
+    path: &Path,
+    rate: Option<SampleRate>,
+) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
     let damaged = |error: &dyn std::fmt::Display| {
         ReadError::content(
             path,
@@ -129,7 +149,7 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
             found_hz: recording.rate().hz(),
         });
     }
-    match end {
+    match &end {
         Some(end) => {
             let start_changed = match (&start_text, end.start_fingerprint) {
                 (Some(text), Some(stored)) => fingerprint_of(text) != stored,
@@ -141,23 +161,19 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
             {
                 return Err(damaged(&"it does not hold what was recorded"));
             }
-            recording.doubts.extend(end.doubts);
+            recording.doubts.extend(end.doubts.iter().cloned());
         }
         None if ours => recording.doubts.push(Doubt::Interrupted {
             read_s: recording.duration().0,
         }),
         None => {}
     }
-    if ours && journal_path(path).exists() {
-        recording.doubts.push(Doubt::InterruptedLater {
-            journal: journal_path(path).display().to_string(),
-        });
-    }
-    Ok(Stored {
+    let stored = Stored {
         recording,
-        setup: start.setup,
-        rendering: start.rendering,
-    })
+        setup: start.setup.clone(),
+        rendering: start.rendering.clone(),
+    };
+    Ok((stored, start, end))
 }
 
 /// What a Parquet file of another program says of itself.
@@ -205,6 +221,8 @@ fn foreign_start(
         },
         setup: None,
         rendering: None,
+        label: None,
+        drive: None,
     })
 }
 
@@ -267,7 +285,7 @@ fn append_numbers(column: &ArrayRef, channel: &mut Vec<f64>) -> bool {
     false
 }
 
-fn assemble(
+pub(crate) fn assemble(
     path: &Path,
     start: &StartDocument,
     samples: Vec<Vec<f64>>,

@@ -14,7 +14,7 @@ use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequenc
 use super::measured::{Taken, analysed, run, take};
 use super::rendering::{device, played, resting, sent_straight, target};
 use super::{Chapter, Replay, ReplayError, said_once};
-use piezotact_bench::BenchError;
+use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::FORCE_CHANNEL;
 use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TriboAir};
 
@@ -123,7 +123,7 @@ fn passive(replay: &Replay) -> Result<Option<SpatialPeriod>, ReplayError> {
         let speed = taken.analysis.speed_m_s().unwrap_or(speed_m_s);
         let vibration = recording
             .series::<Acceleration>(None)
-            .map_err(BenchError::from)?;
+            .map_err(ProcedureError::from)?;
         vibrations.push((speed, taken, vibration));
     }
     let slidings: Vec<Sliding<'_>> = vibrations
@@ -169,7 +169,7 @@ fn held_n(
     let recording: Recording = played(bench, drive, run)?;
     let force = recording
         .series::<Force>(Some(FORCE_CHANNEL))
-        .map_err(BenchError::from)?;
+        .map_err(ProcedureError::from)?;
     Ok(mean(force.samples()))
 }
 

@@ -26,7 +26,7 @@ use piezotact::series::SeriesError;
 use piezotact::spectrum::EstimateError;
 use piezotact::stroke::SegmentError;
 
-use piezotact_bench::BenchError;
+use piezotact_bench::{DeviceError, ProcedureError};
 use piezotact_twin::{ParameterError, TwinParameters};
 
 /// What a replay is made with.
@@ -88,7 +88,10 @@ fn said_once<'a>(doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>) 
 pub enum ReplayError {
     /// A bench refuses.
     #[error("{0}")]
-    Bench(#[from] BenchError),
+    Bench(#[from] ProcedureError),
+    /// A device refuses.
+    #[error("{0}")]
+    Device(#[from] DeviceError),
     /// The twin has no such sample.
     #[error("{0}")]
     Parameter(#[from] ParameterError),

@@ -12,7 +12,7 @@ use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
 
 use super::{Replay, ReplayError};
 use piezotact_bench::procedure::record;
-use piezotact_bench::{Acquire, Lying, RunPlan};
+use piezotact_bench::{Acquire, Placement, RunPlan, Until};
 
 /// What a bench gave.
 #[derive(Clone, Debug)]
@@ -33,7 +33,8 @@ pub(super) fn run(replay: &Replay, label: &str, load_n: Option<f64>) -> RunPlan 
         label: label.into(),
         load: load_n.map(Newtons),
         angle: Degrees(replay.parameters.hand.angle_deg),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::Stopped,
     }
 }
 

@@ -8,6 +8,7 @@ use piezotact::quantity::{
 };
 use piezotact::recording::Recording;
 use piezotact::render::{RenderConfig, RenderError, RenderedDrive, fitting, render, straight};
+use piezotact::run::Discard;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -16,9 +17,9 @@ use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use super::measured::Taken;
 use super::{Replay, ReplayError};
 use piezotact_bench::procedure::{
-    ACCELERATION_CHANNEL, CharacteriseConfig, Keep, characterise, play_and_record,
+    ACCELERATION_CHANNEL, CharacteriseConfig, characterise, play_and_record,
 };
-use piezotact_bench::{Bench, Lying, RunPlan};
+use piezotact_bench::{Bench, Placement, RunPlan, Until};
 use piezotact_bench::{Excitation, ExcitationConfig};
 use piezotact_twin::{Participant, TwinBench};
 
@@ -37,13 +38,9 @@ pub(super) fn resting(label: &str, load_n: f64, angle_deg: f64) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(load_n)),
         angle: Degrees(angle_deg),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
-}
-
-fn nobody_keeps()
--> impl FnMut(&piezotact_bench::Chunk) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    |_| Ok(())
 }
 
 /// The transfer function of the device with the finger on it, from `seconds` of random drive to 1.2 kHz.
@@ -65,8 +62,7 @@ pub(super) fn characterised(
         estimator: Estimator::H1,
         run,
     };
-    let keep: Keep<'_> = &mut nobody_keeps();
-    Ok(characterise(bench, &config, keep)?.function)
+    Ok(characterise(bench, &config, &mut Discard)?.function)
 }
 
 /// A texture as it is rendered: the first stroke of a recording, freed of the gesture.
@@ -108,8 +104,14 @@ pub(super) fn played(
     drive: &Series<Drive>,
     run: &RunPlan,
 ) -> Result<Recording, ReplayError> {
-    let keep: Keep<'_> = &mut nobody_keeps();
-    Ok(play_and_record(bench, drive, None, run, keep)?)
+    Ok(play_and_record(
+        bench,
+        drive,
+        None,
+        run,
+        &mut Discard,
+        None,
+    )?)
 }
 
 /// The texture's samples sent as they are: as they stand, and turned down until nothing clips.
@@ -130,7 +132,7 @@ pub(super) fn compared(
     level: Decibels,
 ) -> Result<Verification, ReplayError> {
     let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL));
-    let response = response.map_err(piezotact_bench::BenchError::from)?;
+    let response = response.map_err(piezotact_bench::ProcedureError::from)?;
     let band = Band::new(Hertz(30.0), Hertz(500.0))?;
     let config = VerifyConfig {
         level,

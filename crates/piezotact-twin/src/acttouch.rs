@@ -16,7 +16,7 @@ use super::session::{Session, Stretches, Touching, empty, nail_and_forces, quiet
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::{SmoothWander, Wander};
 use piezotact_bench::random::Random;
-use piezotact_bench::{Acquire, BenchError, RunPlan};
+use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
 /// A stroke shorter than this has no steady part left once landing and take-off are cut, s.
 const SHORTEST_STROKE_S: f64 = 0.6;
@@ -49,13 +49,13 @@ impl ActTouch {
     /// The bench with `participant` at it and `sample` on it.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] with what is possible, for strokes that the plate cannot hold.
+    /// [`DeviceError::Impossible`] with what is possible, for strokes that the plate cannot hold.
     pub fn new(
         parameters: &TwinParameters,
         participant: Participant,
         sample: &Sample,
         protocol: ActiveProtocol,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, DeviceError> {
         strokes_possible(protocol.strokes)?;
         if let Pace::Metronome {
             speed_m_s,
@@ -66,7 +66,7 @@ impl ActTouch {
             let fits = [way_m / LONGEST_STROKE_S, way_m / SHORTEST_STROKE_S];
             let mm = |m: f64| (m * 1e5).round() / 100.0;
             let impossible = |expected: String, found: String, todo: &str| {
-                Err(BenchError::Impossible {
+                Err(DeviceError::Impossible {
                     expected,
                     found,
                     todo: todo.into(),
@@ -229,7 +229,7 @@ impl Touching for ActTouch {
         ]
     }
 
-    fn check(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn check(&self, run: &RunPlan) -> Result<(), DeviceError> {
         if matches!(self.protocol.pace, Pace::Metronome { .. }) {
             load_possible(run)?;
         }
@@ -493,7 +493,8 @@ mod tests {
             label: "cuts".into(),
             load: Some(Newtons(0.2)),
             angle: Degrees(20.0),
-            lying: piezotact_bench::Lying::Anew,
+            placement: Placement::New,
+            until: Until::Stopped,
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a person is asked to do, and what can be asked.
 
-use piezotact_bench::{BenchError, RunPlan};
+use piezotact_bench::{DeviceError, RunPlan};
 
 /// The direction of sliding relative to the finger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,11 +36,11 @@ pub(crate) const LOADS_N: [f64; 2] = [0.05, 2.0];
 pub(crate) const ANGLES_DEG: [f64; 2] = [10.0, 60.0];
 
 /// Refuses what is not within what is possible.
-pub(crate) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), BenchError> {
+pub(crate) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), DeviceError> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
-    Err(BenchError::Impossible {
+    Err(DeviceError::Impossible {
         expected: format!("{what} from {low} to {high}"),
         found: value.to_string(),
         todo: "ask for one that is possible".into(),
@@ -48,10 +48,10 @@ pub(crate) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<()
 }
 
 /// Refuses a run without a load, or with one that no finger holds.
-pub(crate) fn load_possible(run: &RunPlan) -> Result<(), BenchError> {
+pub(crate) fn load_possible(run: &RunPlan) -> Result<(), DeviceError> {
     match run.load {
         Some(load) => within("a load in N", load.0, LOADS_N),
-        None => Err(BenchError::Impossible {
+        None => Err(DeviceError::Impossible {
             expected: format!("a load in N from {} to {}", LOADS_N[0], LOADS_N[1]),
             found: "none".into(),
             todo: "state one; 0.2 N is usual".into(),
@@ -59,11 +59,11 @@ pub(crate) fn load_possible(run: &RunPlan) -> Result<(), BenchError> {
     }
 }
 
-pub(crate) fn strokes_possible(strokes: usize) -> Result<(), BenchError> {
+pub(crate) fn strokes_possible(strokes: usize) -> Result<(), DeviceError> {
     if (1..=MOST_STROKES).contains(&strokes) {
         return Ok(());
     }
-    Err(BenchError::Impossible {
+    Err(DeviceError::Impossible {
         expected: format!("from 1 to {MOST_STROKES} strokes"),
         found: strokes.to_string(),
         todo: "15 are usual in active touch, 6 in passive touch".into(),

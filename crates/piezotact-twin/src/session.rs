@@ -7,7 +7,10 @@ use piezotact::recording::{BenchKind, Condition};
 
 use super::RATE_HZ;
 use super::sensors::{Accelerometer, TriaxialCell, at_rest};
-use piezotact_bench::{Acquire, AcquireDescription, BenchError, Chunk, RunPlan, SensorCalibration};
+use piezotact::run::RunChunk;
+use piezotact_bench::{
+    Acquire, AcquireDescription, DeviceError, RunPlan, SensorCalibration, StopHandle,
+};
 
 /// Samples of a chunk: half a second.
 pub(crate) const CHUNK: usize = 2_500;
@@ -44,7 +47,7 @@ pub(crate) fn empty(channels: usize, samples: usize) -> Vec<Vec<f64>> {
 }
 
 /// What happens on a bench, stretch by stretch: a stroke with what is before it.
-pub(crate) trait Touching {
+pub(crate) trait Touching: Send {
     /// What the bench is, for people.
     fn name(&self) -> String;
     /// The channels.
@@ -56,7 +59,7 @@ pub(crate) trait Touching {
     /// Steps of the recording's provenance.
     fn provenance(&self) -> Vec<String>;
     /// Refuses a run that cannot be.
-    fn check(&self, run: &RunPlan) -> Result<(), BenchError>;
+    fn check(&self, run: &RunPlan) -> Result<(), DeviceError>;
     /// A second of the sensors at rest.
     fn at_rest(&self) -> Vec<Vec<f64>>;
     /// Begins a run: what follows comes of `stretches` one after the other.
@@ -64,7 +67,7 @@ pub(crate) trait Touching {
 }
 
 /// A run, stretch by stretch.
-pub(crate) trait Stretches {
+pub(crate) trait Stretches: Send {
     /// The next stretch, a list of samples a channel; `None` when the run is over.
     fn next(&mut self) -> Option<Vec<Vec<f64>>>;
 }
@@ -72,8 +75,9 @@ pub(crate) trait Stretches {
 /// The acquiring half of a bench on which somebody touches something.
 pub(crate) struct Session<T> {
     bench: T,
-    asked: Option<RunPlan>,
+    planned: Option<(RunPlan, StopHandle)>,
     run: Option<Box<dyn Stretches>>,
+    acquired: u64,
     waiting: Vec<VecDeque<f64>>,
 }
 
@@ -82,8 +86,9 @@ impl<T: Touching + 'static> Session<T> {
         let waiting = bench.channels().iter().map(|_| VecDeque::new()).collect();
         Box::new(Self {
             bench,
-            asked: None,
+            planned: None,
             run: None,
+            acquired: 0,
             waiting,
         })
     }
@@ -103,18 +108,18 @@ impl<T: Touching> Acquire for Session<T> {
         }
     }
 
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
         Ok(at_rest(&self.bench.at_rest()))
     }
 
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
+    fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
         self.bench.check(run)?;
-        self.asked = Some(run.clone());
+        self.planned = Some((run.clone(), stop.clone()));
         Ok(())
     }
 
-    fn start(&mut self) -> Result<(), BenchError> {
-        let run = self.asked.as_ref().ok_or(BenchError::Order {
+    fn start(&mut self) -> Result<(), DeviceError> {
+        let (run, _) = self.planned.as_ref().ok_or(DeviceError::Order {
             asked: "acquire",
             before: "made ready",
         })?;
@@ -122,11 +127,16 @@ impl<T: Touching> Acquire for Session<T> {
             channel.clear();
         }
         self.run = Some(self.bench.begin(run));
+        self.acquired = 0;
         Ok(())
     }
 
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
-        let run = self.run.as_mut().ok_or(BenchError::Order {
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
+        let stopped = self
+            .planned
+            .as_ref()
+            .is_some_and(|(_, stop)| stop.is_stopped());
+        let run = self.run.as_mut().ok_or(DeviceError::Order {
             asked: "wait",
             before: "started",
         })?;
@@ -137,7 +147,7 @@ impl<T: Touching> Acquire for Session<T> {
             }
         }
         let count = CHUNK.min(self.waiting.first().map_or(0, VecDeque::len));
-        if count == 0 {
+        if count == 0 || stopped {
             return Ok(None);
         }
         let channels = self
@@ -145,11 +155,18 @@ impl<T: Touching> Acquire for Session<T> {
             .iter_mut()
             .map(|channel| channel.drain(..count).collect())
             .collect();
-        Ok(Some(Chunk { channels }))
+        let chunk = RunChunk {
+            first: self.acquired,
+            device_s: Some(self.acquired as f64 / RATE_HZ),
+            lost: 0,
+            channels,
+        };
+        self.acquired += count as u64;
+        Ok(Some(chunk))
     }
 
     fn stop(&mut self) {
-        self.asked = None;
+        self.planned = None;
         self.run = None;
     }
 }

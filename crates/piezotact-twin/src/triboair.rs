@@ -17,7 +17,7 @@ use super::session::{CALIBRATION, Session, Stretches, Touching, empty, nail_and_
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::Wander;
 use piezotact_bench::random::Random;
-use piezotact_bench::{Acquire, BenchError, RunPlan};
+use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
 /// Slower than this the platform is not driven, m/s (*chosen*).
 const SLOWEST_M_S: f64 = 0.001;
@@ -39,19 +39,19 @@ impl TriboAir {
     /// `speed_m_s`.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] with what is possible, for a speed that leaves no plateau on the track.
+    /// [`DeviceError::Impossible`] with what is possible, for a speed that leaves no plateau on the track.
     pub fn new(
         parameters: &TwinParameters,
         participant: Participant,
         sample: &Sample,
         strokes: usize,
         speed_m_s: f64,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, DeviceError> {
         strokes_possible(strokes)?;
         let fastest = fastest_m_s(&parameters.triboair);
         if !(SLOWEST_M_S..=fastest).contains(&speed_m_s) {
             let mm = |m: f64| (m * 1e4).floor() / 10.0;
-            return Err(BenchError::Impossible {
+            return Err(DeviceError::Impossible {
                 expected: format!(
                     "a speed from {} to {} mm/s, so that {} s of plateau are left on the track of {} mm",
                     mm(SLOWEST_M_S),
@@ -150,7 +150,7 @@ impl Touching for TriboAir {
         ]
     }
 
-    fn check(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn check(&self, run: &RunPlan) -> Result<(), DeviceError> {
         load_possible(run)?;
         within("an angle in degrees", run.angle.0, ANGLES_DEG)
     }

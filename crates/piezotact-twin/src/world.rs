@@ -21,7 +21,7 @@ use piezotact_bench::halves::{Run, World, halves};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
 use piezotact_bench::random::Random;
 use piezotact_bench::{
-    AcquireDescription, Bench, BenchError, Chunk, PlayDescription, RunPlan, SensorCalibration,
+    AcquireDescription, Bench, DeviceError, PlayDescription, RunPlan, SensorCalibration,
 };
 
 /// The rate of the sound output, Hz.
@@ -151,14 +151,18 @@ impl World for TwinBench {
         at_rest(&[vec![0.0], acceleration, force])
     }
 
-    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn possible(&self, run: &RunPlan) -> Result<(), DeviceError> {
         load_possible(run)?;
         within("an angle in degrees", run.angle.0, ANGLES_DEG)
     }
 
-    fn begin(&self, played: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, BenchError> {
+    fn lead_s(&self) -> f64 {
+        LEAD_S
+    }
+
+    fn begin(&self, played: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, DeviceError> {
         let to_acquisition = Resampler::new(rate(OUTPUT_RATE_HZ), rate(RATE_HZ), PASSBAND)
-            .map_err(|error| BenchError::Impossible {
+            .map_err(|error| DeviceError::Impossible {
                 expected: "rates that go together".into(),
                 found: error.to_string(),
                 todo: "report this".into(),
@@ -190,7 +194,7 @@ impl World for TwinBench {
                 &self.parameters,
                 person.number,
                 person.seed,
-                run.put_down_for(),
+                run.placed_for(),
             ),
             angle_deg: run.angle.0,
             latency_s: self.parameters.actuator.latency_s,
@@ -216,7 +220,7 @@ impl World for TwinBench {
 }
 
 impl Run for Pressed {
-    fn next(&mut self) -> Option<Chunk> {
+    fn next_channels(&mut self) -> Option<Vec<Vec<f64>>> {
         let end = (self.at + CHUNK).min(self.drive.len());
         if self.at == end {
             return None;
@@ -235,6 +239,6 @@ impl Run for Pressed {
                 .collect(),
         ];
         self.at = end;
-        Some(Chunk { channels })
+        Some(channels)
     }
 }

@@ -12,6 +12,7 @@ use std::rc::Rc;
 use piezotact::device::AmplifierGain;
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Hertz, Newtons, Seconds};
 use piezotact::recording::Recording;
+use piezotact::run::Discard;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{DistortionLevels, Estimator, TransferFunction, farthest_apart_db};
 use piezotact_bench::procedure::{
@@ -19,8 +20,8 @@ use piezotact_bench::procedure::{
     repeated,
 };
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, BenchError, Breach, Chunk, Excitation, ExcitationConfig,
-    GateConfig, Lying, RunPlan, SensorCalibration,
+    Acquire, AcquireDescription, Bench, Breach, Chunk, DeviceError, Excitation, ExcitationConfig,
+    GateConfig, Placement, RunPlan, SensorCalibration, Until,
 };
 use piezotact_twin::{Participant, TwinBench, TwinParameters};
 
@@ -45,7 +46,8 @@ fn config(kind: Excitation, seconds: f64) -> CharacteriseConfig {
             label: "characterise".into(),
             load: Some(Newtons(0.2)),
             angle: Degrees(20.0),
-            lying: Lying::Anew,
+            placement: Placement::New,
+            until: Until::PlaybackEnded,
         },
     }
 }
@@ -61,7 +63,7 @@ type Device = TransferFunction<Drive, Acceleration>;
 #[test]
 fn three_excitations_find_one_device() {
     let found = [Excitation::Random, Excitation::Sweep, Excitation::Multisine]
-        .map(|kind| characterise(&mut bench(3), &config(kind, 30.0), &mut |_| Ok(())).unwrap());
+        .map(|kind| characterise(&mut bench(3), &config(kind, 30.0), &mut Discard).unwrap());
     let functions: Vec<&Device> = found.iter().map(|c| &c.function).collect();
     let apart = farthest_apart_db(&functions, judged()).unwrap();
     println!("at most {apart:.2} dB rms apart");
@@ -90,7 +92,7 @@ fn distortions(own: &str, participant: u64, seconds: f64) -> [Vec<f64>; 2] {
     let done = characterise(
         &mut bench,
         &config(Excitation::Multisine, seconds),
-        &mut |_| Ok(()),
+        &mut Discard,
     )
     .unwrap();
     let levels = done.distortion.unwrap().levels;
@@ -161,18 +163,18 @@ impl Acquire for Disturbed {
     fn describe(&self) -> AcquireDescription {
         self.inner.describe()
     }
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
         self.inner.calibrate()
     }
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
+    fn ready(&mut self, run: &RunPlan) -> Result<(), DeviceError> {
         self.inner.ready(run)
     }
-    fn start(&mut self) -> Result<(), BenchError> {
+    fn start(&mut self) -> Result<(), DeviceError> {
         self.runs.set(self.runs.get() + 1);
         self.seconds = 0.0;
         self.inner.start()
     }
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
+    fn wait(&mut self) -> Result<Option<Chunk>, DeviceError> {
         let rate_hz = self.describe().rate.hz();
         let Some(mut chunk) = self.inner.wait()? else {
             return Ok(None);
@@ -201,7 +203,7 @@ impl Acquire for Disturbed {
 }
 
 /// Two repeats of half a minute with three attempts each.
-fn measured(mishap: Mishap) -> (Result<Repeated, BenchError>, usize, Vec<String>) {
+fn measured(mishap: Mishap) -> (Result<Repeated, DeviceError>, usize, Vec<String>) {
     let Bench { player, acquirer } = bench(1);
     let runs = Rc::new(Cell::new(0));
     let acquirer = Disturbed {
@@ -226,7 +228,7 @@ fn measured(mishap: Mishap) -> (Result<Repeated, BenchError>, usize, Vec<String>
         &mut bench,
         (&config, setup.as_ref()),
         &repeats,
-        &mut |bench, attempt, gate| -> Result<Recording, BenchError> {
+        &mut |bench, attempt, gate| -> Result<Recording, DeviceError> {
             let gate = gate.unwrap();
             play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |chunk| {
                 gate.admit(chunk).map_err(Into::into)
@@ -277,7 +279,7 @@ fn a_finger_that_lifts_is_named_and_nothing_comes_of_it() {
     assert!(
         matches!(
             error,
-            BenchError::Refused {
+            DeviceError::Refused {
                 repeat: 1,
                 attempts: 3,
                 breach: Breach::Coherence { .. }
@@ -299,7 +301,7 @@ fn a_repeat_of_the_opposite_sign_is_named() {
     let (done, _, told) = measured(Mishap::Inverted);
     assert!(matches!(
         done,
-        Err(BenchError::Refused {
+        Err(DeviceError::Refused {
             repeat: 2,
             breach: Breach::Polarity { .. },
             ..
@@ -315,7 +317,7 @@ fn a_repeat_of_the_opposite_sign_is_named() {
 #[test]
 fn one_repeat_is_a_characterisation() {
     let config = config(Excitation::Random, 10.0);
-    let once = characterise(&mut bench(1), &config, &mut |_| Ok(())).unwrap();
+    let once = characterise(&mut bench(1), &config, &mut Discard).unwrap();
     let mut bench = bench(1);
     let (drive, setup) = excite(&mut bench, &config).unwrap();
     let repeats = RepeatConfig {
@@ -323,12 +325,12 @@ fn one_repeat_is_a_characterisation() {
         attempts: 1,
         gating: Gating::Open,
     };
-    let done: Result<Repeated, BenchError> = repeated(
+    let done: Result<Repeated, DeviceError> = repeated(
         &mut bench,
         (&config, setup.as_ref()),
         &repeats,
         &mut |bench, attempt, _| {
-            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |_| Ok(()))
+            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut Discard)
         },
         &mut |_| panic!("nothing is judged"),
     );

@@ -10,12 +10,13 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::render::{RenderConfig, RenderError, render};
+use piezotact::run::Discard;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise, play_and_record};
-use piezotact_bench::{Bench, Excitation, ExcitationConfig, Lying, RunPlan};
+use piezotact_bench::{Bench, Excitation, ExcitationConfig, Placement, RunPlan, Until};
 use piezotact_twin::{Participant, TwinBench, TwinParameters, record_texture};
 
 fn band(low_hz: f64, high_hz: f64) -> Band {
@@ -27,7 +28,8 @@ fn run(label: &str) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
 }
 
@@ -48,9 +50,7 @@ fn characterised(
         estimator: Estimator::H1,
         run: run("characterise"),
     };
-    characterise(bench, &config, &mut |_| Ok(()))
-        .unwrap()
-        .function
+    characterise(bench, &config, &mut Discard).unwrap().function
 }
 
 fn texture(participant: u64, seed: u64) -> Series<Acceleration> {
@@ -79,7 +79,7 @@ fn felt(
         &drive.drive,
         drive.setup.as_ref(),
         &run("play"),
-        &mut |_| Ok(()),
+        &mut Discard,
     )
     .unwrap();
     let response = measured.series::<Acceleration>(None).unwrap();
@@ -172,7 +172,7 @@ fn the_same_seed_gives_the_same_bytes() {
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
     let record = |label: &str| {
         let mut bench = bench_of(2, 9, AmplifierGain::B3).into_bench();
-        play_and_record(&mut bench, &drive, None, &run(label), &mut |_| Ok(())).unwrap()
+        play_and_record(&mut bench, &drive, None, &run(label), &mut Discard).unwrap()
     };
     assert_eq!(record("play"), record("play"));
     assert_ne!(record("play").channels()[1], record("again").channels()[1]);
@@ -206,7 +206,7 @@ fn a_drive_for_another_gain_is_refused() {
         &drive,
         setup.as_ref(),
         &run("play"),
-        &mut |_| Ok(()),
+        &mut Discard,
     )
     .unwrap_err()
     .to_string();

@@ -17,6 +17,7 @@ use piezotact::quantity::{
 };
 use piezotact::render::{Inverse, PhaseForm, RenderConfig, RenderError};
 use piezotact::resample::resample;
+use piezotact::run::Discard;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -24,8 +25,8 @@ use piezotact_bench::procedure::{
     CharacteriseConfig, LoopConfig, LoopEnd, Looped, characterise, closed_loop,
 };
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, BenchError, Chunk, Excitation, ExcitationConfig, Lying,
-    RunPlan, SensorCalibration,
+    Acquire, AcquireDescription, Bench, Chunk, DeviceError, Excitation, ExcitationConfig,
+    Placement, RunPlan, SensorCalibration, Until,
 };
 use piezotact_twin::{Participant, TwinBench, TwinParameters, record_texture};
 
@@ -48,7 +49,8 @@ fn run(label: &str) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
 }
 
@@ -65,7 +67,7 @@ fn function(participant: u64) -> TransferFunction<Drive, Acceleration> {
         estimator: Estimator::H1,
         run: run("characterise"),
     };
-    characterise(&mut bench(participant), &config, &mut |_| Ok(()))
+    characterise(&mut bench(participant), &config, &mut Discard)
         .unwrap()
         .function
 }
@@ -116,8 +118,15 @@ fn closed_loops_are_no_worse_than_open_ones() {
         let function = function(participant);
         for mode in [Mode::Replicate, Mode::Texture] {
             let mut bench = bench(participant);
-            let looped =
-                closed_loop(&mut bench, &target, &function, &config(mode), &mut |_| {}).unwrap();
+            let looped = closed_loop(
+                &mut bench,
+                &target,
+                &function,
+                &config(mode),
+                &mut Discard,
+                &mut |_| {},
+            )
+            .unwrap();
             println!("P{participant} {mode:?}: {}", told(&looped));
             let confirmed = looped.told();
             // A finger that lies still does not answer the same twice: 0.1 dB.
@@ -155,8 +164,15 @@ fn what_is_wrong_with_a_transfer_function_is_corrected() {
         wrong
     };
     for mode in [Mode::Replicate, Mode::Texture] {
-        let looped =
-            closed_loop(&mut bench(1), &target, &wrong, &config(mode), &mut |_| {}).unwrap();
+        let looped = closed_loop(
+            &mut bench(1),
+            &target,
+            &wrong,
+            &config(mode),
+            &mut Discard,
+            &mut |_| {},
+        )
+        .unwrap();
         println!("{mode:?} from a wrong function: {}", told(&looped));
         let (open, best) = (&looped.iterations[0].verification, looped.told());
         assert!(open.judged_error_db() > 2.0, "it was not wrong");
@@ -183,6 +199,7 @@ fn the_rate_of_the_target_does_not_matter() {
                 &target,
                 &function,
                 &config(mode),
+                &mut Discard,
                 &mut |_| {},
             )
             .unwrap();
@@ -207,13 +224,21 @@ fn a_loop_knows_its_device_and_its_phase() {
     });
     assert!(matches!(
         refused,
-        Err(BenchError::Render(RenderError::Phase))
+        Err(DeviceError::Render(RenderError::Phase))
     ));
     let limit = function.drive.take().unwrap().drive_limit();
     let mut loud = config(Mode::Texture);
     loud.render.inverse.inverse = Inverse::DriveLimited;
     let target = target.amplified(Decibels(16.0));
-    let looped = closed_loop(&mut bench(1), &target, &function, &loud, &mut |_| {}).unwrap();
+    let looped = closed_loop(
+        &mut bench(1),
+        &target,
+        &function,
+        &loud,
+        &mut Discard,
+        &mut |_| {},
+    )
+    .unwrap();
     let (peak, setup) = (
         looped.rendered.drive.peak(),
         looped.rendered.setup.as_ref().unwrap(),
@@ -232,12 +257,20 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     let refused = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {
         panic!("it played")
     });
-    let Err(BenchError::Render(RenderError::ExceedsFullScale { fits_at, .. })) = refused else {
+    let Err(DeviceError::Render(RenderError::ExceedsFullScale { fits_at, .. })) = refused else {
         panic!("it does not fit")
     };
     assert!((-20.0..0.0).contains(&fits_at.0), "{fits_at:?}");
     loop_config.render.inverse.inverse = Inverse::DriveLimited;
-    let looped = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {}).unwrap();
+    let looped = closed_loop(
+        &mut bench(1),
+        &target,
+        &function,
+        &loop_config,
+        &mut Discard,
+        &mut |_| {},
+    )
+    .unwrap();
     let headroom = &looped.rendered.headroom;
     println!(
         "turned down: {}; given up {:?}",
@@ -253,11 +286,29 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     let fits_at = turned_down.unwrap();
     loop_config.render.inverse.inverse = Inverse::Constant;
     let target = target.amplified(Decibels(fits_at));
-    let looped = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {}).unwrap();
+    let looped = closed_loop(
+        &mut bench(1),
+        &target,
+        &function,
+        &loop_config,
+        &mut Discard,
+        &mut |_| {},
+    )
+    .unwrap();
     println!("at {fits_at} dB: {}", told(&looped));
     assert!(looped.told().judged_error_db() <= 1.0);
     let louder = target.amplified(Decibels(1.0));
-    assert!(closed_loop(&mut bench(1), &louder, &function, &loop_config, &mut |_| {}).is_err());
+    assert!(
+        closed_loop(
+            &mut bench(1),
+            &louder,
+            &function,
+            &loop_config,
+            &mut Discard,
+            &mut |_| {}
+        )
+        .is_err()
+    );
 }
 
 #[derive(Clone, Copy)]
@@ -285,17 +336,17 @@ impl Acquire for Disturbed {
     fn describe(&self) -> AcquireDescription {
         self.inner.describe()
     }
-    fn calibrate(&mut self) -> Result<SensorCalibration, BenchError> {
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
         self.inner.calibrate()
     }
-    fn ready(&mut self, run: &RunPlan) -> Result<(), BenchError> {
+    fn ready(&mut self, run: &RunPlan) -> Result<(), DeviceError> {
         self.inner.ready(run)
     }
-    fn start(&mut self) -> Result<(), BenchError> {
+    fn start(&mut self) -> Result<(), DeviceError> {
         self.runs.set(self.runs.get() + 1);
         self.inner.start()
     }
-    fn wait(&mut self) -> Result<Option<Chunk>, BenchError> {
+    fn wait(&mut self) -> Result<Option<Chunk>, DeviceError> {
         let Some(mut chunk) = self.inner.wait()? else {
             return Ok(None);
         };
@@ -314,7 +365,7 @@ impl Acquire for Disturbed {
                     });
                 }
                 Mishap::Fails => {
-                    return Err(BenchError::Impossible {
+                    return Err(DeviceError::Impossible {
                         expected: "samples".into(),
                         found: "none for a second".into(),
                         todo: "check the cable".into(),
@@ -330,7 +381,7 @@ impl Acquire for Disturbed {
     }
 }
 
-fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, BenchError> {
+fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, DeviceError> {
     let Bench { player, acquirer } = bench(1);
     let acquirer = Disturbed {
         inner: acquirer,
@@ -348,6 +399,7 @@ fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, BenchError> {
         &target,
         &function(1),
         &config(Mode::Texture),
+        &mut Discard,
         &mut |_| {},
     )
 }

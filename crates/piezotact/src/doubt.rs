@@ -684,4 +684,7 @@ pub enum Doubt {
     /// What is doubtful of whether vibrations can be told apart.
     #[serde(untagged)]
     Discrimination(crate::discrimination::DiscriminationDoubt),
+    /// Of a run on a bench.
+    #[serde(untagged)]
+    Run(crate::run::RunDoubt),
 }

@@ -31,6 +31,7 @@ pub mod recording;
 pub mod render;
 pub mod resample;
 pub mod roles;
+pub mod run;
 pub mod score;
 pub mod series;
 pub mod spectrum;

@@ -9,6 +9,7 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::render::{Clipping, Inverse, RenderConfig, RenderError, headroom, render};
+use piezotact::run::Discard;
 use piezotact::series::{Series, mean};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -17,7 +18,9 @@ use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
     play_and_record,
 };
-use piezotact_bench::{Bench, BenchError, Excitation, ExcitationConfig, Lying, RunPlan};
+use piezotact_bench::{
+    Bench, Excitation, ExcitationConfig, Placement, ProcedureError, RunPlan, Until,
+};
 use piezotact_twin::{Participant, TwinBench, TwinParameters, record_texture};
 
 const PEOPLE: u64 = 20;
@@ -174,7 +177,8 @@ fn run_plan(label: &str) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
 }
 
@@ -194,7 +198,7 @@ fn function_of(
         estimator: Estimator::H1,
         run: run_plan("characterise"),
     };
-    Ok(characterise(&mut bench_of(parameters, person), &config, &mut |_| Ok(()))?.function)
+    Ok(characterise(&mut bench_of(parameters, person), &config, &mut Discard)?.function)
 }
 
 fn rendering() -> Result<RenderConfig> {
@@ -223,7 +227,8 @@ fn feel(
                 &rendered.drive,
                 None,
                 &run_plan("play"),
-                &mut |_| Ok(()),
+                &mut Discard,
+                None,
             )?;
             let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
             let asked = headroom(
@@ -250,10 +255,17 @@ fn feel(
                 force_share: 0.1,
                 run: run_plan("loop"),
             };
-            let looped = closed_loop(&mut bench, texture, function, &loop_config, &mut |_| {});
+            let looped = closed_loop(
+                &mut bench,
+                texture,
+                function,
+                &loop_config,
+                &mut Discard,
+                &mut |_| {},
+            );
             match looped {
                 Ok(looped) => looped.told().clone(),
-                Err(BenchError::Render(RenderError::ExceedsFullScale { fits_at, .. })) => {
+                Err(ProcedureError::Render(RenderError::ExceedsFullScale { fits_at, .. })) => {
                     return Ok(Outcome::Refused(fits_at));
                 }
                 Err(error) => anyhow::bail!("{}: {error}", person.pseudonym()),

@@ -16,7 +16,7 @@ use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
-use piezotact_bench::{Lying, RunPlan};
+use piezotact_bench::{Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
 use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters};
 use serde_json::json;
@@ -72,7 +72,8 @@ fn t1() -> Result<Prepared> {
         label: "bench".into(),
         load: Some(Newtons(0.2)),
         angle: Degrees(20.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::Stopped,
     };
     let work = move || -> Result<Vec<f64>> {
         let protocol = ActiveProtocol {
@@ -87,11 +88,11 @@ fn t1() -> Result<Prepared> {
         let person = Participant::of(1, 1, &parameters);
         let bench = ActTouch::new(&parameters, person, parameters.sample("S1")?, protocol)?;
         let mut acquirer = bench.into_acquirer();
-        acquirer.ready(&run)?;
+        acquirer.ready(&run, &StopHandle::new())?;
         acquirer.start()?;
         let (mut made, mut sums) = (0, vec![0.0; 4]);
         while made < HOUR {
-            let chunk = acquirer.wait()?.context("less than an hour")?;
+            let chunk = acquirer.next_chunk()?.context("less than an hour")?;
             made += chunk.channels[0].len();
             for (sum, channel) in sums.iter_mut().zip(&chunk.channels) {
                 *sum += channel.iter().sum::<f64>();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use piezotact::panel::{Cell, placement_spread};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
-use piezotact_bench::{Bench, BenchError};
+use piezotact_bench::{Bench, DeviceError};
 use piezotact_dataset::{PanelFolder, panel_of, read_transfer};
 
 use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
@@ -64,8 +64,8 @@ impl NamedBench for MeasuredSpec {
         Some(&self.file)
     }
 
-    fn with_participant(&self, _number: u64) -> Result<BenchSpec, BenchError> {
-        Err(BenchError::Impossible {
+    fn with_participant(&self, _number: u64) -> Result<BenchSpec, DeviceError> {
+        Err(DeviceError::Impossible {
             expected: "a bench at which people can take turns".into(),
             found: format!("{}, which is one finger at one placement", self.file.display()),
             todo: "file each measured transfer function with `piezotact panel add`, and rehearse on one at a time".into(),
@@ -92,13 +92,13 @@ impl NamedBench for MeasuredSpec {
 /// What `measured` must look like on the command line.
 const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N,panel=FOLDER,placement=N, the settings after the whole name of the file";
 
-fn parse(text: &str) -> Result<BenchSpec, BenchError> {
+fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
     parsed(text).map(BenchSpec::of)
 }
 
 /// A file and what comes after it. A file's name may hold colons, and commas too: a part behind a comma is a setting
 /// when it has an equals sign.
-fn parsed(text: &str) -> Result<MeasuredSpec, BenchError> {
+fn parsed(text: &str) -> Result<MeasuredSpec, DeviceError> {
     let (mut file, mut noise_m_s2, mut seed) = (text, None, None);
     let (mut panel, mut number) = (None, None);
     while let Some((before, setting)) = file.rsplit_once(',') {
@@ -150,7 +150,7 @@ fn parsed(text: &str) -> Result<MeasuredSpec, BenchError> {
     })
 }
 
-fn level(setting: &str, value: &str) -> Result<f64, BenchError> {
+fn level(setting: &str, value: &str) -> Result<f64, DeviceError> {
     let largest = SensorNoise::LARGEST_RMS_M_S2;
     let level = value.parse().ok();
     level

@@ -10,11 +10,12 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use piezotact_bench::{Bench, BenchError};
+use piezotact_bench::{Bench, DeviceError};
 
 pub(crate) use twin::TwinSpec;
 
 use crate::failure::Outcome;
+use crate::keeping::stopped_by_interrupt;
 
 /// One bench of the table.
 struct BenchEntry {
@@ -23,7 +24,7 @@ struct BenchEntry {
     /// How it may be written.
     example: &'static str,
     /// Reads what stands behind the colon.
-    parse: fn(&str) -> Result<BenchSpec, BenchError>,
+    parse: fn(&str) -> Result<BenchSpec, DeviceError>,
 }
 
 /// All benches that can be named.
@@ -38,7 +39,7 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
         None
     }
     /// The same bench with participant `number` at it.
-    fn with_participant(&self, number: u64) -> Result<BenchSpec, BenchError>;
+    fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError>;
     /// The bench by name and settings, whoever sits at it.
     fn apart_from_participant(&self) -> String;
 }
@@ -54,6 +55,15 @@ impl BenchSpec {
     }
 }
 
+impl BenchSpec {
+    /// Opens it; Ctrl-C stops what runs on it.
+    pub(crate) fn open(&self) -> Outcome<Bench> {
+        let bench = self.0.open()?;
+        stopped_by_interrupt(&bench.stop);
+        Ok(bench)
+    }
+}
+
 impl std::ops::Deref for BenchSpec {
     type Target = dyn NamedBench;
 
@@ -63,9 +73,9 @@ impl std::ops::Deref for BenchSpec {
 }
 
 impl FromStr for BenchSpec {
-    type Err = BenchError;
+    type Err = DeviceError;
 
-    fn from_str(text: &str) -> Result<Self, BenchError> {
+    fn from_str(text: &str) -> Result<Self, DeviceError> {
         let (name, settings) = text.split_once(':').unwrap_or((text, ""));
         match BENCHES.iter().find(|entry| entry.name == name) {
             Some(entry) => (entry.parse)(settings),
@@ -79,19 +89,19 @@ impl FromStr for BenchSpec {
     }
 }
 
-fn wrong(expected: &str, found: &str) -> BenchError {
+fn wrong(expected: &str, found: &str) -> DeviceError {
     let examples: Vec<String> = BENCHES
         .iter()
         .map(|entry| format!("--bench {}", entry.example))
         .collect();
-    BenchError::Impossible {
+    DeviceError::Impossible {
         expected: expected.into(),
         found: format!("`{found}`"),
         todo: format!("write for example {}", examples.join(" or ")),
     }
 }
 
-fn whole(setting: &str, value: &str) -> Result<u64, BenchError> {
+fn whole(setting: &str, value: &str) -> Result<u64, DeviceError> {
     value
         .parse()
         .map_err(|_not_a_number| wrong("a whole number from 0", setting))

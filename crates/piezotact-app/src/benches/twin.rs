@@ -1,7 +1,7 @@
 //! `twin:participant=3,seed=7,gain=B3`: the digital twin.
 
 use piezotact::device::AmplifierGain;
-use piezotact_bench::{Bench, BenchError};
+use piezotact_bench::{Bench, DeviceError};
 use piezotact_twin::{Participant, TwinBench, TwinParameters};
 
 use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
@@ -32,7 +32,7 @@ impl NamedBench for TwinSpec {
         Ok(TwinBench::new(&parameters, participant, self.gain).into_bench())
     }
 
-    fn with_participant(&self, number: u64) -> Result<BenchSpec, BenchError> {
+    fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
         Ok(BenchSpec::of(Self {
             participant: number,
             ..self.clone()
@@ -44,11 +44,11 @@ impl NamedBench for TwinSpec {
     }
 }
 
-fn parse(settings: &str) -> Result<BenchSpec, BenchError> {
+fn parse(settings: &str) -> Result<BenchSpec, DeviceError> {
     parsed(settings).map(BenchSpec::of)
 }
 
-fn parsed(settings: &str) -> Result<TwinSpec, BenchError> {
+fn parsed(settings: &str) -> Result<TwinSpec, DeviceError> {
     let (mut participant, mut seed, mut gain) = (1, 1, AmplifierGain::B3);
     for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));

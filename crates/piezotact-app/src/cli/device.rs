@@ -262,6 +262,9 @@ pub(crate) struct Render {
     /// Keeps what was recorded of the best drive (Parquet); a folder for several textures or people.
     #[arg(long, requires = "mode", value_name = "MEASURED.parquet")]
     pub(crate) record: Option<PathBuf>,
+    /// Throws the measurements of the closed loop away at the end; else they are kept in the folder OUT.runs.
+    #[arg(long, requires = "mode")]
+    pub(crate) discard_raw: bool,
     /// Writes a report of the loop: how close every texture came, open and closed.
     #[arg(long, requires = "mode", value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,

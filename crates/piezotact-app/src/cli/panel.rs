@@ -78,6 +78,9 @@ impl FromStr for Participants {
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
+    /// Throws the raw recordings away at the end; else they are kept in the folder `raw` of the panel.
+    #[arg(long)]
+    pub(crate) discard_raw: bool,
     /// The bench: twin, or twin:seed=N,gain=B3; who sits at it says --participants.
     #[arg(long)]
     pub(crate) bench: BenchSpec,

@@ -4,19 +4,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
+use piezotact::run::RunStart;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::procedure::{
-    self, Attempt, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
+    self, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
 };
-use piezotact_bench::{Bench, BenchError, ExcitationConfig, Gate, GateConfig};
-use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
+use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
+use piezotact_dataset::{RunFolder, TransferDocument, TransferFormat, write_transfer};
 use serde_json::{Value, json};
 
-use super::play::{Keeping, play};
 use super::{bench_failure, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Outcome, usage};
+use crate::keeping::{self, Keeper, Place, Raw, Shown, runs_of};
 use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
 use crate::report::transfer;
 
@@ -39,10 +40,6 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         attempts: usize::from(args.gate.attempts),
         gating: gating(&args.gate)?,
     };
-    let record = |attempt: &Attempt| {
-        let record = args.record.as_deref();
-        record.map(|record| numbered(record, repeats.repeats, attempt.repeat, attempt.attempt))
-    };
     let recordings = (1..=repeats.repeats).filter_map(|repeat| {
         let record = args.record.as_deref()?;
         Some(recording_files(&numbered(
@@ -59,7 +56,20 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     let read: Vec<&Path> = args.bench.file().into_iter().collect();
     outputs(&read, &written)?;
-    let mut done = repeated(&mut bench, &config, &repeats, &record)?;
+    let path_of = |start: &RunStart| {
+        let (repeat, attempt) = repeats.attempt_of(&config.run, &start.label);
+        let record = args.record.as_deref().unwrap_or(&args.out);
+        numbered(record, repeats.repeats, repeat, attempt)
+    };
+    let place = match args.record {
+        Some(_) => Place::Named(&path_of),
+        // For the time of the measurement: what was acquired is not lost with the program.
+        None => Place::Continued(fresh(&args.out)?),
+    };
+    let mut done = repeated(&mut bench, &config, &repeats, place)?;
+    if args.record.is_none() {
+        keeping::done(&args.out, Raw::Discarded)?;
+    }
     let each: Vec<Distortion> = done
         .each
         .iter()
@@ -152,7 +162,7 @@ fn refused_json(refused: &[Refused]) -> Vec<Value> {
     refused
         .iter()
         .map(
-            |r| json!({ "repeat": r.repeat, "attempt": r.attempt, "reason": r.breach.to_string() }),
+            |r| json!({ "repeat": r.repeat, "attempt": r.attempt, "reason": r.refusal.to_string() }),
         )
         .collect()
 }
@@ -214,73 +224,55 @@ fn numbered(record: &Path, repeats: usize, repeat: usize, attempt: usize) -> Pat
     record.with_file_name(format!("{stem}{number}{again}{ending}"))
 }
 
-/// Characterises `repeats` times, with the progress and every refusal shown, keeping each recording where `record` says.
+/// The folder for the runs behind `out`, with nothing in it that a run could be taken from.
+fn fresh(out: &Path) -> Outcome<RunFolder> {
+    let folder = RunFolder::new(&runs_of(out));
+    if let Some(aside) = folder.set_aside()? {
+        say(&format!(
+            "the runs of an interrupted characterisation are kept in {}",
+            aside.display()
+        ));
+    }
+    Ok(folder)
+}
+
+/// Characterises `repeats` times, with the progress and every refusal shown, keeping each recording at `place`.
 pub(crate) fn repeated(
     bench: &mut Bench,
     config: &CharacteriseConfig,
     repeats: &RepeatConfig,
-    record: &dyn Fn(&Attempt) -> Option<PathBuf>,
+    place: Place<'_>,
 ) -> Outcome<Repeated> {
-    let (drive, setup) = procedure::excite(bench, config).map_err(bench_failure)?;
-    let of = |attempt: &Attempt| match repeats.repeats {
-        1 => String::new(),
-        all => format!(", {} of {all}", attempt.repeat),
+    let duration = config.excitation.duration;
+    let what = |start: &RunStart| {
+        let (repeat, _) = repeats.attempt_of(&config.run, &start.label);
+        let of = match repeats.repeats {
+            1 => String::new(),
+            all => format!(", {repeat} of {all}"),
+        };
+        format!(
+            "characterising with {} of {duration:.1}{of}",
+            config.excitation.kind.name(),
+        )
     };
-    let done = procedure::repeated(
-        bench,
-        (config, setup.as_ref()),
-        repeats,
-        &mut |bench: &mut Bench, attempt: &Attempt, gate: Option<&mut Gate>| {
-            let what = format!(
-                "characterising with {} of {:.1}{}",
-                config.excitation.kind.name(),
-                drive.duration(),
-                of(attempt)
-            );
-            let record = record(attempt);
-            let keeping = Keeping {
-                record: record.as_deref(),
-                rendering: None,
-                what: &what,
-                gate,
-            };
-            play(bench, &drive, setup.as_ref(), &attempt.run, keeping).map_err(Ended::Failure)
-        },
-        &mut |refused| {
-            say(&refused.to_string());
-        },
-    );
-    done.map_err(|ended| match ended {
-        Ended::Bench(error) => bench_failure(error),
-        Ended::Failure(failure) => failure,
+    let mut keeper = Keeper::new(place, Shown::Each(&what, duration));
+    procedure::repeated(bench, config, repeats, &mut keeper, &mut |refused| {
+        say(&refused.to_string());
     })
+    .map_err(bench_failure)
 }
 
-/// Why a characterisation ended early: by the bench, or by what keeps its recording.
-enum Ended {
-    Bench(BenchError),
-    Failure(Failure),
-}
-
-impl From<BenchError> for Ended {
-    fn from(error: BenchError) -> Self {
-        Self::Bench(error)
-    }
-}
-
-/// Runs a characterisation that takes what comes, with its progress shown, keeping the recording in `record` when there is
-/// one.
+/// Runs a characterisation that takes what comes, with its progress shown.
 pub(crate) fn characterise(
     bench: &mut Bench,
     config: &CharacteriseConfig,
-    record: Option<&Path>,
 ) -> Outcome<Characterisation> {
     let once = RepeatConfig {
         repeats: 1,
         attempts: 1,
         gating: Gating::Open,
     };
-    let done = repeated(bench, config, &once, &|_| record.map(Path::to_owned))?;
+    let done = repeated(bench, config, &once, Place::Nowhere)?;
     let mut each = done.each.into_iter();
     each.next()
         .ok_or_else(|| anyhow!("the characterisation gave no measurement; report this").into())

@@ -23,13 +23,14 @@ use piezotact_twin::{Participant, TwinParameters, record_texture};
 use serde_json::json;
 
 use super::characterise::characterise;
-use super::play::{Keeping, play};
+use super::play::play;
 use super::render::{lineage, write_drive};
 use super::run_plan;
 use super::verify::{verdict, verification_json};
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
+use crate::keeping::Place;
 use crate::output::{print, print_json, say, say_doubts, write_text};
 use crate::report;
 use crate::report::verify::{Found, Page, ShownDrive, Straight};
@@ -203,7 +204,7 @@ fn transfer_function(
         estimator: Estimator::H1,
         run: run_plan("characterise", &FINGER, bench.acquirer.as_ref()),
     };
-    let function = characterise(bench, &config, None)?.function;
+    let function = characterise(bench, &config)?.function;
     write_transfer(
         path,
         &TransferDocument::of(&function, Drive::UNIT, Acceleration::UNIT),
@@ -258,17 +259,14 @@ fn played(
     let setup = bench.player.calibrate()?;
     let what = format!("playing {:.1} of drive", drive.duration());
     let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
+    let made = rendering.as_ref().map(|made| made.provenance.clone());
+    let place = Place::File(path, rendering);
     play(
         bench,
-        drive,
+        (drive, made.as_ref()),
         setup.as_ref(),
         &run,
-        Keeping {
-            record: Some(path),
-            rendering,
-            what: &what,
-            gate: None,
-        },
+        (place, &what),
     )
 }
 

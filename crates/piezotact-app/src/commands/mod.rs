@@ -25,7 +25,7 @@ use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
-use piezotact_bench::{Acquire, BenchError, Lying, RunPlan};
+use piezotact_bench::{Acquire, DeviceError, Placement, ProcedureError, RunPlan, Until};
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
 
@@ -172,9 +172,10 @@ fn texture(
 }
 
 /// What a bench refuses because of what it was asked is a matter of the command line.
-fn bench_failure(error: BenchError) -> Failure {
-    match error {
-        BenchError::Impossible { .. } => usage(error),
+fn bench_failure(error: impl Into<ProcedureError>) -> Failure {
+    match error.into() {
+        error @ (ProcedureError::Impossible { .. }
+        | ProcedureError::Device(DeviceError::Impossible { .. })) => usage(error),
         other => other.into(),
     }
 }
@@ -192,6 +193,7 @@ fn run_plan(label: &str, finger: &Finger, acquirer: &dyn Acquire) -> RunPlan {
         label: label.into(),
         load: Some(load.or(here.load_n).unwrap_or(Newtons(USUAL_LOAD_N))),
         angle: angle.or(here.angle_deg).unwrap_or(Degrees(USUAL_ANGLE_DEG)),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
     }
 }

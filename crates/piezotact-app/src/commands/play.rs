@@ -7,19 +7,20 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
-use piezotact::recording::{Recording, played_through_its_own};
+use piezotact::recording::{Provenance, Recording, played_through_its_own};
 use piezotact::render::headroom;
+use piezotact::run::RunStart;
 use piezotact::series::Series;
-use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
-use piezotact_bench::{Bench, Chunk, Gate, RunPlan};
-use piezotact_dataset::sidecar::Rendering;
-use piezotact_dataset::{JournalWriter, ReadOptions, StartDocument, WriteError, read_recording};
+use piezotact_bench::procedure::play_and_record;
+use piezotact_bench::{Bench, RunPlan};
+use piezotact_dataset::{ReadOptions, read_recording};
 use serde_json::json;
 
 use super::{bench_failure, drive_limit, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, progress, say, say_doubts};
+use crate::keeping::{Keeper, Place, Shown};
+use crate::output::{doubts_json, print, print_json, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
     let [record, journal] = recording_files(&args.record);
@@ -62,13 +63,16 @@ pub(crate) fn run(args: &Play) -> Outcome {
         }
     };
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
-    let keeping = Keeping {
-        record: Some(&args.record),
-        rendering: contents.rendering.clone(),
-        what: &format!("playing {:.1} of drive", drive.duration()),
-        gate: None,
-    };
-    let mut recording = play(&mut bench, &drive, setup.as_ref(), &run, keeping)?;
+    let what = format!("playing {:.1} of drive", drive.duration());
+    let place = Place::File(&args.record, contents.rendering.clone());
+    let made = contents.rendering.as_ref().map(|made| &made.provenance);
+    let mut recording = play(
+        &mut bench,
+        (&drive, made),
+        setup.as_ref(),
+        &run,
+        (place, &what),
+    )?;
     let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
     recording.doubts.extend(broken);
     let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
@@ -103,91 +107,20 @@ pub(crate) fn run(args: &Play) -> Outcome {
     ))
 }
 
-/// How a run is kept.
-pub(crate) struct Keeping<'a> {
-    /// The recording to write, if it is to be kept.
-    pub(crate) record: Option<&'a Path>,
-    /// How the drive was made.
-    pub(crate) rendering: Option<Rendering>,
-    /// What the progress bar says.
-    pub(crate) what: &'a str,
-    /// What judges the run while it runs.
-    pub(crate) gate: Option<&'a mut Gate>,
-}
-
-/// Plays `drive` and records what comes of it, with its progress shown.
+/// Plays `drive`, which was made as the provenance beside it says, and records what comes of it, kept at a place and with its
+/// progress shown as something.
 pub(crate) fn play(
     bench: &mut Bench,
-    drive: &Series<Drive>,
+    (drive, made): (&Series<Drive>, Option<&Provenance>),
     setup: Option<&DriveSetup>,
     run: &RunPlan,
-    mut keeping: Keeping<'_>,
+    (place, what): (Place<'_>, &str),
 ) -> Outcome<Recording> {
-    // Refused before a file is begun.
-    require_device(bench, drive, setup).map_err(bench_failure)?;
-    bench.acquirer.ready(run).map_err(bench_failure)?;
-    let rendering = keeping.rendering;
-    let made_with = rendering.as_ref().map(|made| made.provenance.clone());
-    let start = StartDocument {
-        setup: setup.cloned(),
-        rendering,
-        ..start_document(announce(bench.acquirer.as_ref(), run))
-    };
-    let rate = start.rate_hz;
-    let mut journal = keeping
-        .record
-        .map(|path| JournalWriter::create(path, start))
-        .transpose()?;
-    let bar = progress(keeping.what, drive.duration());
-    let done = play_and_record(bench, drive, setup, run, &mut |chunk: &Chunk| {
-        let frames = chunk.channels.first().map_or(0, Vec::len);
-        bar.inc((frames as f64 / rate.hz() * 10.0).round() as u64);
-        if let Some(journal) = journal.as_mut() {
-            journal.append(&chunk.channels)?;
-        }
-        match keeping.gate.as_deref_mut() {
-            Some(gate) => gate.admit(chunk).map_err(Into::into),
-            None => Ok(()),
-        }
-    });
-    bar.finish_and_clear();
-    let mut recording = done.map_err(bench_failure)?;
-    let its_own = made_with
-        .as_ref()
-        .and_then(|drive| played_through_its_own(drive, &recording.provenance));
+    let what = |_: &RunStart| what.to_owned();
+    let mut keeper = Keeper::new(place, Shown::Each(&what, drive.duration()));
+    let mut recording =
+        play_and_record(bench, drive, setup, run, &mut keeper, None).map_err(bench_failure)?;
+    let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.provenance));
     recording.doubts.extend(its_own);
-    if let Some(kept) = finish(journal, &recording)? {
-        say(&kept);
-    }
     Ok(recording)
-}
-
-/// What a journal begins with.
-pub(crate) fn start_document(start: RunStart) -> StartDocument {
-    StartDocument {
-        format: StartDocument::FORMAT,
-        rate_hz: start.rate,
-        channels: start.channels,
-        condition: start.condition,
-        provenance: start.provenance,
-        setup: None,
-        rendering: None,
-    }
-}
-
-/// Ends a journal, and says where a recording of the same name was put.
-fn finish(
-    journal: Option<JournalWriter>,
-    recording: &Recording,
-) -> Result<Option<String>, WriteError> {
-    let Some(journal) = journal else {
-        return Ok(None);
-    };
-    let kept = journal.finish(recording.provenance.clone(), recording.doubts.clone())?;
-    Ok(kept.map(|kept| {
-        format!(
-            "the recording of that name that was there is kept as {}",
-            kept.display()
-        )
-    }))
 }

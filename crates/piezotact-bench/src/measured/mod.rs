@@ -12,9 +12,11 @@ use piezotact::resample::Resampler;
 use piezotact::series::rms;
 use piezotact::transfer::TransferFunction;
 
+use crate::error::DeviceError;
 use crate::halves::halves;
+use crate::plan::RunPlan;
 use crate::random::Random;
-use crate::traits::{Bench, BenchError, RunPlan};
+use crate::traits::Bench;
 
 /// The rate of the output, Hz: that of a sound card, as the twin's.
 const OUTPUT_RATE_HZ: f64 = 48_000.0;
@@ -61,15 +63,15 @@ impl MeasuredBench {
     /// The bench that answers as `function` does, which is called `called` where people read it.
     ///
     /// # Errors
-    /// [`BenchError::Impossible`] when its lines end where no acquisition of touch has its half rate, or at a frequency
+    /// [`DeviceError::Impossible`] when its lines end where no acquisition of touch has its half rate, or at a frequency
     /// that has no simple ratio to 48 kHz, when it answers nothing where it was driven, or when the noise is not from 0 to
     /// [`SensorNoise::LARGEST_RMS_M_S2`].
     pub fn new(
         function: TransferFunction<Drive, Acceleration>,
         called: &str,
         noise: SensorNoise,
-    ) -> Result<Self, BenchError> {
-        let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
+    ) -> Result<Self, DeviceError> {
+        let wrong = |expected: String, found: String, todo: &str| DeviceError::Impossible {
             expected,
             found,
             todo: todo.into(),
@@ -147,7 +149,7 @@ impl MeasuredBench {
         noise: SensorNoise,
         spread: &PlacementSpread,
         number: u64,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, DeviceError> {
         let mut random = Random::stream(noise.seed, number, "another placement");
         let normals: Vec<f64> = (0..spread.draws()).map(|_| random.normal()).collect();
         let mut bench = Self::new(function.times(spread.factor(&normals)), called, noise)?;
@@ -208,7 +210,7 @@ impl MeasuredBench {
     }
 
     /// Refuses another load or angle than the transfer function was measured at.
-    fn answers_as(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn answers_as(&self, run: &RunPlan) -> Result<(), DeviceError> {
         let Condition {
             load_n, angle_deg, ..
         } = self.function.condition;
@@ -227,7 +229,7 @@ impl MeasuredBench {
             if let (Some(measured), Some(asked)) = (measured, asked)
                 && !same(measured, asked)
             {
-                return Err(BenchError::Impossible {
+                return Err(DeviceError::Impossible {
                     expected: format!(
                         "the {what} of {measured} {unit} at which {} was measured",
                         self.called

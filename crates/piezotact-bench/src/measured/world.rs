@@ -8,11 +8,11 @@ use piezotact::recording::{BenchKind, Condition};
 use piezotact::series::rms;
 
 use super::{MeasuredBench, output_rate};
+use crate::error::DeviceError;
 use crate::halves::{Run, World};
+use crate::plan::RunPlan;
 use crate::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL};
-use crate::traits::{
-    AcquireDescription, BenchError, Chunk, PlayDescription, RunPlan, SensorCalibration,
-};
+use crate::traits::{AcquireDescription, PlayDescription, SensorCalibration};
 
 /// What acquisition records before the playback starts and after it ends, s, as the twin's.
 const LEAD_S: f64 = 0.2;
@@ -91,7 +91,7 @@ impl World for MeasuredBench {
         }
     }
 
-    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn possible(&self, run: &RunPlan) -> Result<(), DeviceError> {
         self.answers_as(run)
     }
 
@@ -126,7 +126,11 @@ impl World for MeasuredBench {
         doubts
     }
 
-    fn begin(&self, sent: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, BenchError> {
+    fn lead_s(&self) -> f64 {
+        LEAD_S
+    }
+
+    fn begin(&self, sent: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, DeviceError> {
         let (lead, rest) = (
             (LEAD_S * self.rate.hz()) as usize,
             (REST_S * self.rate.hz()) as usize,
@@ -168,7 +172,7 @@ impl Rehearsal {
 }
 
 impl Run for Rehearsal {
-    fn next(&mut self) -> Option<Chunk> {
+    fn next_channels(&mut self) -> Option<Vec<Vec<f64>>> {
         let end = (self.at + self.chunk).min(self.drive.len());
         if self.at == end {
             return None;
@@ -179,8 +183,6 @@ impl Run for Rehearsal {
         }
         let drive = self.drive[self.at..end].to_vec();
         self.at = end;
-        Some(Chunk {
-            channels: vec![drive, acceleration],
-        })
+        Some(vec![drive, acceleration])
     }
 }

@@ -11,9 +11,11 @@ use piezotact::transfer::{
     estimate_sweeps,
 };
 
-use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, Keep, play_and_record};
+use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper, play_and_record};
+use crate::error::ProcedureError;
 use crate::excitation::{ExcitationConfig, excitation};
-use crate::traits::{Bench, BenchError, RunPlan};
+use crate::plan::RunPlan;
+use crate::traits::Bench;
 
 /// Below this frequency no device of this kind answers, and low coherence is no finding.
 pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
@@ -47,15 +49,15 @@ pub struct Characterisation {
 /// The drive that characterises the device on `bench`, and the set-up it goes through, where one is described.
 ///
 /// # Errors
-/// Those of [`excitation`]; [`BenchError::Impossible`] when the band reaches beyond half the rate of
+/// Those of [`excitation`]; [`ProcedureError::Impossible`] when the band reaches beyond half the rate of
 /// the acquisition, the recording would hold no segment, or the band no line of its spectrum.
 pub fn excite(
     bench: &mut Bench,
     config: &CharacteriseConfig,
-) -> Result<(Series<Drive>, Option<DriveSetup>), BenchError> {
+) -> Result<(Series<Drive>, Option<DriveSetup>), ProcedureError> {
     let setup = bench.player.calibrate()?;
     let acquisition = bench.acquirer.describe().rate;
-    let wrong = |expected: String, found: String, todo: &str| BenchError::Impossible {
+    let wrong = |expected: String, found: String, todo: &str| ProcedureError::Impossible {
         expected,
         found,
         todo: todo.into(),
@@ -118,22 +120,22 @@ pub fn excite(
 pub fn characterise(
     bench: &mut Bench,
     config: &CharacteriseConfig,
-    keep: Keep<'_>,
-) -> Result<Characterisation, BenchError> {
+    keeper: &mut dyn RunKeeper,
+) -> Result<Characterisation, ProcedureError> {
     let (drive, setup) = excite(bench, config)?;
-    let recording = play_and_record(bench, &drive, setup.as_ref(), &config.run, keep)?;
+    let recording = play_and_record(bench, &drive, setup.as_ref(), &config.run, keeper, None)?;
     transfer_of(recording, setup.as_ref(), config)
 }
 
 /// The transfer function that a recording of the drive gives, with all that it holds for.
 ///
 /// # Errors
-/// [`BenchError::Recording`] when it lacks a channel, [`BenchError::Transfer`] when nothing comes through.
+/// [`ProcedureError::Recording`] when it lacks a channel, [`ProcedureError::Transfer`] when nothing comes through.
 pub fn transfer_of(
     recording: Recording,
     setup: Option<&DriveSetup>,
     config: &CharacteriseConfig,
-) -> Result<Characterisation, BenchError> {
+) -> Result<Characterisation, ProcedureError> {
     let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL))?;
     let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
     let CharacteriseConfig {

@@ -3,18 +3,20 @@
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::device::DriveSetup;
+use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Band, Drive};
-use piezotact::recording::Recording;
+use piezotact::run::{Judged, RunCriterion};
 use piezotact::transfer::{BundleError, TransferFunction, farthest_apart_db, pooled};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
 use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
-    transfer_of,
+    RunKeeper, excite, play_and_record, transfer_of,
 };
-use crate::gate::{Breach, Gate, GateConfig, GateRoles};
-use crate::traits::{Bench, BenchError, Lying, RunPlan};
+use crate::error::ProcedureError;
+use crate::gate::{Gate, GateConfig, GateRoles, Refusal};
+use crate::plan::{Placement, RunPlan};
+use crate::traits::Bench;
 
 /// How often a device is characterised, and what every repeat must keep to.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +27,17 @@ pub struct RepeatConfig {
     pub attempts: usize,
     /// What it must keep to.
     pub gating: Gating,
+}
+
+impl RepeatConfig {
+    /// Which repeat and which attempt of `plan` the run called `label` is, both from 1; the first where it is none.
+    #[must_use]
+    pub fn attempt_of(&self, plan: &RunPlan, label: &str) -> (usize, usize) {
+        (1..=self.repeats.max(1))
+            .flat_map(|repeat| (1..=self.attempts.max(1)).map(move |attempt| (repeat, attempt)))
+            .find(|(repeat, attempt)| run_of(plan, "", *repeat, *attempt).label == label)
+            .unwrap_or((1, 1))
+    }
 }
 
 /// Whether measurements are judged while they run.
@@ -44,7 +57,7 @@ pub struct Refused {
     /// Which attempt at it, from 1.
     pub attempt: usize,
     /// Why.
-    pub breach: Breach,
+    pub refusal: Refusal,
 }
 
 impl fmt::Display for Refused {
@@ -52,11 +65,11 @@ impl fmt::Display for Refused {
         let Self {
             repeat,
             attempt,
-            breach,
+            refusal,
         } = self;
         write!(
             f,
-            "repeat {repeat}, attempt {attempt} was refused: {breach}"
+            "repeat {repeat}, attempt {attempt} was refused: {refusal}"
         )
     }
 }
@@ -74,94 +87,70 @@ pub struct Repeated {
     pub apart_db: Option<f64>,
 }
 
-/// One attempt at one repeat.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Attempt {
-    /// Which repeat, from 1.
-    pub repeat: usize,
-    /// Which attempt at it, from 1.
-    pub attempt: usize,
-    /// What is asked of the bench.
-    pub run: RunPlan,
-}
-
-/// What plays and records one attempt.
-pub type Measure<'a, E> =
-    &'a mut dyn FnMut(&mut Bench, &Attempt, Option<&mut Gate>) -> Result<Recording, E>;
-
 /// Characterises a device several times with the finger lying as it lies, asking for a measurement again whose force or
-/// coherence leaves what was agreed. `measure` plays and records one attempt and hands every chunk to the gate, when there
-/// is one, ending when that refuses; `told` hears of every refusal.
+/// coherence leaves what was agreed. The documents of every run go to `keeper`; `refused_one` hears of every refusal.
 ///
 /// # Errors
-/// [`BenchError::Refused`] when a repeat does not pass in as many attempts as it has; those of [`transfer_of`] and of
-/// `measure`.
-pub fn repeated<E: From<BenchError>>(
+/// [`ProcedureError::RepeatRefused`] when a repeat does not pass in as many attempts as it has; those of [`excite`],
+/// [`play_and_record`] and [`transfer_of`].
+pub fn repeated(
     bench: &mut Bench,
-    (config, setup): (&CharacteriseConfig, Option<&DriveSetup>),
+    config: &CharacteriseConfig,
     repeats: &RepeatConfig,
-    measure: Measure<'_, E>,
-    told: &mut dyn FnMut(&Refused),
-) -> Result<Repeated, E> {
-    let first_label = config.run.put_down_for().to_owned();
+    keeper: &mut dyn RunKeeper,
+    refused_one: &mut dyn FnMut(&Refused),
+) -> Result<Repeated, ProcedureError> {
+    let (drive, setup) = excite(bench, config)?;
+    let first_label = config.run.placed_for().to_owned();
     let band = judged_band(config);
     let (mut each, mut refused) = (Vec::<Characterisation>::new(), Vec::<Refused>::new());
     let (mut repeat, mut attempt) = (1, 1);
     while repeat <= repeats.repeats.max(1) {
-        let tried = Attempt {
-            repeat,
-            attempt,
-            run: run_of(&config.run, &first_label, repeat, attempt),
-        };
+        let run = run_of(&config.run, &first_label, repeat, attempt);
         let mut gate = match &repeats.gating {
             Gating::Open => None,
             Gating::Judged(gate) => Some(gate_of(bench, config, gate)?),
         };
-        let recording = measure(bench, &tried, gate.as_mut());
-        let mut breach = gate.as_mut().and_then(|gate| {
-            // A run that broke off for another reason is not the finger's fault.
-            if recording.is_ok() {
-                gate.finish();
+        let recorded = play_and_record(bench, &drive, setup.as_ref(), &run, keeper, gate.as_mut());
+        let refusal = match recorded {
+            Err(ProcedureError::Refused(refusal)) => refusal,
+            Err(error) => return Err(error),
+            Ok(recording) => {
+                let done = transfer_of(recording, setup.as_ref(), config)?;
+                let opposite = each
+                    .first()
+                    .filter(|_| repeats.gating != Gating::Open)
+                    .zip(band)
+                    .and_then(|(first, band)| opposite(&first.function, &done, band));
+                let Some(refusal) = opposite else {
+                    each.push(done);
+                    (repeat, attempt) = (repeat + 1, 1);
+                    continue;
+                };
+                refusal
             }
-            gate.breach().cloned()
-        });
-        if breach.is_none() {
-            let done = transfer_of(recording?, setup, config)?;
-            breach = each
-                .first()
-                .filter(|_| repeats.gating != Gating::Open)
-                .zip(band)
-                .and_then(|(first, band)| opposite(&first.function, &done.function, band));
-            if breach.is_none() {
-                each.push(done);
-                (repeat, attempt) = (repeat + 1, 1);
-                continue;
-            }
-        }
-        if let Some(breach) = breach {
-            let refusal = Refused {
+        };
+        let refusal = Refused {
+            repeat,
+            attempt,
+            refusal,
+        };
+        refused_one(&refusal);
+        if attempt >= repeats.attempts.max(1) {
+            return Err(ProcedureError::RepeatRefused {
                 repeat,
-                attempt,
-                breach,
-            };
-            told(&refusal);
-            if attempt >= repeats.attempts.max(1) {
-                return Err(BenchError::Refused {
-                    repeat,
-                    attempts: attempt,
-                    breach: refusal.breach,
-                }
-                .into());
-            }
-            refused.push(refusal);
-            attempt += 1;
+                attempts: attempt,
+                refusal: refusal.refusal,
+            });
         }
+        refused.push(refusal);
+        attempt += 1;
     }
     let functions: Vec<&TransferFunction<Drive, Acceleration>> =
         each.iter().map(|c| &c.function).collect();
     let mut function = pooled(&functions).map_err(|error| match error {
-        BundleError::Transfer(error) => BenchError::Transfer(error),
-        other => BenchError::Impossible {
+        BundleError::Transfer(error) => ProcedureError::Transfer(error),
+        other => ProcedureError::Impossible {
             expected: "repeats that go together".into(),
             found: other.to_string(),
             todo: "measure again".into(),
@@ -196,13 +185,13 @@ pub fn repeated<E: From<BenchError>>(
 const MOST_APART_DB: f64 = 1.0;
 
 /// The run of one attempt: the first keeps the plan's own label, so that one repeat is what a single run is.
-fn run_of(plan: &RunPlan, put_down_for: &str, repeat: usize, attempt: usize) -> RunPlan {
+fn run_of(plan: &RunPlan, placed_for: &str, repeat: usize, attempt: usize) -> RunPlan {
     if (repeat, attempt) == (1, 1) {
         return plan.clone();
     }
     RunPlan {
         label: format!("{}, repeat {repeat}, attempt {attempt}", plan.label),
-        lying: Lying::AsIn(put_down_for.into()),
+        placement: Placement::SameAs(placed_for.into()),
         ..plan.clone()
     }
 }
@@ -211,14 +200,14 @@ fn gate_of(
     bench: &Bench,
     config: &CharacteriseConfig,
     gate: &GateConfig,
-) -> Result<Gate, BenchError> {
+) -> Result<Gate, ProcedureError> {
     let description = bench.acquirer.describe();
     let place = |name: &str| {
         let found = description
             .channels
             .iter()
             .position(|(channel, _)| channel == name);
-        found.ok_or_else(|| BenchError::Impossible {
+        found.ok_or_else(|| ProcedureError::Impossible {
             expected: format!("a bench with a channel `{name}`"),
             found: description.name.clone(),
             todo: "turn the gate off".into(),
@@ -241,19 +230,32 @@ fn gate_of(
     )
 }
 
-/// The breach of a repeat that answers with the opposite sign of the first.
+/// Why a repeat that answers with the opposite sign of the first is refused.
 fn opposite(
     first: &TransferFunction<Drive, Acceleration>,
-    other: &TransferFunction<Drive, Acceleration>,
+    other: &Characterisation,
     band: Band,
-) -> Option<Breach> {
+) -> Option<Refusal> {
     let (mut shared, mut powers) = (0.0, [0.0; 2]);
     for (line, _) in first.lines_in(band) {
-        let (a, b) = (first.response()[line], other.response()[line]);
+        let (a, b) = (first.response()[line], other.function.response()[line]);
         shared += (a * b.conj()).re;
         powers[0] += a.norm_sqr();
         powers[1] += b.norm_sqr();
     }
     let correlation = shared / (powers[0] * powers[1]).sqrt();
-    (correlation < 0.0).then_some(Breach::Polarity { correlation })
+    let criterion = Criterion::new(
+        RunCriterion::Polarity,
+        "",
+        correlation,
+        None,
+        Limit::at_least(0.0),
+    );
+    (criterion.outcome == Outcome::NotMet).then(|| {
+        Refusal(Judged {
+            window_s: [0.0, other.recording.duration().0],
+            target_n: None,
+            criteria: vec![criterion],
+        })
+    })
 }

@@ -7,7 +7,7 @@ use super::findings::friction_of;
 use super::{Touched, named};
 use crate::ReplayError;
 use crate::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
-use piezotact_bench::BenchError;
+use piezotact_bench::ProcedureError;
 
 /// Mean PSDs in one frame.
 fn spectra<'a>(
@@ -215,7 +215,7 @@ fn strokes_of(sample: &Touched) -> Result<Vec<Figure>, ReplayError> {
     if let Some(stroke) = sample.active.segmentation.strokes.first() {
         let vibration = recording
             .series::<Acceleration>(None)
-            .map_err(BenchError::from)?;
+            .map_err(ProcedureError::from)?;
         let points = stroke.steady.of(vibration.samples()).iter().enumerate();
         figures.push(Figure {
             number: "29a",

@@ -17,7 +17,7 @@ use piezotact::series::Series;
 
 use super::measured::{Taken, run, take};
 use super::{Chapter, Replay, ReplayError, said_once};
-use piezotact_bench::BenchError;
+use piezotact_bench::ProcedureError;
 use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, Relief, TriboAir};
 
 /// Speeds of passive touch, m/s.
@@ -154,7 +154,7 @@ fn strokes_joined(
     const SHOWN_S: f64 = 3.0;
     let vibration = recording
         .series::<Acceleration>(None)
-        .map_err(BenchError::from)?;
+        .map_err(ProcedureError::from)?;
     let joined = taken
         .segmentation
         .strokes

@@ -18,9 +18,9 @@ use crate::claims::{Finding, Holds, least, most};
 use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
 use crate::rendering::{characterised, device, resting};
 use crate::{Chapter, Replay, ReplayError, said_once};
-use piezotact_bench::BenchError;
+use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::record;
-use piezotact_bench::{Lying, RunPlan};
+use piezotact_bench::{Placement, RunPlan, Until};
 use piezotact_twin::{Participant, ShakerBench, ShakerExcitation, ShakerMount};
 
 const LOADS_N: [f64; 3] = [0.2, 0.4, 0.6];
@@ -82,7 +82,8 @@ impl Asked {
         }
         RunPlan {
             label: format!("{first} repeat {}", self.repeat),
-            lying: Lying::AsIn(first),
+            placement: Placement::SameAs(first),
+            until: Until::Stopped,
             ..run
         }
     }
@@ -194,12 +195,13 @@ fn h1<I: Quantity>(
 ) -> Result<TransferFunction<I, Acceleration>, ReplayError> {
     let from = recording
         .series::<I>(Some(input))
-        .map_err(BenchError::from)?;
+        .map_err(ProcedureError::from)?;
     let to = recording
         .series::<Acceleration>(Some("acceleration"))
-        .map_err(BenchError::from)?;
+        .map_err(ProcedureError::from)?;
     let config = WelchConfig::hann(SEGMENT);
-    let mut function = estimate(&from, &to, &config, Estimator::H1).map_err(BenchError::from)?;
+    let mut function =
+        estimate(&from, &to, &config, Estimator::H1).map_err(ProcedureError::from)?;
     function.condition = recording.condition.clone();
     Ok(function)
 }

@@ -26,7 +26,7 @@ use super::sensors::{Accelerometer, ChargeCell, HeldForce, SlowHand};
 use super::session::{CALIBRATION, CHUNK, Session, Stretches, Touching};
 use super::varying::VaryingResponse;
 use piezotact_bench::random::Random;
-use piezotact_bench::{Acquire, BenchError, Chunk, RunPlan};
+use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
 /// What the accelerometer is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,7 +117,7 @@ impl ShakerBench {
                         &self.twin,
                         self.participant.number,
                         self.participant.seed,
-                        &format!("shaker {}", run.put_down_for()),
+                        &format!("shaker {}", run.placed_for()),
                     ),
                     angle_deg: run.angle.0,
                 },
@@ -138,14 +138,14 @@ impl ShakerBench {
         ChargeCell::new(p.force_noise_n, drift_n, p.drift_s, random)
     }
 
-    fn possible(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn possible(&self, run: &RunPlan) -> Result<(), DeviceError> {
         match (self.mount, run.load) {
             (ShakerMount::Finger, _) => {
                 load_possible(run)?;
                 within("an angle in degrees", run.angle.0, ANGLES_DEG)?;
             }
             (ShakerMount::Plate, Some(load)) => {
-                return Err(BenchError::Impossible {
+                return Err(DeviceError::Impossible {
                     expected: "no load, as nobody touches the plate".into(),
                     found: load.to_string(),
                     todo: "leave it out, or mount the finger".into(),
@@ -165,7 +165,7 @@ impl ShakerBench {
         let (width_hz, least_hz) = (band.high().0 - band.low().0, 2.0 * BandNoise::RESOLUTION_HZ);
         let nyquist_hz = RATE_HZ / 2.0;
         if band.high().0 >= nyquist_hz || width_hz < least_hz {
-            return Err(BenchError::Impossible {
+            return Err(DeviceError::Impossible {
                 expected: format!(
                     "a band below {nyquist_hz} Hz, half the rate of the acquisition, and at least {least_hz:.1} Hz wide"
                 ),
@@ -252,7 +252,7 @@ impl Run {
     }
 
     /// The next `count` samples, or as many as there are; `None` at the end.
-    fn take(&mut self, count: usize) -> Option<Chunk> {
+    fn take(&mut self, count: usize) -> Option<Vec<Vec<f64>>> {
         let count = count.min(self.samples - self.at);
         if count == 0 {
             return None;
@@ -270,21 +270,19 @@ impl Run {
             })
             .collect();
         let acceleration = self.acceleration.take(count).into_iter();
-        let chunk = Chunk {
-            channels: vec![
-                self.drive_v.drain(..count).collect(),
-                force,
-                acceleration.map(|a| self.accelerometer.read(a)).collect(),
-            ],
-        };
+        let channels = vec![
+            self.drive_v.drain(..count).collect(),
+            force,
+            acceleration.map(|a| self.accelerometer.read(a)).collect(),
+        ];
         self.at += count;
-        Some(chunk)
+        Some(channels)
     }
 }
 
 impl Stretches for Run {
     fn next(&mut self) -> Option<Vec<Vec<f64>>> {
-        Some(self.take(CHUNK)?.channels)
+        self.take(CHUNK)
     }
 }
 
@@ -325,7 +323,7 @@ impl Touching for ShakerBench {
         vec![self.twin.provenance()]
     }
 
-    fn check(&self, run: &RunPlan) -> Result<(), BenchError> {
+    fn check(&self, run: &RunPlan) -> Result<(), DeviceError> {
         self.possible(run)
     }
 

@@ -11,7 +11,7 @@ use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use super::*;
 use crate::Finger;
-use piezotact_bench::Lying;
+use piezotact_bench::{Placement, StopHandle, Until};
 
 const DRIVE: usize = 0;
 const FORCE: usize = 1;
@@ -22,7 +22,8 @@ fn plan(label: &str, load_n: f64) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(load_n)),
         angle: Degrees(20.0),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::Stopped,
     }
 }
 
@@ -50,7 +51,7 @@ fn bench(participant: u64, mount: ShakerMount, seconds: f64) -> ShakerBench {
 }
 
 fn acquire(acquirer: &mut dyn Acquire, plan: &RunPlan) -> Vec<Vec<f64>> {
-    acquirer.ready(plan).unwrap();
+    acquirer.ready(plan, &StopHandle::new()).unwrap();
     acquirer.start().unwrap();
     let mut channels = vec![Vec::new(); 3];
     while let Some(chunk) = acquirer.wait().unwrap() {
@@ -263,7 +264,7 @@ fn one_seed_one_recording_whatever_comes_between() {
     let mut other = bench(2, ShakerMount::Finger, 2.0).into_acquirer();
     let then_b = acquire(other.as_mut(), &b);
     // A run that is broken off leaves no trace.
-    other.ready(&b).unwrap();
+    other.ready(&b, &StopHandle::new()).unwrap();
     other.start().unwrap();
     other.wait().unwrap();
     other.stop();
@@ -303,7 +304,8 @@ fn a_finger_that_stays_lies_as_it_lay() {
     let bench = || bench(2, ShakerMount::Finger, 2.0);
     let anew = |label: &str| plan(label, 0.2);
     let kept = |label: &str| RunPlan {
-        lying: Lying::AsIn("first".into()),
+        placement: Placement::SameAs("first".into()),
+        until: Until::Stopped,
         ..anew(label)
     };
     let level_db = |plan: &RunPlan| db(bench().loaded(plan).acceleration_per_newton(150.0, 0.2));
@@ -352,20 +354,20 @@ fn it_says_what_it_is() {
 #[test]
 fn steps_out_of_order_are_refused() {
     let mut acquirer = bench(1, ShakerMount::Finger, 1.0).into_acquirer();
-    assert!(matches!(acquirer.start(), Err(BenchError::Order { .. })));
-    acquirer.ready(&plan("x", 0.2)).unwrap();
-    assert!(matches!(acquirer.wait(), Err(BenchError::Order { .. })));
+    assert!(matches!(acquirer.start(), Err(DeviceError::Order { .. })));
+    acquirer.ready(&plan("x", 0.2), &StopHandle::new()).unwrap();
+    assert!(matches!(acquirer.wait(), Err(DeviceError::Order { .. })));
     acquirer.start().unwrap();
     acquirer.stop();
-    assert!(matches!(acquirer.wait(), Err(BenchError::Order { .. })));
+    assert!(matches!(acquirer.wait(), Err(DeviceError::Order { .. })));
 }
 
 #[test]
 fn what_cannot_be_is_refused_with_what_can() {
     let check = |bench: ShakerBench, plan: &RunPlan, says: &str| {
-        let refused = bench.into_acquirer().ready(plan);
+        let refused = bench.into_acquirer().ready(plan, &StopHandle::new());
         assert!(
-            matches!(refused, Err(BenchError::Impossible { .. })),
+            matches!(refused, Err(DeviceError::Impossible { .. })),
             "{says}: {refused:?}"
         );
         let text = refused.unwrap_err().to_string();

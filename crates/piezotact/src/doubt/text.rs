@@ -500,6 +500,7 @@ impl fmt::Display for Doubt {
             Self::Signal(doubt) => doubt.fmt(f),
             Self::Force(doubt) => fmt::Display::fmt(doubt, f),
             Self::Rehearsal(doubt) => fmt::Display::fmt(doubt, f),
+            Self::Run(doubt) => fmt::Display::fmt(doubt, f),
             Self::Discrimination(doubt) => doubt.fmt(f),
         }
     }

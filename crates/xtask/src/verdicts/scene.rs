@@ -9,11 +9,12 @@ use piezotact::device::AmplifierGain;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
+use piezotact::run::Discard;
 use piezotact::series::{Series, rms};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise};
-use piezotact_bench::{Excitation, ExcitationConfig, Lying, RunPlan};
+use piezotact_bench::{Excitation, ExcitationConfig, RunPlan, Until};
 use piezotact_twin::{
     OutputStage, Participant, Placement, TwinBench, TwinParameters, record_texture,
 };
@@ -184,11 +185,12 @@ impl Device {
                 label: "characterise".into(),
                 load: Some(Newtons(LOAD_N)),
                 angle: Degrees(ANGLE_DEG),
-                lying: Lying::Anew,
+                placement: piezotact_bench::Placement::New,
+                until: Until::PlaybackEnded,
             },
         };
         let mut bench = TwinBench::new(&parameters, person.clone(), AmplifierGain::B3).into_bench();
-        let measured = characterise(&mut bench, &config, &mut |_| Ok(()))?.function;
+        let measured = characterise(&mut bench, &config, &mut Discard)?.function;
         let mut device = Self {
             person,
             parameters,

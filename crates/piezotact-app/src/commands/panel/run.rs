@@ -5,11 +5,11 @@ use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Distortion, Estimator};
-use piezotact_bench::procedure::{
-    CharacteriseConfig, Gating, RepeatConfig, excite, play_and_record, repeated,
+use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excite, repeated};
+use piezotact_bench::{
+    Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_bench::{Bench, BenchError, ExcitationConfig, GateConfig, Lying, RunPlan};
-use piezotact_dataset::{Adopted, PanelFolder, TransferDocument};
+use piezotact_dataset::{Adopted, PanelFolder, RunFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
@@ -18,7 +18,11 @@ use crate::cli::panel::Run;
 use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
+use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{print, print_json, progress, say};
+
+/// The folder of the raw recordings in that of a panel.
+const RAW: &str = "raw";
 
 /// A participant with what is to be measured.
 struct Person {
@@ -53,7 +57,8 @@ pub(crate) fn run(args: &Run) -> Outcome {
             all.len()
         ));
     }
-    let mut measured = 0;
+    let raw = RunFolder::new(&args.out.join(RAW));
+    let (mut measured, mut reused) = (0, 0);
     for person in &people {
         let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();
         let Some(first) = open.first() else {
@@ -62,6 +67,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         let what = format!("{} ({measured} of {left} measured)", first.participant);
         let bar = progress(&what, Seconds(args.seconds * open.len() as f64));
         let mut bench = bench_of(args, person.number)?;
+        let mut keeper = Keeper::new(Place::Continued(raw.clone()), Shown::Together(&bar));
         let mut done = || -> Outcome {
             for filing in &open {
                 measure(
@@ -70,9 +76,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
                     &gating,
                     filing,
                     &mut folder,
-                    &mut |seconds| {
-                        bar.inc((seconds * 10.0).round() as u64);
-                    },
+                    &mut keeper,
                 )?;
                 measured += 1;
             }
@@ -80,7 +84,17 @@ pub(crate) fn run(args: &Run) -> Outcome {
         };
         let outcome = done();
         bar.finish_and_clear();
+        reused += keeper.reused;
         outcome?;
+    }
+    if reused > 0 {
+        say(&format!(
+            "{reused} of them were recorded before the command was interrupted: taken from {}",
+            raw.path().display()
+        ));
+    }
+    if args.discard_raw {
+        raw.discard()?;
     }
     if args.json {
         return print_json(&json!({
@@ -141,7 +155,9 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
             if people.is_empty() {
                 let probe = config(args, &filings[filings.len() - 1]);
                 excite(&mut bench, &probe).map_err(bench_failure)?;
-                bench.acquirer.ready(&probe.run).map_err(bench_failure)?;
+                let stop = bench.stop.clone();
+                let ready = bench.acquirer.ready(&probe.run, &stop);
+                ready.map_err(bench_failure)?;
                 bench.acquirer.stop();
             }
         }
@@ -181,16 +197,16 @@ fn bench_of(args: &Run, participant: u64) -> Outcome<Bench> {
     spec.map_err(bench_failure)?.open()
 }
 
-/// How one measurement is made: the finger is put down for the first repeat of a placement and left there.
+/// How one measurement is made: the finger is placed for the first repeat of a placement and left there.
 fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
     let Cell { load_n, angle_deg } = filing.cell;
     let first = format!(
         "panel {} {} placement {}",
         angle_deg.0, load_n.0, filing.placement
     );
-    let (label, lying) = match filing.repeat {
-        1 => (first, Lying::Anew),
-        repeat => (format!("{first} repeat {repeat}"), Lying::AsIn(first)),
+    let (label, placement) = match filing.repeat {
+        1 => (first, Placement::New),
+        repeat => (format!("{first} repeat {repeat}"), Placement::SameAs(first)),
     };
     CharacteriseConfig {
         excitation: ExcitationConfig {
@@ -206,7 +222,8 @@ fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
             label,
             load: Some(load_n),
             angle: angle_deg,
-            lying,
+            placement,
+            until: Until::PlaybackEnded,
         },
     }
 }
@@ -218,36 +235,23 @@ fn measure(
     gating: &Gating,
     filing: &Filing,
     folder: &mut PanelFolder,
-    went_on: &mut dyn FnMut(f64),
+    keeper: &mut Keeper<'_>,
 ) -> Outcome {
-    let rate = bench.acquirer.describe().rate;
-    let config = config(args, filing);
-    let (drive, setup) = excite(bench, &config).map_err(bench_failure)?;
     let once = RepeatConfig {
         repeats: 1,
         attempts: usize::from(args.gate.attempts),
         gating: gating.clone(),
     };
-    let done = repeated(
-        bench,
-        (&config, setup.as_ref()),
-        &once,
-        &mut |bench, attempt, mut gate| {
-            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |chunk| {
-                let frames = chunk.channels.first().map_or(0, Vec::len);
-                went_on(frames as f64 / rate.hz());
-                match gate.as_deref_mut() {
-                    Some(gate) => gate.admit(chunk).map_err(Into::into),
-                    None => Ok(()),
-                }
-            })
-        },
-        &mut |refused| say(&format!("{filing}: {refused}")),
-    )
+    let config = config(args, filing);
+    let done = repeated(bench, &config, &once, keeper, &mut |refused| {
+        say(&format!("{filing}: {refused}"));
+    })
     .map_err(|error| match error {
-        BenchError::Refused { .. } => Failure::Data(anyhow!(
-            "{filing}: {error}; what was measured before is kept, go on with the same command"
-        )),
+        ProcedureError::RepeatRefused { .. } | ProcedureError::Stopped { .. } => {
+            Failure::Data(anyhow!(
+                "{filing}: {error}; what was measured before is kept, go on with the same command"
+            ))
+        }
         other => bench_failure(other),
     })?;
     let each: Vec<Distortion> = done

@@ -5,18 +5,19 @@ use std::path::Path;
 use crate::benches::BenchSpec;
 use piezotact::correct::{CorrectConfig, Mode};
 use piezotact::quantity::Acceleration;
+use piezotact::run::RunStart;
 use piezotact::series::Series;
-use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, RunStart, closed_loop};
-use piezotact_bench::{BenchError, GateConfig};
+use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
+use piezotact_bench::{GateConfig, ProcedureError};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument};
 use serde_json::{Value, json};
 
 use super::Asked;
 use crate::cli::ModeName;
-use crate::commands::play::start_document;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome};
+use crate::keeping::{Keeper, Place, Shown};
 use crate::output::say;
 
 /// How often a loop corrects unless it is stated.
@@ -29,7 +30,7 @@ pub(super) struct Corrected {
 
 /// Why nothing was corrected.
 pub(super) enum Error {
-    Bench(BenchError),
+    Bench(ProcedureError),
     Failure(Failure),
 }
 
@@ -72,8 +73,23 @@ pub(super) fn run(
             came(iteration)
         ));
     };
-    let looped = closed_loop(&mut bench, target, asked.function, &loop_config, &mut told)
-        .map_err(Error::Bench)?;
+    let folder = asked.runs.clone();
+    let mut keeper = Keeper::new(Place::Continued(folder), Shown::Nothing);
+    let looped = closed_loop(
+        &mut bench,
+        target,
+        asked.function,
+        &loop_config,
+        &mut keeper,
+        &mut told,
+    )
+    .map_err(Error::Bench)?;
+    if keeper.reused > 0 {
+        say(&format!(
+            "{} measurements were taken from the interrupted command",
+            keeper.reused
+        ));
+    }
     say(&format!(
         "closed loop: {}; {:.2} dB rms open, {:.2} dB rms kept (iteration {}, {}); {}",
         looped.kept,
@@ -145,12 +161,18 @@ impl Corrected {
         let start = StartDocument {
             setup: rendering.setup.clone(),
             rendering: Some(rendering),
-            ..start_document(RunStart {
-                rate: recording.rate(),
-                channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
-                condition: recording.condition.clone(),
-                provenance: recording.provenance.clone(),
-            })
+            ..StartDocument::of(
+                &RunStart {
+                    label: "render".into(),
+                    rate_hz: recording.rate(),
+                    channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
+                    condition: recording.condition.clone(),
+                    provenance: recording.provenance.clone(),
+                    setup: None,
+                    drive: None,
+                },
+                None,
+            )
         };
         let mut journal = JournalWriter::create(path, start)?;
         let samples: Vec<Vec<f64>> = recording

@@ -14,15 +14,16 @@ use piezotact::render::{
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact_bench::BenchError;
+use piezotact_bench::ProcedureError;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, journal_path, read_transfer};
+use piezotact_dataset::{ReadOptions, RunFolder, journal_path, read_transfer};
 use serde_json::{Value, json};
 
 use super::{bench_failure, inspected, outputs, rate_option, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
+use crate::keeping::{self, Raw, continued, runs_of};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
 use crate::report::{self, name};
 use looped::Corrected;
@@ -64,6 +65,15 @@ pub(crate) fn run(args: &Render) -> Outcome {
         if let Some(path) = &args.report {
             write_text(path, &page.html())?;
         }
+    }
+    // All of them only now: a batch that is interrupted goes on with what it has.
+    let raw = if args.discard_raw {
+        Raw::Discarded
+    } else {
+        Raw::Kept
+    };
+    for job in jobs.iter().filter(|_| args.mode.is_some()) {
+        keeping::done(&job.out, raw)?;
     }
     if args.json {
         match done.as_slice() {
@@ -235,6 +245,10 @@ impl Job<'_> {
             job: self,
             function: &function,
             config: &config,
+            runs: match args.mode {
+                Some(_) => continued(&self.out)?,
+                None => RunFolder::new(&runs_of(&self.out)),
+            },
         };
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
@@ -315,6 +329,8 @@ struct Asked<'a> {
     job: &'a Job<'a>,
     function: &'a TransferFunction<Drive, Acceleration>,
     config: &'a RenderConfig,
+    /// Where the measurements of a closed loop are kept.
+    runs: RunFolder,
 }
 
 /// A rendering that was refused before anything played.
@@ -348,7 +364,7 @@ impl Asked<'_> {
             };
         };
         let corrected = looped::run(self, &target, (mode, bench)).map_err(|error| match error {
-            looped::Error::Bench(BenchError::Render(error)) => {
+            looped::Error::Bench(ProcedureError::Render(error)) => {
                 self.refused(&target, level_db, error)
             }
             looped::Error::Bench(other) => bench_failure(other).into(),

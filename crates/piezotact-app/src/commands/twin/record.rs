@@ -4,10 +4,11 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
+use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact::series::peak;
-use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce};
-use piezotact_bench::{Acquire, Chunk, Lying, RunPlan};
-use piezotact_dataset::JournalWriter;
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
+use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
+use piezotact_dataset::JournalSink;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_twin::{
@@ -19,9 +20,9 @@ use serde_json::json;
 use super::has_ending;
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
-use crate::commands::play::start_document;
 use crate::commands::{bench_failure, outputs, recording_files};
 use crate::failure::{Outcome, usage};
+use crate::keeping::stopped_by_interrupt;
 use crate::output::{print, print_json, say};
 
 /// What is usual unless it is stated.
@@ -56,21 +57,24 @@ pub(crate) fn run(args: &Record) -> Outcome {
             TouchBench::Shaker => SHAKER_ANGLE_DEG,
             TouchBench::Acttouch | TouchBench::Triboair => parameters.hand.angle_deg,
         })),
-        lying: Lying::Anew,
+        placement: Placement::New,
+        until: Until::Stopped,
     };
     // Refused before a file is begun.
-    acquirer.ready(&run).map_err(bench_failure)?;
+    let stop = StopHandle::new();
+    acquirer.ready(&run, &stop).map_err(bench_failure)?;
     acquirer.stop();
+    stopped_by_interrupt(&stop);
     let (start, samples) = if wav {
-        sound(acquirer.as_mut(), &run, &args.out)?
+        sound(acquirer.as_mut(), &run, &args.out, &stop)?
     } else {
-        journal(acquirer.as_mut(), &run, &args.out)?
+        journal(acquirer.as_mut(), &run, &args.out, &stop)?
     };
-    let duration = start.rate.duration_of(samples);
+    let duration = start.rate_hz.duration_of(samples);
     if args.json {
         return print_json(&json!({
             "record": args.out,
-            "rate_hz": start.rate,
+            "rate_hz": start.rate_hz,
             "duration_s": duration,
             "channels": start.channels,
             "condition": start.condition,
@@ -173,36 +177,55 @@ fn only_where_they_count(args: &Record) -> Outcome {
 }
 
 /// Records into a Parquet file, chunk by chunk.
-fn journal(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
-    let mut journal = JournalWriter::create(out, start_document(announce(acquirer, run)))?;
-    let mut samples = 0;
-    let done = acquire(acquirer, run, &mut |chunk: &Chunk| {
-        samples += chunk.channels.first().map_or(0, Vec::len);
-        journal.append(&chunk.channels).map_err(Into::into)
-    })
-    .map_err(bench_failure)?;
-    if let Some(kept) = journal.finish(done.provenance.clone(), Vec::new())? {
+fn journal(
+    acquirer: &mut dyn Acquire,
+    run: &RunPlan,
+    out: &Path,
+    stop: &StopHandle,
+) -> Outcome<(RunStart, usize)> {
+    let mut sink = JournalSink::new(out, None);
+    let done = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
+    for moved in sink.moved() {
         say(&format!(
             "the recording of that name that was there is kept as {}",
-            kept.display()
+            moved.display()
         ));
     }
-    Ok((done, samples))
+    Ok(done)
+}
+
+/// The samples of one channel of a run.
+struct OneChannel {
+    channel: usize,
+    samples: Vec<f64>,
+}
+
+impl Sink for OneChannel {
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        if let RunDocument::Chunk(chunk) = document {
+            self.samples.extend(&chunk.channels[self.channel]);
+        }
+        Ok(None)
+    }
 }
 
 /// Records the nail's acceleration as sound, as loud as fits.
-fn sound(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunStart, usize)> {
+fn sound(
+    acquirer: &mut dyn Acquire,
+    run: &RunPlan,
+    out: &Path,
+    stop: &StopHandle,
+) -> Outcome<(RunStart, usize)> {
     let channels = acquirer.describe().channels;
     let nail = channels
         .iter()
         .position(|(name, _)| name == ACCELERATION_CHANNEL);
-    let nail = nail.unwrap_or_default();
-    let mut vibration: Vec<f64> = Vec::new();
-    let start = acquire(acquirer, run, &mut |chunk: &Chunk| {
-        vibration.extend(&chunk.channels[nail]);
-        Ok(())
-    })
-    .map_err(bench_failure)?;
+    let mut sink = OneChannel {
+        channel: nail.unwrap_or_default(),
+        samples: Vec::new(),
+    };
+    let (start, _) = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
+    let mut vibration = sink.samples;
     let loudest = peak(&vibration).max(f64::MIN_POSITIVE);
     for sample in &mut vibration {
         *sample /= loudest;
@@ -217,7 +240,7 @@ fn sound(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunS
         provenance: start.provenance.clone(),
         rendering: None,
     };
-    let rate_hz = start.rate.hz().round() as u32;
+    let rate_hz = start.rate_hz.hz().round() as u32;
     write_wav_with_sidecar(out, &[&vibration], rate_hz, SampleFormat::Float32, &sidecar)?;
     Ok((start, vibration.len()))
 }

@@ -10,8 +10,10 @@ use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::verify::{Clipping, clipping};
 
 use super::{LoopConfig, Mishap, impossible};
-use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, Keep, play_and_record};
-use crate::traits::{Bench, BenchError, Lying, RunPlan};
+use crate::error::ProcedureError;
+use crate::plan::{Placement, RunPlan};
+use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record};
+use crate::traits::Bench;
 
 /// How long the noise is listened to before anything is played, s.
 const SILENCE_S: f64 = 4.0;
@@ -35,12 +37,12 @@ pub(super) struct Felt {
 
 /// Why a measurement does not count.
 pub(super) enum Broken {
-    Bench(BenchError),
+    Bench(ProcedureError),
     Unbelievable(Mishap),
 }
 
-impl From<BenchError> for Broken {
-    fn from(error: BenchError) -> Self {
+impl From<ProcedureError> for Broken {
+    fn from(error: ProcedureError) -> Self {
         Self::Bench(error)
     }
 }
@@ -68,6 +70,8 @@ impl std::fmt::Display for Broken {
 /// What measures: a bench with a finger on it, and what is known of both.
 pub(super) struct Listener<'a> {
     pub(super) bench: &'a mut Bench,
+    /// Where every run is kept.
+    pub(super) keeper: &'a mut dyn RunKeeper,
     pub(super) config: &'a LoopConfig,
     /// The device that drives are made for.
     pub(super) setup: Option<DriveSetup>,
@@ -82,7 +86,7 @@ pub(super) fn brought_to(
     response: &Series<Acceleration>,
     rate: SampleRate,
     config: &LoopConfig,
-) -> Result<Series<Acceleration>, BenchError> {
+) -> Result<Series<Acceleration>, ProcedureError> {
     let inverse = &config.render.inverse;
     let lower = response.rate().nyquist().0.min(rate.nyquist().0);
     let passband = Hertz((inverse.band.high().0 * (1.0 + inverse.edge_ratio)).min(0.995 * lower));
@@ -95,7 +99,7 @@ impl Listener<'_> {
         let run = &self.config.run;
         RunPlan {
             label: format!("{}, {label}", run.label),
-            lying: Lying::AsIn(run.put_down_for().into()),
+            placement: Placement::SameAs(run.placed_for().into()),
             ..run.clone()
         }
     }
@@ -104,15 +108,18 @@ impl Listener<'_> {
         &mut self,
         drive: &Series<Drive>,
         label: &str,
-    ) -> Result<(Recording, Series<Acceleration>), BenchError> {
+    ) -> Result<(Recording, Series<Acceleration>), ProcedureError> {
         let run = self.run(label);
-        let keep: Keep<'_> = &mut |_| Ok(());
-        let recording = play_and_record(self.bench, drive, self.setup.as_ref(), &run, keep)?;
+        let setup = self.setup.as_ref();
+        let recording = play_and_record(self.bench, drive, setup, &run, self.keeper, None)?;
         let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
         Ok((recording, response))
     }
 
-    fn at_rate(&self, response: &Series<Acceleration>) -> Result<Series<Acceleration>, BenchError> {
+    fn at_rate(
+        &self,
+        response: &Series<Acceleration>,
+    ) -> Result<Series<Acceleration>, ProcedureError> {
         brought_to(response, self.rate, self.config)
     }
 
@@ -120,7 +127,7 @@ impl Listener<'_> {
     pub(super) fn listen(
         &mut self,
         welch: &WelchConfig,
-    ) -> Result<&Spectrum<Acceleration>, BenchError> {
+    ) -> Result<&Spectrum<Acceleration>, ProcedureError> {
         let rate = self.bench.player.describe().rate;
         let silence = Series::<Drive>::new(vec![0.0; rate.samples_in(Seconds(SILENCE_S))], rate)?;
         let mut attempt = 1;
@@ -131,7 +138,7 @@ impl Listener<'_> {
             match self.undisturbed(&recording, &clipping) {
                 Ok(()) => break self.at_rate(&response)?,
                 Err(why) if attempt >= ATTEMPTS => {
-                    return Err(BenchError::Broken(format!(
+                    return Err(ProcedureError::Broken(format!(
                         "while the noise was listened to, {why}"
                     )));
                 }

@@ -20,7 +20,10 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 
-use crate::traits::{Bench, BenchError, RunPlan};
+use super::RunKeeper;
+use crate::error::ProcedureError;
+use crate::plan::RunPlan;
+use crate::traits::Bench;
 use measured::{Broken, Felt, Listener, brought_to};
 pub use outcome::{Closeness, Gain, GainIn, Kept, LoopEnd, Mishap};
 
@@ -110,16 +113,17 @@ const UNLIKE: f64 = 0.98;
 /// closer than the open loop beyond their spread, else the open loop is. It never plays what the device cannot, and works at the lower rate of target and bench.
 ///
 /// # Errors
-/// [`BenchError::Render`] when the first drive does not fit the device (with the level that does) or the target cannot be
-/// rendered; [`BenchError::Broken`] when the first measurement already cannot be believed; whatever the bench returns before
+/// [`ProcedureError::Render`] when the first drive does not fit the device (with the level that does) or the target cannot be
+/// rendered; [`ProcedureError::Broken`] when the first measurement already cannot be believed; whatever the bench returns before
 /// there is a drive to keep.
 pub fn closed_loop(
     bench: &mut Bench,
     target: &Series<Acceleration>,
     function: &TransferFunction<Drive, Acceleration>,
     config: &LoopConfig,
-    told: &mut dyn FnMut(&Iteration),
-) -> Result<Looped, BenchError> {
+    keeper: &mut dyn RunKeeper,
+    judged_one: &mut dyn FnMut(&Iteration),
+) -> Result<Looped, ProcedureError> {
     let recorded = target;
     let (target, converted) = at_a_common_rate(target, bench, config)?;
     let mut first = opened(&target, function, config)?;
@@ -154,6 +158,7 @@ pub fn closed_loop(
     }
     let mut listener = Listener {
         bench,
+        keeper,
         config,
         setup: function.drive.clone(),
         rate: target.rate(),
@@ -186,7 +191,7 @@ pub fn closed_loop(
                 break;
             }
             Err(Broken::Bench(error)) => return Err(error),
-            Err(Broken::Unbelievable(why)) => return Err(BenchError::Broken(why.to_string())),
+            Err(Broken::Unbelievable(why)) => return Err(ProcedureError::Broken(why.to_string())),
         };
         let heard = [first.response, second.response.clone()];
         let measured =
@@ -221,7 +226,7 @@ pub fn closed_loop(
                 }
             }
         }
-        told(&course.iterations[number]);
+        judged_one(&course.iterations[number]);
         if course.end != LoopEnd::Done {
             break;
         }
@@ -234,7 +239,7 @@ pub fn closed_loop(
         ..
     } = course
     else {
-        return Err(BenchError::Broken("no drive could be judged".into()));
+        return Err(ProcedureError::Broken("no drive could be judged".into()));
     };
     let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
         let label = format!("iteration {}, once more", drive.number);
@@ -459,8 +464,8 @@ impl Fit {
     }
 }
 
-fn impossible(expected: &str, error: &dyn fmt::Display) -> BenchError {
-    BenchError::Impossible {
+fn impossible(expected: &str, error: &dyn fmt::Display) -> ProcedureError {
+    ProcedureError::Impossible {
         expected: expected.into(),
         found: error.to_string(),
         todo: "check rates, lengths and bands of target and bench".into(),
@@ -472,7 +477,7 @@ fn at_a_common_rate(
     target: &Series<Acceleration>,
     bench: &Bench,
     config: &LoopConfig,
-) -> Result<(Series<Acceleration>, Option<Doubt>), BenchError> {
+) -> Result<(Series<Acceleration>, Option<Doubt>), ProcedureError> {
     let (from, to) = (target.rate(), bench.acquirer.describe().rate);
     if from.hz() <= to.hz() {
         return Ok((target.clone(), None));

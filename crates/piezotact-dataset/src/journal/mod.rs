@@ -1,21 +1,21 @@
 //! Our own recording format: Parquet, written through a journal so that a crash loses at most the last
 //! second.
 //!
-//! While a recording runs, `NAME.part` grows beside its place: an Arrow IPC stream whose schema carries the
-//! start document, with one batch for every chunk, on the disk before the next one is taken. When the
-//! recording ends, the journal becomes `NAME`, a Parquet file with the start and the end document in its
-//! metadata, written whole or not at all; then the journal goes. A journal without a Parquet file is a
+//! While a recording runs, `NAME.part` grows beside its place: the documents of the run as blocks with a checksum each, on
+//! the disk before the next one is taken. When the recording ends, the journal becomes `NAME`, a Parquet file with the start and the
+//! end document in its metadata, written whole or not at all; then the journal goes. A journal without a Parquet file is a
 //! recording that was interrupted, and is read as one.
 
+mod frames;
+mod read;
+mod sink;
+mod writer;
+
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_ipc::reader::StreamReader;
-use arrow_ipc::writer::StreamWriter;
+use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
@@ -24,12 +24,17 @@ use parquet::file::properties::WriterProperties;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Checksum, Condition, Provenance};
+use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 
-use crate::atomic::{sync_folder, write_atomically};
+use crate::atomic::write_atomically;
 use crate::error::WriteError;
 use crate::sidecar::Rendering;
+
+pub(crate) use read::{is_journal, read_run_journal};
+pub use sink::{JournalSink, RunFolder};
+pub use writer::JournalWriter;
 
 pub(crate) const START_KEY: &str = "piezotact.start";
 pub(crate) const END_KEY: &str = "piezotact.end";
@@ -57,11 +62,33 @@ pub struct StartDocument {
     /// How the drive that is played was made, when it was rendered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rendering: Option<Rendering>,
+    /// What the run is for; absent in files of before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// The checksum of the drive that is played.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Checksum>,
 }
 
 impl StartDocument {
     /// The version that this program writes.
     pub const FORMAT: u32 = 1;
+
+    /// What is kept of the start of a run.
+    #[must_use]
+    pub fn of(start: &RunStart, rendering: Option<Rendering>) -> Self {
+        Self {
+            format: Self::FORMAT,
+            rate_hz: start.rate_hz,
+            channels: start.channels.clone(),
+            condition: start.condition.clone(),
+            provenance: start.provenance.clone(),
+            setup: start.setup.clone(),
+            rendering,
+            label: Some(start.label.clone()),
+            drive: start.drive,
+        }
+    }
 }
 
 /// What is known after the last sample.
@@ -79,6 +106,9 @@ pub struct EndDocument {
     /// What came up while recording.
     #[serde(default)]
     pub doubts: Vec<Doubt>,
+    /// How the run ended; absent in files of before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended: Option<Ended>,
 }
 
 /// The fingerprint of a text: FNV-1a over its bytes.
@@ -88,26 +118,16 @@ pub(crate) fn fingerprint_of(text: &str) -> u64 {
     })
 }
 
-/// A recording that is being written.
-pub struct JournalWriter {
-    path: PathBuf,
-    journal: PathBuf,
-    start: StartDocument,
-    stream: StreamWriter<BufWriter<File>>,
-    samples: usize,
-    fingerprints: Vec<Fingerprint>,
-}
-
 /// The running fingerprint of one channel.
 #[derive(Clone, Copy)]
 pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 
-    fn add(&mut self, samples: &[f64]) {
+    pub(crate) fn add(&mut self, samples: &[f64]) {
         for sample in samples {
             self.0 = (self.0 ^ sample.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
         }
@@ -125,183 +145,6 @@ impl Fingerprint {
             sum.wrapping_mul(31).wrapping_add(channel.0)
         })
     }
-}
-
-impl std::fmt::Debug for JournalWriter {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("JournalWriter")
-            .field("path", &self.path)
-            .field("samples", &self.samples)
-            .finish_non_exhaustive()
-    }
-}
-
-impl JournalWriter {
-    /// Begins the recording at `path`: the start document is on the disk when this returns.
-    ///
-    /// # Errors
-    /// [`WriteError::Content`] when the journal of an interrupted recording stands there, which is never
-    /// overwritten; [`WriteError::Io`] when the operating system refuses.
-    pub fn create(path: &Path, start: StartDocument) -> Result<Self, WriteError> {
-        let journal = journal_path(path);
-        if path.is_dir() {
-            return Err(WriteError::content(
-                path,
-                "the name of a file",
-                "a folder",
-                "give a file's name in it",
-            ));
-        }
-        let file = File::options()
-            .write(true)
-            .create_new(true)
-            .open(&journal)
-            .map_err(|error| {
-                if error.kind() == std::io::ErrorKind::AlreadyExists {
-                    WriteError::content(
-                        &journal,
-                        "a free place for the recording",
-                        "the journal of a recording that was interrupted or is still running",
-                        "keep it (it can be read as it is) by moving it away, or remove it",
-                    )
-                } else {
-                    WriteError::Io {
-                        path: journal.clone(),
-                        source: error,
-                    }
-                }
-            })?;
-        let schema = schema_of(&start).map_err(arrow_failed(&journal))?;
-        let mut stream =
-            StreamWriter::try_new(BufWriter::new(file), &schema).map_err(arrow_failed(&journal))?;
-        to_disk(&mut stream, &journal)?;
-        sync_folder(&journal);
-        let fingerprints = vec![Fingerprint::new(); start.channels.len()];
-        Ok(Self {
-            path: path.into(),
-            journal,
-            start,
-            stream,
-            samples: 0,
-            fingerprints,
-        })
-    }
-
-    /// Appends one chunk, a list of samples for each channel; it is on the disk when this returns.
-    ///
-    /// # Errors
-    /// [`WriteError::Content`] when the chunk has other channels than the start document says, or lists of
-    /// different length; [`WriteError::Io`] when the operating system refuses.
-    pub fn append(&mut self, chunk: &[Vec<f64>]) -> Result<(), WriteError> {
-        let frames = chunk.first().map_or(0, Vec::len);
-        if chunk.len() != self.start.channels.len()
-            || chunk.iter().any(|channel| channel.len() != frames)
-        {
-            return Err(WriteError::content(
-                &self.path,
-                format!(
-                    "{} channels of equal length in every chunk",
-                    self.start.channels.len()
-                ),
-                format!("{}", chunk.len()),
-                "this is a fault of the bench: report it",
-            ));
-        }
-        let columns: Vec<ArrayRef> = chunk
-            .iter()
-            .map(|channel| Arc::new(Float64Array::from(channel.clone())) as ArrayRef)
-            .collect();
-        let batch = RecordBatch::try_new(
-            schema_of(&self.start).map_err(arrow_failed(&self.journal))?,
-            columns,
-        )
-        .map_err(arrow_failed(&self.journal))?;
-        self.stream
-            .write(&batch)
-            .map_err(arrow_failed(&self.journal))?;
-        to_disk(&mut self.stream, &self.journal)?;
-        self.samples += frames;
-        for (fingerprint, channel) in self.fingerprints.iter_mut().zip(chunk) {
-            fingerprint.add(channel);
-        }
-        Ok(())
-    }
-
-    /// Ends the recording: the journal becomes the Parquet file with the end document in it. A recording that
-    /// stood there before is kept beside it under a name of its own, which is returned; the same bytes are not
-    /// kept twice.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the Parquet file cannot be written; the journal then stays and can be read.
-    pub fn finish(
-        mut self,
-        provenance: Provenance,
-        doubts: Vec<Doubt>,
-    ) -> Result<Option<PathBuf>, WriteError> {
-        // What was learned on the way, as the sensors' noise, joins what was known at the start.
-        self.start.provenance = provenance;
-        self.stream.finish().map_err(arrow_failed(&self.journal))?;
-        to_disk(&mut self.stream, &self.journal)?;
-        let fingerprint = Some(Fingerprint::all(&self.fingerprints));
-        let end = EndDocument {
-            samples: self.samples,
-            fingerprint,
-            start_fingerprint: None,
-            doubts,
-        };
-        let batches = StreamReader::try_new(
-            BufReader::new(File::open(&self.journal).map_err(WriteError::io(&self.journal))?),
-            None,
-        )
-        .map_err(arrow_failed(&self.journal))?;
-        let aside = side_path(&self.path);
-        write_parquet(&aside, &self.start, &end, batches)?;
-        let kept = keep_aside(&self.path, &aside)?;
-        std::fs::rename(&aside, &self.path).map_err(WriteError::io(&self.path))?;
-        // The recording is in its place on the disk before its journal goes.
-        sync_folder(&self.path);
-        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;
-        Ok(kept)
-    }
-}
-
-/// Where a finished recording stands until the one before it is out of the way: `NAME.whole`.
-fn side_path(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".whole");
-    name.into()
-}
-
-/// Renames what stands at `path` to the first free `NAME.before-N`, unless it is the same as `new`.
-fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
-    if !path.is_file() || same_bytes(path, new).unwrap_or(false) {
-        return Ok(None);
-    }
-    let kept = (1..)
-        .map(|number: u32| {
-            let mut name = path.as_os_str().to_owned();
-            name.push(format!(".before-{number}"));
-            PathBuf::from(name)
-        })
-        .find(|candidate| !candidate.exists());
-    if let Some(kept) = &kept {
-        std::fs::rename(path, kept).map_err(WriteError::io(path))?;
-    }
-    Ok(kept)
-}
-
-fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
-    Ok(std::fs::metadata(a)?.len() == std::fs::metadata(b)?.len()
-        && std::fs::read(a)? == std::fs::read(b)?)
-}
-
-fn to_disk(stream: &mut StreamWriter<BufWriter<File>>, journal: &Path) -> Result<(), WriteError> {
-    stream.get_mut().flush().map_err(WriteError::io(journal))?;
-    stream
-        .get_ref()
-        .get_ref()
-        .sync_data()
-        .map_err(WriteError::io(journal))
 }
 
 fn arrow_failed(path: &Path) -> impl FnOnce(ArrowError) -> WriteError + '_ {
@@ -383,8 +226,9 @@ pub fn journal_path(path: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::read::read_run_journal as read_journal;
     use super::*;
-    use crate::recording_file::{read_journal, read_parquet};
+    use crate::recording_file::read_parquet;
 
     fn start() -> StartDocument {
         StartDocument {
@@ -404,6 +248,8 @@ mod tests {
             },
             setup: None,
             rendering: None,
+            label: None,
+            drive: None,
         }
     }
 

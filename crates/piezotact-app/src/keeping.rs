@@ -1,0 +1,201 @@
+//! Where the runs on a bench are kept, with their progress shown, and how Ctrl-C stops them.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, Once, PoisonError};
+
+use indicatif::ProgressBar;
+use piezotact::quantity::Seconds;
+use piezotact::recording::Recording;
+use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
+use piezotact_bench::StopHandle;
+use piezotact_bench::procedure::RunKeeper;
+use piezotact_dataset::sidecar::Rendering;
+use piezotact_dataset::{JournalSink, RunFolder};
+
+use crate::failure::Outcome;
+use crate::output::{progress, say};
+
+/// Where runs are kept.
+pub(crate) enum Place<'a> {
+    /// Nowhere.
+    Nowhere,
+    /// One run, as the recording at a path.
+    File(&'a Path, Option<Rendering>),
+    /// Each run as the recording at a path of its own.
+    Named(&'a dyn Fn(&RunStart) -> PathBuf),
+    /// Each run in a folder; those that an interrupted procedure has completed are not measured again.
+    Continued(RunFolder),
+}
+
+/// Keeps runs and shows their progress.
+pub(crate) struct Keeper<'a> {
+    place: Place<'a>,
+    shown: Shown<'a>,
+    /// How many runs were there already.
+    pub(crate) reused: usize,
+}
+
+/// How the progress of runs is shown.
+pub(crate) enum Shown<'a> {
+    /// Not at all.
+    Nothing,
+    /// Each run with a bar of its own: what it says, and how long the drive is.
+    Each(&'a dyn Fn(&RunStart) -> String, Seconds),
+    /// All runs on one bar.
+    Together(&'a ProgressBar),
+}
+
+impl<'a> Keeper<'a> {
+    /// Runs kept at `place`, shown as `shown` says.
+    pub(crate) fn new(place: Place<'a>, shown: Shown<'a>) -> Self {
+        Self {
+            place,
+            shown,
+            reused: 0,
+        }
+    }
+}
+
+impl RunKeeper for Keeper<'_> {
+    fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {
+        let Place::Continued(folder) = &self.place else {
+            return Ok(None);
+        };
+        // What cannot be read is measured again, and kept beside the new one.
+        let found = folder.completed(start).unwrap_or_default();
+        self.reused += usize::from(found.is_some());
+        Ok(found)
+    }
+
+    fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
+        let journal = match &mut self.place {
+            Place::Nowhere => None,
+            Place::File(path, rendering) => Some(JournalSink::new(path, rendering.take())),
+            Place::Named(path_of) => Some(JournalSink::new(&path_of(start), None)),
+            Place::Continued(folder) => Some(folder.sink(start)?),
+        };
+        let (bar, own) = match &self.shown {
+            Shown::Nothing => (ProgressBar::hidden(), false),
+            Shown::Each(what, length) => (progress(&what(start), *length), true),
+            Shown::Together(bar) => ((*bar).clone(), false),
+        };
+        Ok(Box::new(Kept {
+            journal,
+            bar,
+            own,
+            rate_hz: start.rate_hz.hz(),
+        }))
+    }
+}
+
+/// One run that is kept and shown.
+struct Kept {
+    journal: Option<JournalSink>,
+    bar: ProgressBar,
+    /// Whether the bar is of this run alone.
+    own: bool,
+    rate_hz: f64,
+}
+
+impl Sink for Kept {
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        if let Some(journal) = &mut self.journal {
+            journal.take(document)?;
+        }
+        match document {
+            RunDocument::Chunk(chunk) => {
+                let tenths = chunk.len() as f64 / self.rate_hz * 10.0;
+                self.bar.inc(tenths.round() as u64);
+            }
+            RunDocument::End(_) => {
+                if self.own {
+                    self.bar.finish_and_clear();
+                }
+                for moved in self.journal.iter().flat_map(JournalSink::moved) {
+                    say(&format!(
+                        "the recording of that name that was there is kept as {}",
+                        moved.display()
+                    ));
+                }
+            }
+            RunDocument::Start(_) | RunDocument::Judged(_) => {}
+        }
+        Ok(None)
+    }
+}
+
+/// The folder of the raw recordings behind `out`: `OUT.runs`.
+pub(crate) fn runs_of(out: &Path) -> PathBuf {
+    let mut name = out.as_os_str().to_owned();
+    name.push(".runs");
+    name.into()
+}
+
+/// The file in a folder of runs that says that the procedure came to its end.
+const DONE: &str = "done";
+
+/// The folder of the runs behind `out`, to go on with where a procedure was interrupted. The runs of a procedure that came to its end are
+/// put aside: what is measured today is not taken from before.
+pub(crate) fn continued(out: &Path) -> Outcome<RunFolder> {
+    let path = runs_of(out);
+    if path.join(DONE).exists() {
+        RunFolder::new(&path).set_aside()?;
+    } else if path.is_dir() {
+        say(&format!(
+            "{}: goes on with the runs of an interrupted command; remove the folder to measure all of them again",
+            path.display()
+        ));
+    }
+    Ok(RunFolder::new(&path))
+}
+
+/// Says that the procedure behind `out` came to its end; its runs are kept, or discarded on purpose.
+pub(crate) fn done(out: &Path, raw: Raw) -> Outcome {
+    let folder = RunFolder::new(&runs_of(out));
+    match raw {
+        Raw::Discarded => folder.discard()?,
+        Raw::Kept if folder.path().is_dir() => {
+            piezotact_dataset::write_atomically(&folder.path().join(DONE), |_empty| Ok(()))?;
+        }
+        Raw::Kept => {}
+    }
+    Ok(())
+}
+
+/// Whether the raw recordings of a procedure are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Raw {
+    /// They are.
+    Kept,
+    /// They are thrown away on purpose.
+    Discarded,
+}
+
+/// What Ctrl-C stops.
+static RUNNING: Mutex<Option<StopHandle>> = Mutex::new(None);
+
+/// Lets Ctrl-C stop what runs with `handle`: the run ends in order, and what was acquired is kept. A second Ctrl-C ends the
+/// program at once.
+pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
+    static ONCE: Once = Once::new();
+    let set = |handle: Option<StopHandle>| {
+        *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = handle;
+    };
+    set(Some(handle.clone()));
+    ONCE.call_once(|| {
+        let installed = ctrlc::set_handler(|| {
+            let running = RUNNING
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .take();
+            match running {
+                Some(handle) => handle.stop(),
+                None => std::process::exit(130),
+            }
+        });
+        // Without a handler Ctrl-C ends the program, and the journal keeps what was acquired.
+        if let Err(error) = installed {
+            say(&format!("Ctrl-C cannot end a run in order: {error}"));
+        }
+    });
+}

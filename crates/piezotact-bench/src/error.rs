@@ -1,0 +1,157 @@
+//! What devices and procedures refuse or fail at.
+
+use piezotact::device::AmplifierGain;
+use piezotact::quantity::SampleRate;
+use piezotact::run::SinkError;
+
+use crate::gate::Refusal;
+
+/// Why a device does not do what it is asked.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DeviceError {
+    /// The drive has another rate than the output.
+    #[error("cannot play: the drive is sampled at {drive}, the output of {name} runs at {output}; render with --rate {}", output.hz())]
+    Rate {
+        /// The drive's rate.
+        drive: SampleRate,
+        /// The output's rate.
+        output: SampleRate,
+        /// The bench.
+        name: String,
+    },
+    /// What is asked for cannot be.
+    #[error("expected {expected}, found {found}; {todo}")]
+    Impossible {
+        /// What is possible.
+        expected: String,
+        /// What was asked for.
+        found: String,
+        /// What to do.
+        todo: String,
+    },
+    /// A step out of order.
+    #[error(
+        "the bench was asked to {asked} before it was {before}; this is a fault of the procedure: report it"
+    )]
+    Order {
+        /// The step asked for.
+        asked: &'static str,
+        /// What should have come before.
+        before: &'static str,
+    },
+    /// A device is no longer there.
+    #[error(
+        "the {name} no longer answers after {after_s:.2} s; check its cable and its power, then measure again"
+    )]
+    Lost {
+        /// The device.
+        name: String,
+        /// What was acquired before, s.
+        after_s: f64,
+    },
+    /// What was acquired was not fetched in time, and the device ran full.
+    #[error(
+        "the input of the {name} ran full after {after_s:.2} s, since the computer was too slow; close other programs, then measure again"
+    )]
+    InputFull {
+        /// The device.
+        name: String,
+        /// What was acquired before, s.
+        after_s: f64,
+    },
+    /// A device does what no bench may do.
+    #[error(
+        "the {name} broke the contract of a bench: expected {expected}, found {found}; this is a fault of its driver: report it"
+    )]
+    Contract {
+        /// The device.
+        name: String,
+        /// What the contract says.
+        expected: String,
+        /// What the device did.
+        found: String,
+    },
+}
+
+/// Why a procedure on a bench did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcedureError {
+    /// A device refuses or fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The drive was made for another gain.
+    #[error(
+        "cannot play: the drive was rendered for gain {drive}, {name} is set to {bench}; set the amplifier to {drive}, or characterise and render at {bench}"
+    )]
+    Gain {
+        /// The gain the drive is for.
+        drive: AmplifierGain,
+        /// The gain that is set.
+        bench: AmplifierGain,
+        /// The bench.
+        name: String,
+    },
+    /// The output gives another potential than the drive was made for.
+    #[error(
+        "cannot play: the drive was rendered for {drive:.3} V at full scale, {name} now gives {bench:.3} V; set the volume back, or characterise and render again"
+    )]
+    OutputLevel {
+        /// The potential the drive is for, V.
+        drive: f64,
+        /// The potential that is found, V.
+        bench: f64,
+        /// The bench.
+        name: String,
+    },
+    /// What is asked for cannot be.
+    #[error("expected {expected}, found {found}; {todo}")]
+    Impossible {
+        /// What is possible.
+        expected: String,
+        /// What was asked for.
+        found: String,
+        /// What to do.
+        todo: String,
+    },
+    /// A target cannot be rendered.
+    #[error(transparent)]
+    Render(#[from] piezotact::render::RenderError),
+    /// The first measurement of a closed loop cannot be believed.
+    #[error("nothing was corrected: {0}")]
+    Broken(String),
+    /// A run did not pass the gate.
+    #[error("the measurement was refused: {0}")]
+    Refused(Refusal),
+    /// A repeat did not pass the gate in any attempt.
+    #[error(
+        "repeat {repeat} was refused in {attempts} of {attempts} attempts; the last time {refusal}"
+    )]
+    RepeatRefused {
+        /// Which repeat.
+        repeat: usize,
+        /// How often it was tried.
+        attempts: usize,
+        /// Why it was refused the last time.
+        refusal: Refusal,
+    },
+    /// Somebody stopped it.
+    #[error("stopped by hand after {after_s:.2} s of `{label}`; what was measured before is kept")]
+    Stopped {
+        /// The run.
+        label: String,
+        /// What was acquired of it, s.
+        after_s: f64,
+    },
+    /// What was acquired could not be kept.
+    #[error("the recording could not be kept: {0}")]
+    Keep(SinkError),
+    /// What was acquired makes no transfer function.
+    #[error("the characterisation gave no transfer function: {0}")]
+    Transfer(#[from] piezotact::transfer::TransferError),
+    /// What was acquired makes no recording.
+    #[error("the bench delivered no recording: {0}")]
+    Recording(#[from] piezotact::recording::RecordingError),
+    /// What was to be played is no signal.
+    #[error("there is nothing to play: {0}")]
+    Drive(#[from] piezotact::series::SeriesError),
+}

@@ -1,0 +1,75 @@
+//! Stopping a run from outside.
+
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Stops whatever runs on a bench, from another thread or from an interrupt (Ctrl-C), also while something waits.
+///
+/// All clones stop the same runs. A stop is final: a bench that is to run again gets a new handle.
+#[derive(Clone, Debug, Default)]
+pub struct StopHandle(Arc<Inner>);
+
+#[derive(Debug, Default)]
+struct Inner {
+    stopped: Mutex<bool>,
+    changed: Condvar,
+}
+
+impl StopHandle {
+    /// A handle that has not stopped anything.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Stops, and wakes whoever waits with this handle.
+    pub fn stop(&self) {
+        *self
+            .0
+            .stopped
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = true;
+        self.0.changed.notify_all();
+    }
+
+    /// Whether it was stopped.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        *self
+            .0
+            .stopped
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for `duration`, or until it is stopped; whether it was stopped.
+    #[must_use]
+    pub fn wait(&self, duration: Duration) -> bool {
+        let stopped = self
+            .0
+            .stopped
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let waited = self
+            .0
+            .changed
+            .wait_timeout_while(stopped, duration, |stopped| !*stopped);
+        *waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_from_another_thread_wakes_whoever_waits() {
+        let handle = StopHandle::new();
+        assert!(!handle.wait(Duration::from_millis(1)));
+        let other = handle.clone();
+        let thread = std::thread::spawn(move || other.stop());
+        assert!(handle.wait(Duration::from_secs(60)));
+        thread.join().unwrap();
+        assert!(handle.is_stopped());
+    }
+}

@@ -1,0 +1,214 @@
+//! The journal of a run on disk: blocks that can be read one without the other.
+//!
+//! Layout: 8 bytes `PZRUN\x01\r\n`, then blocks of 4 bytes `PZBK`, one byte for the kind, the length of the content (u32), the
+//! CRC-32 of kind, length and content (u32), and the content; numbers are little-endian. Kinds: `S` start document (JSON;
+//! it stands there twice, so that one damaged byte does not take it), `C` samples (index of the first, u64; samples lost before it, u64; device time
+//! in s, f64, NaN where there is none; number of channels, u32; samples of each, u32; then f64, channel after channel), `J` what was judged
+//! (JSON), `E` end document (JSON).
+
+use piezotact::run::{Judged, RunChunk};
+
+/// What a journal begins with.
+pub(super) const MAGIC: [u8; 8] = *b"PZRUN\x01\r\n";
+const SYNC: [u8; 4] = *b"PZBK";
+const HEADER: usize = SYNC.len() + 1 + 4 + 4;
+
+/// One block's content.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Block {
+    /// The start document, as text.
+    Start(String),
+    /// Samples.
+    Chunk(RunChunk),
+    /// What was judged.
+    Judged(Judged),
+    /// The end document, as text.
+    End(String),
+}
+
+/// The bytes of one block.
+pub(super) fn block_bytes(block: &Block) -> Result<Vec<u8>, serde_json::Error> {
+    let (kind, content) = match block {
+        Block::Start(text) => (b'S', text.clone().into_bytes()),
+        Block::Chunk(chunk) => (b'C', chunk_bytes(chunk)),
+        Block::Judged(judged) => (b'J', serde_json::to_vec(judged)?),
+        Block::End(text) => (b'E', text.clone().into_bytes()),
+    };
+    let length = (content.len() as u32).to_le_bytes();
+    let mut bytes = Vec::with_capacity(HEADER + content.len());
+    bytes.extend(SYNC);
+    bytes.push(kind);
+    bytes.extend(length);
+    bytes.extend(checksum(kind, length, &content).to_le_bytes());
+    bytes.extend(content);
+    Ok(bytes)
+}
+
+fn checksum(kind: u8, length: [u8; 4], content: &[u8]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&[kind]);
+    hasher.update(&length);
+    hasher.update(content);
+    hasher.finalize()
+}
+
+fn chunk_bytes(chunk: &RunChunk) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(32 + 8 * chunk.channels.len() * chunk.len());
+    bytes.extend(chunk.first.to_le_bytes());
+    bytes.extend(chunk.lost.to_le_bytes());
+    bytes.extend(chunk.device_s.unwrap_or(f64::NAN).to_le_bytes());
+    bytes.extend((chunk.channels.len() as u32).to_le_bytes());
+    bytes.extend((chunk.len() as u32).to_le_bytes());
+    for sample in chunk.channels.iter().flatten() {
+        bytes.extend(sample.to_le_bytes());
+    }
+    bytes
+}
+
+fn chunk_of(content: &[u8]) -> Option<RunChunk> {
+    let (head, samples) = content.split_at_checked(32)?;
+    let word = |at: usize| head.get(at..at + 8)?.try_into().ok();
+    let half = |at: usize| {
+        head.get(at..at + 4)?
+            .try_into()
+            .ok()
+            .map(u32::from_le_bytes)
+    };
+    let device_s = f64::from_le_bytes(word(16)?);
+    let (channels, count) = (half(24)? as usize, half(28)? as usize);
+    if samples.len() != channels.checked_mul(count)?.checked_mul(8)? {
+        return None;
+    }
+    let mut samples = samples
+        .chunks_exact(8)
+        .filter_map(|bytes| Some(f64::from_le_bytes(bytes.try_into().ok()?)));
+    Some(RunChunk {
+        first: u64::from_le_bytes(word(0)?),
+        lost: u64::from_le_bytes(word(8)?),
+        device_s: Some(device_s).filter(|time| !time.is_nan()),
+        channels: (0..channels)
+            .map(|_| samples.by_ref().take(count).collect())
+            .collect(),
+    })
+}
+
+/// What is read of a journal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Blocks {
+    /// The blocks that are whole, in their order.
+    pub(super) blocks: Vec<Block>,
+    /// How many stretches of bytes between whole blocks are no whole block.
+    pub(super) damaged: usize,
+    /// Whether the last block is cut short, as it is when the program was killed while writing it.
+    pub(super) cut: bool,
+}
+
+/// Whether bytes begin as a journal does; one byte may be damaged.
+pub(super) fn looks_like_journal(head: &[u8]) -> bool {
+    let equal = head.iter().zip(MAGIC).filter(|(a, b)| **a == *b).count();
+    head.len() >= MAGIC.len() && equal + 1 >= MAGIC.len()
+}
+
+/// All whole blocks in the bytes of a journal.
+pub(super) fn blocks_of(bytes: &[u8]) -> Blocks {
+    let mut found = Blocks::default();
+    let mut at = MAGIC.len().min(bytes.len());
+    let mut in_damage = false;
+    while at < bytes.len() {
+        if let Some((block, length)) = block_at(&bytes[at..]) {
+            found.blocks.push(block);
+            found.damaged += usize::from(in_damage);
+            in_damage = false;
+            at += length;
+        } else {
+            in_damage = true;
+            // The next place where a block may begin.
+            let next = bytes[at + 1..]
+                .windows(SYNC.len())
+                .position(|window| window == SYNC);
+            at = next.map_or(bytes.len(), |next| at + 1 + next);
+        }
+    }
+    found.cut = in_damage;
+    found
+}
+
+fn block_at(bytes: &[u8]) -> Option<(Block, usize)> {
+    let (header, rest) = bytes.split_at_checked(HEADER)?;
+    let kind = header[4];
+    let length: [u8; 4] = header[5..9].try_into().ok()?;
+    let stored = u32::from_le_bytes(header[9..13].try_into().ok()?);
+    let content = rest.get(..u32::from_le_bytes(length) as usize)?;
+    if header[..4] != SYNC || checksum(kind, length, content) != stored {
+        return None;
+    }
+    let text = || String::from_utf8(content.to_vec()).ok();
+    let block = match kind {
+        b'S' => Block::Start(text()?),
+        b'C' => Block::Chunk(chunk_of(content)?),
+        b'J' => Block::Judged(serde_json::from_slice(content).ok()?),
+        b'E' => Block::End(text()?),
+        _ => return None,
+    };
+    Some((block, HEADER + content.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn journal() -> (Vec<u8>, Vec<Block>) {
+        let start = Block::Start("{\"channels\":[]}".into());
+        let mut blocks = vec![start.clone(), start];
+        for second in 0..4_u64 {
+            blocks.push(Block::Chunk(RunChunk {
+                first: 50 * second,
+                device_s: (second > 0).then_some(second as f64),
+                lost: 0,
+                channels: vec![vec![second as f64; 50], vec![-1.5; 50]],
+            }));
+        }
+        blocks.push(Block::End("{}".into()));
+        let mut bytes = MAGIC.to_vec();
+        for block in &blocks {
+            bytes.extend(block_bytes(block).unwrap());
+        }
+        (bytes, blocks)
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (bytes, blocks) = journal();
+        assert!(looks_like_journal(&bytes));
+        let read = blocks_of(&bytes);
+        assert_eq!(read.blocks, blocks);
+        assert_eq!((read.damaged, read.cut), (0, false));
+    }
+
+    #[test]
+    fn a_flipped_byte_costs_one_block() {
+        let (whole, blocks) = journal();
+        for at in MAGIC.len()..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x41;
+            let read = blocks_of(&bytes);
+            assert_eq!(read.blocks.len() + 1, blocks.len(), "byte {at}");
+            assert!(read.damaged == 1 || read.cut, "byte {at}");
+            let start = |b: &Block| matches!(b, Block::Start(_));
+            assert!(read.blocks.iter().any(start), "byte {at}");
+        }
+        let mut first = whole.clone();
+        first[3] = 0;
+        assert!(looks_like_journal(&first) && blocks_of(&first).blocks == blocks);
+    }
+
+    #[test]
+    fn a_cut_costs_the_last_block() {
+        let (whole, blocks) = journal();
+        for length in MAGIC.len()..whole.len() {
+            let read = blocks_of(&whole[..length]);
+            assert_eq!(read.blocks[..], blocks[..read.blocks.len()], "{length}");
+            assert_eq!(read.damaged, 0, "{length}");
+        }
+    }
+}

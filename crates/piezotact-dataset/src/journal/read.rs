@@ -1,0 +1,174 @@
+//! Reads the journals of runs, as far as they are whole.
+
+use std::fs::File;
+use std::io::{BufReader, Error, ErrorKind, Read as _};
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::run::{RunChunk, RunDoubt};
+
+use super::frames::{Block, Blocks, MAGIC, blocks_of, looks_like_journal};
+use super::{EndDocument, StartDocument};
+use crate::error::ReadError;
+use crate::recording_file::{Stored, assemble};
+
+/// Whether bytes begin as the journal of a run does.
+pub(crate) fn is_journal(head: &[u8]) -> bool {
+    looks_like_journal(head)
+}
+
+/// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted, and with what is
+/// damaged. Straight lines stand in the place of damaged blocks, so that what comes after keeps its time.
+pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
+    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let damaged = |found: &str| {
+        ReadError::content(
+            path,
+            "the journal of a recording",
+            found,
+            "it was interrupted before its first line, or is damaged: nothing can be read from it",
+        )
+    };
+    let Blocks {
+        blocks,
+        damaged: damages,
+        ..
+    } = blocks_of(&bytes);
+    let start = blocks.iter().find_map(|block| match block {
+        Block::Start(text) => Some(text),
+        _ => None,
+    });
+    let mut start: StartDocument = start
+        .ok_or_else(|| damaged("one without a start document"))
+        .and_then(|text| {
+            serde_json::from_str(text)
+                .map_err(|error| damaged(&format!("a start that says {error}")))
+        })?;
+    if start.format > StartDocument::FORMAT {
+        return Err(ReadError::content(
+            path,
+            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!("format {}", start.format),
+            "read it with the newer program that wrote it",
+        ));
+    }
+    let mut samples = vec![Vec::new(); start.channels.len()];
+    let mut lost = Vec::new();
+    let mut end = None;
+    for block in blocks {
+        match block {
+            Block::Start(_) | Block::Judged(_) => {}
+            Block::Chunk(chunk) => {
+                let have = samples.first().map_or(0, Vec::len) as u64;
+                if chunk.channels.len() != samples.len() || chunk.first < have {
+                    return Err(damaged("blocks that do not follow one another"));
+                }
+                if chunk.first > have {
+                    let missing = fill(&mut samples, &chunk, &mut lost);
+                    missing.ok_or_else(|| damaged("a gap longer than the recording"))?;
+                }
+                for (channel, new) in samples.iter_mut().zip(chunk.channels) {
+                    channel.extend(new);
+                }
+            }
+            Block::End(text) => {
+                end = serde_json::from_str::<(StartDocument, EndDocument)>(&text).ok()
+            }
+        }
+    }
+    let whole = end.is_some();
+    let mut doubts = Vec::new();
+    if let Some((at_end, end)) = end {
+        start = at_end;
+        doubts = end.doubts;
+    }
+    let rate_hz = start.rate_hz.hz();
+    let mut recording = assemble(path, &start, samples)?;
+    recording.doubts = doubts;
+    recording.doubts.extend((damages > 0).then(|| {
+        Doubt::from(RunDoubt::JournalDamaged {
+            places: damages,
+            lost_s: lost
+                .iter()
+                .map(|(first, count)| {
+                    [*first as f64, (*first + *count) as f64].map(|at| at / rate_hz)
+                })
+                .collect(),
+        })
+    }));
+    if !whole {
+        recording.doubts.push(Doubt::Interrupted {
+            read_s: recording.duration().0,
+        });
+    }
+    Ok(Stored {
+        recording,
+        setup: start.setup,
+        rendering: start.rendering,
+    })
+}
+
+/// The most that is filled in for a damaged block, as a multiple of what is there; more is no gap.
+const MOST_FILLED: u64 = 10_000_000;
+
+/// Draws straight lines from the last samples to those of `next`.
+fn fill(samples: &mut [Vec<f64>], next: &RunChunk, lost: &mut Vec<(u64, u64)>) -> Option<()> {
+    let have = samples.first().map_or(0, Vec::len) as u64;
+    let missing = next.first - have;
+    if missing > MOST_FILLED {
+        return None;
+    }
+    for (channel, new) in samples.iter_mut().zip(&next.channels) {
+        let to = new.first().copied().unwrap_or(0.0);
+        let from = channel.last().copied().unwrap_or(to);
+        let steps = (missing + 1) as f64;
+        channel.extend((1..=missing).map(|k| from + (to - from) * k as f64 / steps));
+    }
+    lost.push((have, missing));
+    Some(())
+}
+
+/// The chunks of a journal that this program has just written, one after the other, without holding them all.
+pub(super) fn chunks_of(file: File) -> impl Iterator<Item = Result<RunChunk, Error>> {
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let mut begun = false;
+    std::iter::from_fn(move || {
+        loop {
+            let mut next = || -> Result<Option<Vec<u8>>, Error> {
+                if !begun {
+                    begun = true;
+                    reader.read_exact(&mut [0; MAGIC.len()])?;
+                }
+                let mut header = [0; 13];
+                if let Err(error) = reader.read_exact(&mut header) {
+                    return match error.kind() {
+                        ErrorKind::UnexpectedEof => Ok(None),
+                        _ => Err(error),
+                    };
+                }
+                let length = u32::from_le_bytes([header[5], header[6], header[7], header[8]]);
+                let mut bytes = header.to_vec();
+                bytes.resize(header.len() + length as usize, 0);
+                reader.read_exact(&mut bytes[header.len()..])?;
+                Ok(Some(bytes))
+            };
+            let bytes = match next() {
+                Ok(Some(bytes)) => bytes,
+                Ok(None) => return None,
+                Err(error) => return Some(Err(error)),
+            };
+            let mut of_journal = MAGIC.to_vec();
+            of_journal.extend(bytes);
+            match blocks_of(&of_journal).blocks.pop() {
+                Some(Block::Chunk(chunk)) => return Some(Ok(chunk)),
+                Some(_) => {}
+                None => {
+                    return Some(Err(Error::new(
+                        ErrorKind::InvalidData,
+                        "the journal on the disk is not what was written to it",
+                    )));
+                }
+            }
+        }
+    })
+}

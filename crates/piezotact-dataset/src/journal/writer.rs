@@ -1,0 +1,293 @@
+//! Writes the journal of a run, and makes the recording of it.
+
+use std::fs::{File, TryLockError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::ArrowError;
+use piezotact::Doubt;
+use piezotact::recording::Provenance;
+use piezotact::run::{Ended, Judged, RunChunk};
+
+use super::frames::{Block, MAGIC, block_bytes};
+use super::read::chunks_of;
+use super::{
+    EndDocument, Fingerprint, StartDocument, arrow_failed, journal_path, schema_of, write_parquet,
+};
+use crate::atomic::sync_folder;
+use crate::error::WriteError;
+
+/// A recording that is being written.
+pub struct JournalWriter {
+    path: PathBuf,
+    journal: PathBuf,
+    start: StartDocument,
+    /// Held locked: nobody else takes it for what an interrupted program has left.
+    file: File,
+    samples: usize,
+    fingerprints: Vec<Fingerprint>,
+    set_aside: Option<PathBuf>,
+}
+
+impl std::fmt::Debug for JournalWriter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("JournalWriter")
+            .field("path", &self.path)
+            .field("samples", &self.samples)
+            .finish_non_exhaustive()
+    }
+}
+
+impl JournalWriter {
+    /// Begins the recording at `path`: the start document is on the disk when this returns. The journal of a recording that was
+    /// interrupted is kept beside it under a name of its own ([`Self::set_aside`]).
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when a recording of that name is still running, or a folder stands there; [`WriteError::Io`] when the
+    /// operating system refuses.
+    pub fn create(path: &Path, start: StartDocument) -> Result<Self, WriteError> {
+        let journal = journal_path(path);
+        if path.is_dir() {
+            return Err(WriteError::content(
+                path,
+                "the name of a file",
+                "a folder",
+                "give a file's name in it",
+            ));
+        }
+        let set_aside = set_aside(&journal)?;
+        let side = side_path(path);
+        if side.is_file() {
+            // A recording that was interrupted while it was finished: its journal is whole.
+            std::fs::remove_file(&side).map_err(WriteError::io(&side))?;
+        }
+        let file = File::options()
+            .write(true)
+            .create_new(true)
+            .open(&journal)
+            .map_err(WriteError::io(&journal))?;
+        file.try_lock().map_err(|error| WriteError::Io {
+            path: journal.clone(),
+            source: error.into(),
+        })?;
+        let text = serde_json::to_string(&start).map_err(|error| WriteError::Io {
+            path: path.into(),
+            source: error.into(),
+        })?;
+        let fingerprints = vec![Fingerprint::new(); start.channels.len()];
+        let mut writer = Self {
+            path: path.into(),
+            journal,
+            start,
+            file,
+            samples: 0,
+            fingerprints,
+            set_aside,
+        };
+        let start = writer.bytes_of(&Block::Start(text))?;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(&start);
+        bytes.extend(&start);
+        writer.put(&bytes)?;
+        sync_folder(&writer.journal);
+        Ok(writer)
+    }
+
+    /// Where the journal of an interrupted recording of the same name was put, if there was one.
+    #[must_use]
+    pub fn set_aside(&self) -> Option<&Path> {
+        self.set_aside.as_deref()
+    }
+
+    /// Appends one chunk, a list of samples for each channel; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when the chunk has other channels than the start document says, or lists of
+    /// different length; [`WriteError::Io`] when the operating system refuses.
+    pub fn append(&mut self, chunk: &[Vec<f64>]) -> Result<(), WriteError> {
+        self.append_chunk(&RunChunk {
+            first: self.samples as u64,
+            channels: chunk.to_vec(),
+            ..RunChunk::default()
+        })
+    }
+
+    /// Appends one chunk of a run; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// Those of [`Self::append`].
+    pub fn append_chunk(&mut self, chunk: &RunChunk) -> Result<(), WriteError> {
+        let frames = chunk.len();
+        if chunk.channels.len() != self.start.channels.len()
+            || chunk.channels.iter().any(|channel| channel.len() != frames)
+        {
+            return Err(WriteError::content(
+                &self.path,
+                format!(
+                    "{} channels of equal length in every chunk",
+                    self.start.channels.len()
+                ),
+                format!("{}", chunk.channels.len()),
+                "this is a fault of the bench: report it",
+            ));
+        }
+        let bytes = self.bytes_of(&Block::Chunk(chunk.clone()))?;
+        self.put(&bytes)?;
+        self.samples += frames;
+        for (fingerprint, channel) in self.fingerprints.iter_mut().zip(&chunk.channels) {
+            fingerprint.add(channel);
+        }
+        Ok(())
+    }
+
+    /// Appends what was judged of the run.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] when the operating system refuses.
+    pub fn append_judged(&mut self, judged: &Judged) -> Result<(), WriteError> {
+        let bytes = self.bytes_of(&Block::Judged(judged.clone()))?;
+        self.put(&bytes)
+    }
+
+    /// Ends the recording: the journal becomes the Parquet file with the end document in it. A recording that
+    /// stood there before is kept beside it under a name of its own, which is returned; the same bytes are not
+    /// kept twice.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the Parquet file cannot be written; the journal then stays and can be read.
+    pub fn finish(
+        self,
+        provenance: Provenance,
+        doubts: Vec<Doubt>,
+    ) -> Result<Option<PathBuf>, WriteError> {
+        self.finish_as(provenance, doubts, None)
+    }
+
+    /// As [`Self::finish`], with how the run ended.
+    ///
+    /// # Errors
+    /// Those of [`Self::finish`].
+    pub fn finish_as(
+        mut self,
+        provenance: Provenance,
+        doubts: Vec<Doubt>,
+        ended: Option<Ended>,
+    ) -> Result<Option<PathBuf>, WriteError> {
+        // What was learned on the way, as the sensors' noise, joins what was known at the start.
+        self.start.provenance = provenance;
+        let fingerprint = Some(Fingerprint::all(&self.fingerprints));
+        let end = EndDocument {
+            samples: self.samples,
+            fingerprint,
+            start_fingerprint: None,
+            doubts,
+            ended,
+        };
+        let text = serde_json::to_string(&(&self.start, &end)).map_err(|error| WriteError::Io {
+            path: self.path.clone(),
+            source: error.into(),
+        })?;
+        let bytes = self.bytes_of(&Block::End(text))?;
+        self.put(&bytes)?;
+        let schema = schema_of(&self.start).map_err(arrow_failed(&self.journal))?;
+        let journal = File::open(&self.journal).map_err(WriteError::io(&self.journal))?;
+        let batches = chunks_of(journal).map(|chunk| {
+            let chunk = chunk.map_err(|error| ArrowError::IoError(error.to_string(), error))?;
+            let columns = chunk
+                .channels
+                .into_iter()
+                .map(|channel| Arc::new(Float64Array::from(channel)) as ArrayRef);
+            RecordBatch::try_new(Arc::clone(&schema), columns.collect())
+        });
+        let aside = side_path(&self.path);
+        write_parquet(&aside, &self.start, &end, batches)?;
+        let kept = keep_aside(&self.path, &aside)?;
+        std::fs::rename(&aside, &self.path).map_err(WriteError::io(&self.path))?;
+        // The recording is in its place on the disk before its journal goes.
+        sync_folder(&self.path);
+        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;
+        Ok(kept)
+    }
+
+    fn bytes_of(&self, block: &Block) -> Result<Vec<u8>, WriteError> {
+        block_bytes(block).map_err(|error| WriteError::Io {
+            path: self.journal.clone(),
+            source: error.into(),
+        })
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
+        self.file
+            .write_all(bytes)
+            .and_then(|()| self.file.sync_data())
+            .map_err(WriteError::io(&self.journal))
+    }
+}
+
+/// Renames the journal of an interrupted recording to the first free `NAME.interrupted-N.part`.
+fn set_aside(journal: &Path) -> Result<Option<PathBuf>, WriteError> {
+    let Ok(file) = File::open(journal) else {
+        return Ok(None);
+    };
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            return Err(WriteError::content(
+                journal,
+                "a free place for the recording",
+                "the journal of a recording that is still running",
+                "wait until it has ended, or give another name",
+            ));
+        }
+        Err(TryLockError::Error(source)) => {
+            return Err(WriteError::Io {
+                path: journal.into(),
+                source,
+            });
+        }
+    }
+    let stem = journal.with_extension("");
+    let aside = (1..)
+        .map(|number: u32| {
+            let mut name = stem.as_os_str().to_owned();
+            name.push(format!(".interrupted-{number}.part"));
+            PathBuf::from(name)
+        })
+        .find(|candidate| !candidate.exists());
+    if let Some(aside) = &aside {
+        std::fs::rename(journal, aside).map_err(WriteError::io(journal))?;
+    }
+    Ok(aside)
+}
+
+/// Where a finished recording stands until the one before it is out of the way: `NAME.whole`.
+fn side_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".whole");
+    name.into()
+}
+
+/// Renames what stands at `path` to the first free `NAME.before-N`, unless it is the same as `new`.
+fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
+    if !path.is_file() || same_bytes(path, new).unwrap_or(false) {
+        return Ok(None);
+    }
+    let kept = (1..)
+        .map(|number: u32| {
+            let mut name = path.as_os_str().to_owned();
+            name.push(format!(".before-{number}"));
+            PathBuf::from(name)
+        })
+        .find(|candidate| !candidate.exists());
+    if let Some(kept) = &kept {
+        std::fs::rename(path, kept).map_err(WriteError::io(path))?;
+    }
+    Ok(kept)
+}
+
+fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
+    Ok(std::fs::metadata(a)?.len() == std::fs::metadata(b)?.len()
+        && std::fs::read(a)? == std::fs::read(b)?)
+}

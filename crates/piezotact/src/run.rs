@@ -1,0 +1,303 @@
+//! What an acquisition says while it runs: a start, chunks of samples, what was judged of them, and an end.
+//!
+//! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
+//! four documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::criterion::{Criterion, Outcome};
+use crate::device::DriveSetup;
+use crate::doubt::Doubt;
+use crate::quantity::{SampleRate, Unit};
+use crate::recording::{Channel, Condition, Provenance, Recording, RecordingError};
+
+/// What is known of a run before its first sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunStart {
+    /// What the run is for; no two runs of a procedure share it.
+    pub label: String,
+    /// The rate of the channels.
+    pub rate_hz: SampleRate,
+    /// The channels' names and SI units, in the order of [`RunChunk::channels`].
+    pub channels: Vec<(String, Unit)>,
+    /// Who touches what, and how.
+    pub condition: Condition,
+    /// Which bench, with which seed, for what.
+    pub provenance: Provenance,
+    /// The device that plays; absent where nothing plays or nothing describes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<DriveSetup>,
+    /// The checksum of the drive that is played; absent where nothing is, or where it is made as it goes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<crate::recording::Checksum>,
+}
+
+/// Samples as they come: a list for each channel, all of one length.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunChunk {
+    /// The index of its first sample in the run, lost samples counted.
+    pub first: u64,
+    /// The device's own time of its first sample, s, since the device started; absent where it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device_s: Option<f64>,
+    /// Samples that the device lost just before the first one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub lost: u64,
+    /// One list of samples a channel, in its SI unit.
+    pub channels: Vec<Vec<f64>>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+impl RunChunk {
+    /// The number of samples of each channel.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.channels.first().map_or(0, Vec::len)
+    }
+
+    /// Whether it holds no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What is judged of a run while it runs, or just after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunCriterion {
+    /// How far the mean force departs from its target, as a share of the target.
+    Force,
+    /// The median coherence of the driven lines.
+    Coherence,
+    /// How much a repeat shares with the first, −1 to 1: a negative one has the opposite sign.
+    Polarity,
+}
+
+/// What was judged of one window of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// From when to when, s since the first sample.
+    pub window_s: [f64; 2],
+    /// The force that was asked for, N, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_n: Option<f64>,
+    /// The rules, each with what was found.
+    pub criteria: Vec<Criterion<RunCriterion>>,
+}
+
+impl Judged {
+    /// Whether all criteria are met.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "how", rename_all = "snake_case")]
+pub enum Ended {
+    /// It went on until what was asked for was done.
+    Completed,
+    /// What was judged of it did not meet its limit.
+    Refused,
+    /// Somebody stopped it.
+    Stopped,
+    /// A device or a procedure failed.
+    Failed {
+        /// What it said.
+        said: String,
+    },
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Completed => f.write_str("completed"),
+            Self::Refused => f.write_str("refused by the gate"),
+            Self::Stopped => f.write_str("stopped by hand"),
+            Self::Failed { said } => write!(f, "failed: {said}"),
+        }
+    }
+}
+
+/// What is known of a run after its last sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunEnd {
+    /// The number of samples of each channel, with those that were filled in for lost ones.
+    pub samples: u64,
+    /// How it ended.
+    pub ended: Ended,
+    /// What was learned on the way, such as the sensors at rest, joined to that of the start.
+    pub provenance: Provenance,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// One document of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "document", rename_all = "snake_case")]
+pub enum RunDocument {
+    /// The first.
+    Start(RunStart),
+    /// Samples.
+    Chunk(RunChunk),
+    /// What was judged.
+    Judged(Judged),
+    /// The last.
+    End(RunEnd),
+}
+
+/// Why a sink could not take a document.
+pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
+
+/// What takes the documents of runs as they come: a journal, a gate, a progress bar.
+pub trait Sink {
+    /// Takes the next document. What it judges of it is emitted to all sinks; where that is not met, the run ends.
+    ///
+    /// # Errors
+    /// Whatever keeps it from taking the document; the run then ends.
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError>;
+}
+
+/// A sink that takes everything and keeps nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Discard;
+
+impl Sink for Discard {
+    fn take(&mut self, _document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        Ok(None)
+    }
+}
+
+/// The recording that the documents of one run make.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    start: Option<RunStart>,
+    samples: Vec<Vec<f64>>,
+    end: Option<RunEnd>,
+}
+
+impl Gathered {
+    /// The recording, with the doubts of its end.
+    ///
+    /// # Errors
+    /// [`RecordingError::NoChannel`] when nothing was started, else those of [`Recording::new`].
+    pub fn recording(self) -> Result<Recording, RecordingError> {
+        let start = self.start.ok_or(RecordingError::NoChannel)?;
+        let channels = start
+            .channels
+            .into_iter()
+            .zip(self.samples)
+            .map(|((name, unit), samples)| Channel {
+                name,
+                unit,
+                samples,
+            })
+            .collect();
+        let (provenance, doubts) = match self.end {
+            Some(end) => (end.provenance, end.doubts),
+            None => (start.provenance, Vec::new()),
+        };
+        let mut recording = Recording::new(channels, start.rate_hz, start.condition, provenance)?;
+        recording.doubts = doubts;
+        Ok(recording)
+    }
+}
+
+impl Sink for Gathered {
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        match document {
+            RunDocument::Start(start) => {
+                self.samples = vec![Vec::new(); start.channels.len()];
+                self.end = None;
+                self.start = Some(start.clone());
+            }
+            RunDocument::Chunk(chunk) => {
+                for (channel, new) in self.samples.iter_mut().zip(&chunk.channels) {
+                    channel.extend(new);
+                }
+            }
+            RunDocument::Judged(_) => {}
+            RunDocument::End(end) => self.end = Some(end.clone()),
+        }
+        Ok(None)
+    }
+}
+
+/// What a run leaves open.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "doubt", rename_all = "snake_case")]
+pub enum RunDoubt {
+    /// The device lost samples; straight lines stand in their place.
+    SamplesLost {
+        /// At how many places.
+        gaps: usize,
+        /// How many samples of each channel.
+        samples: u64,
+        /// The longest gap, s.
+        longest_s: f64,
+    },
+    /// The run ended before its end.
+    EndedEarly {
+        /// How.
+        ended: Ended,
+        /// After how long, s.
+        after_s: f64,
+    },
+    /// The journal of the run is damaged; straight lines stand in the place of what was lost.
+    JournalDamaged {
+        /// At how many places.
+        places: usize,
+        /// The samples that were lost, from when to when, s; none where only what was judged or the end was lost.
+        lost_s: Vec<[f64; 2]>,
+    },
+}
+
+impl fmt::Display for RunDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SamplesLost {
+                gaps,
+                samples,
+                longest_s,
+            } => write!(
+                f,
+                "the device lost {samples} samples at {gaps} places, {:.1} ms at the longest; straight lines stand in their place: measure again with less load on the computer",
+                1e3 * longest_s
+            ),
+            Self::JournalDamaged { places, lost_s } => {
+                let lost: Vec<String> = lost_s
+                    .iter()
+                    .map(|[from, to]| format!("{from:.2}–{to:.2} s"))
+                    .collect();
+                let lost = match lost.is_empty() {
+                    true => "no samples were lost".to_owned(),
+                    false => format!(
+                        "the samples of {} were lost, and straight lines stand in their place",
+                        lost.join(", ")
+                    ),
+                };
+                write!(
+                    f,
+                    "the journal is damaged at {places} places: {lost}; leave these parts out, and check the disk"
+                )
+            }
+            Self::EndedEarly { ended, after_s } => {
+                write!(f, "the run ended early, after {after_s:.2} s: {ended}")
+            }
+        }
+    }
+}
+
+impl From<RunDoubt> for Doubt {
+    fn from(doubt: RunDoubt) -> Self {
+        Self::Run(doubt)
+    }
+}
