@@ -23,7 +23,8 @@ use piezotact_bench::procedure::{
     play_and_record,
 };
 use piezotact_bench::{
-    Bench, Excitation, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
+    Bench, DeviceError, Excitation, ExcitationConfig, GateConfig, Placement, Playback,
+    ProcedureError, RunPlan, StopHandle, Until,
 };
 
 type Hand = TransferFunction<Drive, Acceleration>;
@@ -94,7 +95,7 @@ fn tone(amplitude: f64, frequency_hz: f64) -> Series<Drive> {
 }
 
 fn recorded(bench: &mut Bench, drive: &Series<Drive>, label: &str) -> Recording {
-    play_and_record(bench, drive, None, &run(label), &mut Discard).unwrap()
+    play_and_record(bench, drive, None, &run(label), &mut Discard, None).unwrap()
 }
 
 fn acceleration(recording: &Recording) -> Vec<f64> {
@@ -163,12 +164,14 @@ fn what_is_characterised_is_what_was_measured() {
 fn a_drive_beyond_full_scale_clips() {
     let played = |drive: &Series<Drive>| {
         let mut bench = bench(hand(), noise(0.0, 1));
-        bench.acquirer.ready(&run("tone")).unwrap();
-        bench.player.ready(drive, &run("tone")).unwrap();
+        let stop = StopHandle::new();
+        bench.acquirer.ready(&run("tone"), &stop).unwrap();
+        let playback = Playback::Whole(drive.clone());
+        bench.player.ready(playback, &run("tone"), &stop).unwrap();
         bench.acquirer.start().unwrap();
         bench.player.start().unwrap();
         let mut channels = [Vec::new(), Vec::new()];
-        while let Some(chunk) = bench.acquirer.wait().unwrap() {
+        while let Some(chunk) = bench.acquirer.next_chunk().unwrap() {
             assert!(chunk.channels[0].len() <= 5_000);
             for (all, new) in channels.iter_mut().zip(chunk.channels) {
                 all.extend(new);
@@ -199,7 +202,7 @@ fn a_drive_beyond_full_scale_clips() {
     // The procedures refuse such a drive before it is played.
     let mut refusing = bench(hand(), noise(0.0, 1));
     let drive = tone(2.0, 150.0);
-    let refused = play_and_record(&mut refusing, &drive, None, &run("x"), &mut Discard);
+    let refused = play_and_record(&mut refusing, &drive, None, &run("x"), &mut Discard, None);
     assert!(matches!(refused, Err(ProcedureError::Impossible { .. })));
 }
 
@@ -370,6 +373,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
             Some(&setup),
             &run("x"),
             &mut Discard,
+            None,
         );
         let text = refused.unwrap_err().to_string();
         assert!(text.contains(part), "{text}");
@@ -389,9 +393,14 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let condition = announce(bare.acquirer.as_ref(), &run("x")).condition;
     assert_eq!((condition.load_n, condition.angle_deg), (None, None));
     let setup = DriveSetup::new(AmplifierGain::B3, Volts(1.4), 80e-9).unwrap();
-    let refused = play_and_record(&mut bare, &silence(1), Some(&setup), &run("x"), &mut |_| {
-        Ok(())
-    });
+    let refused = play_and_record(
+        &mut bare,
+        &silence(1),
+        Some(&setup),
+        &run("x"),
+        &mut Discard,
+        None,
+    );
     let text = refused.unwrap_err().to_string();
     assert!(
         text.contains("nothing describes") && text.contains("gain B3"),
@@ -444,14 +453,18 @@ fn another_load_or_angle_is_refused() {
             "the load of 0.4 N",
         ),
     ] {
-        let text = bench.acquirer.ready(&run).unwrap_err().to_string();
+        let text = bench
+            .acquirer
+            .ready(&run, &StopHandle::new())
+            .unwrap_err()
+            .to_string();
         assert!(text.contains(part) && text.contains("leave --"), "{text}");
     }
     let free = RunPlan {
         load: None,
         ..run("x")
     };
-    bench.acquirer.ready(&free).unwrap();
+    bench.acquirer.ready(&free, &StopHandle::new()).unwrap();
 }
 
 #[test]
@@ -496,12 +509,14 @@ fn what_makes_no_bench_is_refused() {
 #[test]
 fn steps_have_an_order() {
     let mut bench = bench(hand(), noise(0.003, 7));
-    assert!(bench.acquirer.start().is_err() && bench.acquirer.wait().is_err());
-    assert!(bench.player.start().is_err() && bench.player.wait().is_err());
+    assert!(bench.acquirer.start().is_err() && bench.acquirer.next_chunk().is_err());
+    assert!(bench.player.start().is_err() && bench.player.progress().is_err());
     let slow = Series::<Drive>::new(vec![0.0; 100], SampleRate::new(5_000.0).unwrap()).unwrap();
     assert!(matches!(
-        bench.player.ready(&slow, &run("x")),
-        Err(ProcedureError::Rate { .. })
+        bench
+            .player
+            .ready(Playback::Whole(slow), &run("x"), &StopHandle::new()),
+        Err(DeviceError::Rate { .. })
     ));
     bench.player.stop();
     bench.acquirer.stop();

@@ -6,22 +6,21 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use piezotact::criterion::Outcome;
 use piezotact::device::AmplifierGain;
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Hertz, Newtons, Seconds};
-use piezotact::recording::Recording;
-use piezotact::run::Discard;
+use piezotact::run::{Discard, RunChunk, RunCriterion};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{DistortionLevels, Estimator, TransferFunction, farthest_apart_db};
 use piezotact_bench::procedure::{
-    CharacteriseConfig, Gating, RepeatConfig, Repeated, characterise, excite, play_and_record,
-    repeated,
+    CharacteriseConfig, Gating, RepeatConfig, Repeated, characterise, repeated,
 };
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, Breach, Chunk, DeviceError, Excitation, ExcitationConfig,
-    GateConfig, Placement, RunPlan, SensorCalibration, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, Excitation, ExcitationConfig, GateConfig,
+    Placement, ProcedureError, Refusal, RunPlan, SensorCalibration, StopHandle, Until,
 };
 use piezotact_twin::{Participant, TwinBench, TwinParameters};
 
@@ -155,7 +154,7 @@ enum Mishap {
 struct Disturbed {
     inner: Box<dyn Acquire>,
     mishap: Mishap,
-    runs: Rc<Cell<usize>>,
+    runs: Arc<AtomicUsize>,
     seconds: f64,
 }
 
@@ -166,20 +165,20 @@ impl Acquire for Disturbed {
     fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
         self.inner.calibrate()
     }
-    fn ready(&mut self, run: &RunPlan) -> Result<(), DeviceError> {
-        self.inner.ready(run)
+    fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
+        self.inner.ready(run, stop)
     }
     fn start(&mut self) -> Result<(), DeviceError> {
-        self.runs.set(self.runs.get() + 1);
+        self.runs.fetch_add(1, Ordering::SeqCst);
         self.seconds = 0.0;
         self.inner.start()
     }
-    fn wait(&mut self) -> Result<Option<Chunk>, DeviceError> {
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
         let rate_hz = self.describe().rate.hz();
-        let Some(mut chunk) = self.inner.wait()? else {
+        let Some(mut chunk) = self.inner.next_chunk()? else {
             return Ok(None);
         };
-        let run = self.runs.get();
+        let run = self.runs.load(Ordering::SeqCst);
         let change = |channel: &mut Vec<f64>, by: f64| channel.iter_mut().for_each(|v| *v *= by);
         match self.mishap {
             Mishap::Presses(wrong) if run == wrong && self.seconds >= 20.0 => {
@@ -203,21 +202,19 @@ impl Acquire for Disturbed {
 }
 
 /// Two repeats of half a minute with three attempts each.
-fn measured(mishap: Mishap) -> (Result<Repeated, DeviceError>, usize, Vec<String>) {
-    let Bench { player, acquirer } = bench(1);
-    let runs = Rc::new(Cell::new(0));
+fn measured(mishap: Mishap) -> (Result<Repeated, ProcedureError>, usize, Vec<String>) {
+    let Bench {
+        player, acquirer, ..
+    } = bench(1);
+    let runs = Arc::new(AtomicUsize::new(0));
     let acquirer = Disturbed {
         inner: acquirer,
         mishap,
-        runs: Rc::clone(&runs),
+        runs: Arc::clone(&runs),
         seconds: 0.0,
     };
-    let mut bench = Bench {
-        player,
-        acquirer: Box::new(acquirer),
-    };
+    let mut bench = Bench::new(player, Box::new(acquirer));
     let config = config(Excitation::Random, 30.0);
-    let (drive, setup) = excite(&mut bench, &config).unwrap();
     let repeats = RepeatConfig {
         repeats: 2,
         attempts: 3,
@@ -226,22 +223,24 @@ fn measured(mishap: Mishap) -> (Result<Repeated, DeviceError>, usize, Vec<String
     let mut told = Vec::new();
     let done = repeated(
         &mut bench,
-        (&config, setup.as_ref()),
+        &config,
         &repeats,
-        &mut |bench, attempt, gate| -> Result<Recording, DeviceError> {
-            let gate = gate.unwrap();
-            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut |chunk| {
-                gate.admit(chunk).map_err(Into::into)
-            })
-        },
+        &mut Discard,
         &mut |refused| {
             told.push(format!(
                 "{} {}: {}",
-                refused.repeat, refused.attempt, refused.breach
+                refused.repeat, refused.attempt, refused.refusal
             ))
         },
     );
-    (done, runs.get(), told)
+    (done, runs.load(Ordering::SeqCst), told)
+}
+
+/// The criteria of a refusal that are not met.
+fn not_met(refusal: &Refusal) -> Vec<RunCriterion> {
+    let criteria = refusal.0.criteria.iter();
+    let not_met = criteria.filter(|c| c.outcome == Outcome::NotMet);
+    not_met.map(|c| c.what).collect()
 }
 
 #[test]
@@ -278,12 +277,12 @@ fn a_finger_that_lifts_is_named_and_nothing_comes_of_it() {
     assert_eq!((runs, told.len()), (3, 3));
     assert!(
         matches!(
-            error,
-            DeviceError::Refused {
+            &error,
+            ProcedureError::RepeatRefused {
                 repeat: 1,
                 attempts: 3,
-                breach: Breach::Coherence { .. }
-            }
+                refusal,
+            } if not_met(refusal) == [RunCriterion::Coherence]
         ),
         "{error}"
     );
@@ -300,12 +299,9 @@ fn a_finger_that_lifts_is_named_and_nothing_comes_of_it() {
 fn a_repeat_of_the_opposite_sign_is_named() {
     let (done, _, told) = measured(Mishap::Inverted);
     assert!(matches!(
-        done,
-        Err(DeviceError::Refused {
-            repeat: 2,
-            breach: Breach::Polarity { .. },
-            ..
-        })
+        &done,
+        Err(ProcedureError::RepeatRefused { repeat: 2, refusal, .. })
+            if not_met(refusal) == [RunCriterion::Polarity]
     ));
     assert!(
         told[0].contains("opposite sign of the first repeat"),
@@ -319,21 +315,14 @@ fn one_repeat_is_a_characterisation() {
     let config = config(Excitation::Random, 10.0);
     let once = characterise(&mut bench(1), &config, &mut Discard).unwrap();
     let mut bench = bench(1);
-    let (drive, setup) = excite(&mut bench, &config).unwrap();
     let repeats = RepeatConfig {
         repeats: 1,
         attempts: 1,
         gating: Gating::Open,
     };
-    let done: Result<Repeated, DeviceError> = repeated(
-        &mut bench,
-        (&config, setup.as_ref()),
-        &repeats,
-        &mut |bench, attempt, _| {
-            play_and_record(bench, &drive, setup.as_ref(), &attempt.run, &mut Discard)
-        },
-        &mut |_| panic!("nothing is judged"),
-    );
+    let done = repeated(&mut bench, &config, &repeats, &mut Discard, &mut |_| {
+        panic!("nothing is judged")
+    });
     let done = done.unwrap();
     assert!(done.apart_db.is_none());
     let off = once

@@ -80,6 +80,7 @@ fn felt(
         drive.setup.as_ref(),
         &run("play"),
         &mut Discard,
+        None,
     )
     .unwrap();
     let response = measured.series::<Acceleration>(None).unwrap();
@@ -172,7 +173,7 @@ fn the_same_seed_gives_the_same_bytes() {
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
     let record = |label: &str| {
         let mut bench = bench_of(2, 9, AmplifierGain::B3).into_bench();
-        play_and_record(&mut bench, &drive, None, &run(label), &mut Discard).unwrap()
+        play_and_record(&mut bench, &drive, None, &run(label), &mut Discard, None).unwrap()
     };
     assert_eq!(record("play"), record("play"));
     assert_ne!(record("play").channels()[1], record("again").channels()[1]);
@@ -207,6 +208,7 @@ fn a_drive_for_another_gain_is_refused() {
         setup.as_ref(),
         &run("play"),
         &mut Discard,
+        None,
     )
     .unwrap_err()
     .to_string();

@@ -6,8 +6,8 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Mode};
@@ -17,7 +17,7 @@ use piezotact::quantity::{
 };
 use piezotact::render::{Inverse, PhaseForm, RenderConfig, RenderError};
 use piezotact::resample::resample;
-use piezotact::run::Discard;
+use piezotact::run::{Discard, RunChunk};
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -25,8 +25,8 @@ use piezotact_bench::procedure::{
     CharacteriseConfig, LoopConfig, LoopEnd, Looped, characterise, closed_loop,
 };
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, Chunk, DeviceError, Excitation, ExcitationConfig,
-    Placement, RunPlan, SensorCalibration, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, Excitation, ExcitationConfig, Placement,
+    ProcedureError, RunPlan, SensorCalibration, StopHandle, Until,
 };
 use piezotact_twin::{Participant, TwinBench, TwinParameters, record_texture};
 
@@ -219,12 +219,17 @@ fn a_loop_knows_its_device_and_its_phase() {
     let (mut function, target) = (function(1), texture().amplified(Decibels(-6.0)));
     let mut minimum = config(Mode::Replicate);
     minimum.render.inverse.phase = PhaseForm::Minimum;
-    let refused = closed_loop(&mut bench(1), &target, &function, &minimum, &mut |_| {
-        panic!("it played")
-    });
+    let refused = closed_loop(
+        &mut bench(1),
+        &target,
+        &function,
+        &minimum,
+        &mut Discard,
+        &mut |_| panic!("it played"),
+    );
     assert!(matches!(
         refused,
-        Err(DeviceError::Render(RenderError::Phase))
+        Err(ProcedureError::Render(RenderError::Phase))
     ));
     let limit = function.drive.take().unwrap().drive_limit();
     let mut loud = config(Mode::Texture);
@@ -254,10 +259,15 @@ fn a_loop_knows_its_device_and_its_phase() {
 fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     let (function, target) = (function(1), texture().amplified(Decibels(16.0)));
     let mut loop_config = config(Mode::Texture);
-    let refused = closed_loop(&mut bench(1), &target, &function, &loop_config, &mut |_| {
-        panic!("it played")
-    });
-    let Err(DeviceError::Render(RenderError::ExceedsFullScale { fits_at, .. })) = refused else {
+    let refused = closed_loop(
+        &mut bench(1),
+        &target,
+        &function,
+        &loop_config,
+        &mut Discard,
+        &mut |_| panic!("it played"),
+    );
+    let Err(ProcedureError::Render(RenderError::ExceedsFullScale { fits_at, .. })) = refused else {
         panic!("it does not fit")
     };
     assert!((-20.0..0.0).contains(&fits_at.0), "{fits_at:?}");
@@ -329,7 +339,7 @@ struct Disturbed {
     inner: Box<dyn Acquire>,
     mishap: Mishap,
     from: usize,
-    runs: Rc<Cell<usize>>,
+    runs: Arc<AtomicUsize>,
 }
 
 impl Acquire for Disturbed {
@@ -339,18 +349,18 @@ impl Acquire for Disturbed {
     fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
         self.inner.calibrate()
     }
-    fn ready(&mut self, run: &RunPlan) -> Result<(), DeviceError> {
-        self.inner.ready(run)
+    fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
+        self.inner.ready(run, stop)
     }
     fn start(&mut self) -> Result<(), DeviceError> {
-        self.runs.set(self.runs.get() + 1);
+        self.runs.fetch_add(1, Ordering::SeqCst);
         self.inner.start()
     }
-    fn wait(&mut self) -> Result<Option<Chunk>, DeviceError> {
-        let Some(mut chunk) = self.inner.wait()? else {
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
+        let Some(mut chunk) = self.inner.next_chunk()? else {
             return Ok(None);
         };
-        if self.runs.get() >= self.from {
+        if self.runs.load(Ordering::SeqCst) >= self.from {
             match self.mishap {
                 Mishap::Lifts => chunk.channels[1].iter_mut().enumerate().for_each(|(i, v)| {
                     *v = 1e-3 * ((i * i * 7919 % 1000) as f64 / 500.0 - 1.0);
@@ -381,18 +391,17 @@ impl Acquire for Disturbed {
     }
 }
 
-fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, DeviceError> {
-    let Bench { player, acquirer } = bench(1);
+fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, ProcedureError> {
+    let Bench {
+        player, acquirer, ..
+    } = bench(1);
     let acquirer = Disturbed {
         inner: acquirer,
         mishap,
         from,
-        runs: Rc::new(Cell::new(0)),
+        runs: Arc::default(),
     };
-    let mut bench = Bench {
-        player,
-        acquirer: Box::new(acquirer),
-    };
+    let mut bench = Bench::new(player, Box::new(acquirer));
     let target = texture().amplified(Decibels(-6.0));
     closed_loop(
         &mut bench,

@@ -54,7 +54,7 @@ fn acquire(acquirer: &mut dyn Acquire, plan: &RunPlan) -> Vec<Vec<f64>> {
     acquirer.ready(plan, &StopHandle::new()).unwrap();
     acquirer.start().unwrap();
     let mut channels = vec![Vec::new(); 3];
-    while let Some(chunk) = acquirer.wait().unwrap() {
+    while let Some(chunk) = acquirer.next_chunk().unwrap() {
         assert!(chunk.channels[0].len() <= RATE_HZ as usize);
         for (all, new) in channels.iter_mut().zip(chunk.channels) {
             all.extend(new);
@@ -356,10 +356,16 @@ fn steps_out_of_order_are_refused() {
     let mut acquirer = bench(1, ShakerMount::Finger, 1.0).into_acquirer();
     assert!(matches!(acquirer.start(), Err(DeviceError::Order { .. })));
     acquirer.ready(&plan("x", 0.2), &StopHandle::new()).unwrap();
-    assert!(matches!(acquirer.wait(), Err(DeviceError::Order { .. })));
+    assert!(matches!(
+        acquirer.next_chunk(),
+        Err(DeviceError::Order { .. })
+    ));
     acquirer.start().unwrap();
     acquirer.stop();
-    assert!(matches!(acquirer.wait(), Err(DeviceError::Order { .. })));
+    assert!(matches!(
+        acquirer.next_chunk(),
+        Err(DeviceError::Order { .. })
+    ));
 }
 
 #[test]
