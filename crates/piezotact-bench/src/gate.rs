@@ -4,8 +4,8 @@
 use std::fmt;
 
 use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
-use piezotact::series::mean;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::mean;
 use piezotact::transfer::{CrossPlan, CrossSpectra};
 
 use crate::procedure::LOWEST_JUDGED;

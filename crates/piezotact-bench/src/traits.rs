@@ -1,8 +1,9 @@
 //! What a bench can do, whoever built it.
 
+use piezotact::checksum::Checksum;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Unit};
-use piezotact::recording::{BenchKind, Checksum, Condition};
+use piezotact::recording::{BenchKind, Condition};
 use piezotact::{Doubt, Series};
 
 /// What is asked of one run: who touches how, and what the run is for.

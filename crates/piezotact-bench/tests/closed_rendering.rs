@@ -10,8 +10,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use piezotact::Doubt;
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::correct::CorrectConfig;
 use piezotact::device::AmplifierGain;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };

@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
-use piezotact::correct::Mode;
 use piezotact::device::DriveSetup;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Measure, Unit};
 use piezotact::recording::{Condition, Provenance};
 use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};

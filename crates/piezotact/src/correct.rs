@@ -14,18 +14,18 @@ use serde::{Deserialize, Serialize};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
     Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, achievable, floored,
     runs,
 };
-use crate::series::{Series, SeriesError, peak};
+use crate::series::{Series, SeriesError};
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
+use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
 use heard::Heard;
-
-pub use crate::render::Mode;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -116,7 +116,7 @@ struct Fit {
 
 /// What one step found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct LineChange {
     /// The share of the band's lines that were corrected, 0–1.
     pub corrected: f64,
     /// The rms over those lines of how much they changed, dB.
@@ -362,7 +362,7 @@ impl<O: Quantity> Correction<O> {
         &mut self,
         responses: &[&Series<O>],
         noise: &Spectrum<O>,
-    ) -> Result<Step, VerifyError> {
+    ) -> Result<LineChange, VerifyError> {
         let aim = self.aim()?;
         let heard = Heard::of(responses, &aim, &self.welch, self.render.inverse.band)?;
         let (as_drive, spread) = self.as_drive(&heard, aim.samples());
@@ -417,7 +417,7 @@ impl<O: Quantity> Correction<O> {
                 old * (missing.powf(0.5 * self.config.learning) - 1.0)
             };
         }
-        Ok(Step {
+        Ok(LineChange {
             corrected: corrected as f64 / all.max(1) as f64,
             change_db: self.change(&changes),
         })

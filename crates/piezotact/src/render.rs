@@ -18,45 +18,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
-use crate::series::{Series, peak};
+use crate::series::Series;
+use crate::statistics::peak;
 use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
-
-/// What of a texture is rendered, and so what counts when it is verified.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// The waveform.
-    Replicate,
-    /// The power spectrum.
-    Texture,
-}
-
-impl Mode {
-    /// What it is, for people.
-    #[must_use]
-    pub fn told(self) -> &'static str {
-        match self {
-            Self::Replicate => "to replicate the waveform",
-            Self::Texture => "to have the texture's spectrum, its phases free",
-        }
-    }
-
-    /// The name as it is written on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Replicate => "replicate",
-            Self::Texture => "texture",
-        }
-    }
-}
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Clipping {
+pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
     /// Let it clip, and say how much of it does.
@@ -81,7 +53,7 @@ pub struct RenderConfig {
     /// A line is achievable when its coherence is at least this.
     pub lowest_coherence: f64,
     /// What to do with a drive that does not fit.
-    pub clipping: Clipping,
+    pub clipping: Overload,
 }
 
 impl RenderConfig {
@@ -97,7 +69,7 @@ impl RenderConfig {
             output_rate,
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,
-            clipping: Clipping::Refuse,
+            clipping: Overload::Refuse,
         }
     }
 }
@@ -202,7 +174,7 @@ pub fn render<O: Quantity>(
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.peak > headroom.limit {
         match config.clipping {
-            Clipping::Refuse => {
+            Overload::Refuse => {
                 return Err(RenderError::ExceedsFullScale {
                     peak: headroom.peak,
                     limit: headroom.limit,
@@ -210,7 +182,7 @@ pub fn render<O: Quantity>(
                     fits_at: floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
                 });
             }
-            Clipping::Allow => {
+            Overload::Allow => {
                 for sample in &mut samples {
                     *sample = sample.clamp(-1.0, 1.0);
                 }

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use piezotact::correct::Mode;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
+use piezotact::lineage::Mode;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
-use piezotact::series::mean;
+use piezotact::statistics::mean;
 use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};

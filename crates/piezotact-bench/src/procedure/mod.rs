@@ -269,7 +269,7 @@ fn force_doubt(recording: &Recording, run: &RunPlan) -> Option<Doubt> {
         return Some(Doubt::ForceNotMeasured { load_n });
     };
     let target_n = run.load?.0;
-    let mean_n = piezotact::series::mean(force.samples());
+    let mean_n = piezotact::statistics::mean(force.samples());
     ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
         .then_some(Doubt::LoadOffTarget { mean_n, target_n })
 }

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Clipping, clipping};
+use crate::clipping::{Clipping, clipping};
 use crate::feature::Weighting;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity, Seconds};
-use crate::render::{Mode, RenderConfig};
+use crate::render::RenderConfig;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
 

@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::{Measured, Verification, VerifyConfig, VerifyError, rms_of, verify};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity};
-use crate::series::{Series, mean};
+use crate::series::Series;
+use crate::statistics::mean;
 use crate::transfer::TransferFunction;
 
 /// What the device would do with a texture that is sent to it straight, as its transfer function has it: linear, without

@@ -6,8 +6,8 @@ use std::ops::Range;
 use anyhow::Result;
 use num_complex::Complex;
 use piezotact::feature::Weighting;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
-use piezotact::render::Mode;
 use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
@@ -537,7 +537,7 @@ impl Making<'_> {
     }
 
     fn rms(&self) -> f64 {
-        piezotact::series::rms(&self.case.delivered[self.texture()])
+        piezotact::statistics::rms(&self.case.delivered[self.texture()])
     }
 
     fn octaves(&self, draws: &mut Draws) -> ThirdOctaves {

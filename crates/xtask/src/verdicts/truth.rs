@@ -23,8 +23,8 @@ use std::fmt;
 
 use num_complex::Complex;
 use piezotact::feature::Weighting;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::render::Mode;
 
 use super::faults::{Case, Realisation, faded};
 use super::kinds::Kind;

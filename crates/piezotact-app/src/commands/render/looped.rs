@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::correct::CorrectConfig;
+use piezotact::lineage::Mode;
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, RunStart, closed_loop};

@@ -5,10 +5,10 @@ mod looped;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::manipulate::{Lineage, Operation, Step};
+use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
 use piezotact::render::{
-    self, Clipping, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
+    self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_gain,
 };
 use piezotact::series::Series;
@@ -281,19 +281,23 @@ pub(crate) fn lineage(
 ) -> Lineage {
     let operation = Operation::Rendered {
         transfer: transfer.into(),
-        gain: drive.setup.as_ref().map(|setup| setup.gain),
+        gain: drive.setup.as_ref().map(|setup| setup.gain.to_string()),
         level_db,
         band_hz: drive.config.inverse.band,
         aim: drive.aim,
     };
-    so_far.then(Step::between(operation, target, &drive.drive))
+    so_far.then(Step::between(
+        operation,
+        target.rms_about_mean(),
+        drive.drive.rms_about_mean(),
+    ))
 }
 
 fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let rate = SampleRate::new(f64::from(args.rate)).map_err(usage)?;
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
-        config.clipping = Clipping::Allow;
+        config.clipping = Overload::Allow;
     }
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
@@ -392,7 +396,7 @@ impl Asked<'_> {
     fn other_gain(&self, target: &Series<Acceleration>) -> Option<String> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
-            clipping: Clipping::Allow,
+            clipping: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
-use piezotact::series::peak;
+use piezotact::statistics::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce};
 use piezotact_bench::twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,

@@ -6,13 +6,14 @@ mod outcome;
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::correct::{CorrectConfig, Correction, Mode, Step};
+use piezotact::correct::{CorrectConfig, Correction, LineChange};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{Recording, played_through_its_own};
 use piezotact::render::{
-    Clipping, Inverse, RenderConfig, RenderError, RenderedDrive, achievable, headroom,
+    Inverse, Overload, RenderConfig, RenderError, RenderedDrive, achievable, headroom,
     power_outside, render,
 };
 use piezotact::series::Series;
@@ -57,7 +58,7 @@ pub struct Iteration {
     /// The share of its samples that stood at the device's limit, 0–1.
     pub held: f64,
     /// What the step that followed changed; none after the last.
-    pub step: Option<Step>,
+    pub step: Option<LineChange>,
 }
 
 impl Looped {
@@ -148,7 +149,7 @@ pub fn closed_loop(
     let mut correction = Correction::new(&target, &function, &config.render, &config.correct)?;
     let mut drive = correction.drive()?;
     let free = config.render.inverse.inverse == Inverse::DriveLimited
-        || config.render.clipping == Clipping::Allow;
+        || config.render.clipping == Overload::Allow;
     if !free && !correction.fits() {
         return Err(refused(&mut correction, function.drive.as_ref()).into());
     }
@@ -493,7 +494,7 @@ fn opened(
     config: &LoopConfig,
 ) -> Result<RenderedDrive, RenderError> {
     let mut open = config.render.clone();
-    open.clipping = Clipping::Allow;
+    open.clipping = Overload::Allow;
     if open.inverse.inverse == Inverse::DriveLimited {
         open.inverse.inverse = Inverse::Constant;
     }

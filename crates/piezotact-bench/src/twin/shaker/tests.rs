@@ -5,8 +5,9 @@
 
 use num_complex::Complex;
 use piezotact::quantity::{self, Degrees, Newtons, Potential, Quantity, SampleRate};
-use piezotact::series::{Series, mean, rms, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::{mean, rms, standard_deviation};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use super::*;
