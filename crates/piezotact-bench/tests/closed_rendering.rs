@@ -243,7 +243,7 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     println!(
         "turned down: {}; given up {:?}",
         told(&looped),
-        looped.rendered.given_up
+        looped.rendered.coverage.given_up
     );
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
     let turned_down = looped.rendered.doubts.iter().find_map(|doubt| match doubt {

@@ -94,8 +94,8 @@ impl Rendering {
             config: rendered.config.clone(),
             aim: rendered.aim,
             headroom: rendered.headroom.clone(),
-            achievable_band_hz: rendered.achievable.clone(),
-            given_up_band_hz: rendered.given_up.clone(),
+            achievable_band_hz: rendered.coverage.reached.clone(),
+            given_up_band_hz: rendered.coverage.given_up.clone(),
             doubts: rendered.doubts.clone(),
         }
     }

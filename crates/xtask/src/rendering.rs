@@ -239,7 +239,7 @@ fn feel(
                 clipping: clipping(&response, None, Some(asked.clipped_fraction)),
             };
             let judged = VerifyConfig {
-                achievable: rendered.achievable.clone(),
+                reached: rendered.coverage.reached.clone(),
                 ..VerifyConfig::over(config.inverse.band, texture.rate().hz())
             };
             verify(texture, measured, &judged)?

@@ -292,7 +292,7 @@ fn judge(
     add(doubt.into_iter().collect());
     let mut config = VerifyConfig::over(args.band, wanted.rate().hz());
     if let Some(rendering) = rendering {
-        config.achievable.clone_from(&rendering.achievable_band_hz);
+        config.reached.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
         config = config.rendered_as(&rendering.config, rendering.mode());
     }

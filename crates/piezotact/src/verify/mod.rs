@@ -277,7 +277,7 @@ pub fn verify<Q: Quantity>(
     let error_db_rms = rms_of(lines.compared.iter().map(|(_, error)| *error));
     let achievable = |frequency_hz: f64| {
         config
-            .achievable
+            .reached
             .iter()
             .any(|band| band.contains(frequency_hz))
     };
@@ -292,7 +292,7 @@ pub fn verify<Q: Quantity>(
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
     let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
-    let judged_share = if config.achievable.is_empty() {
+    let judged_share = if config.reached.is_empty() {
         1.0
     } else {
         reached.len() as f64 / lines.compared.len() as f64
@@ -303,7 +303,7 @@ pub fn verify<Q: Quantity>(
     if judged_share < 1.0 - TOLD_SHARE {
         doubts.push(Doubt::PartJudged {
             share: judged_share,
-            judged: config.achievable.clone(),
+            judged: config.reached.clone(),
             band: config.band,
         });
     }
@@ -335,11 +335,11 @@ pub fn verify<Q: Quantity>(
         });
     }
     let floor = meant::floor(&meant, response, &aligned, config.band);
-    let judged_bands: Vec<Band> = if config.achievable.is_empty() {
+    let judged_bands: Vec<Band> = if config.reached.is_empty() {
         vec![config.band]
     } else {
         config
-            .achievable
+            .reached
             .iter()
             .filter_map(|band| band.common(config.band))
             .collect()
@@ -386,7 +386,7 @@ pub fn verify<Q: Quantity>(
                 .map(|(_, error)| error - mean_error_db),
         ),
         achievable_band_hz: config
-            .achievable
+            .reached
             .iter()
             .filter_map(|band| band.common(config.band))
             .collect(),

@@ -77,7 +77,7 @@ pub fn predicted_straight<Q: Quantity>(
     let response = Series::<Q>::new(answer(target, function), target.rate())?;
     let compared = verify(target, Measured::alone(&response), &config)?;
     let lines = || {
-        let judged = |hz: f64| config.achievable.iter().any(|band| band.contains(hz));
+        let judged = |hz: f64| config.reached.iter().any(|band| band.contains(hz));
         let (known, all) = (compared.error_db_rms_achievable.is_some(), &compared);
         let pairs = all.error_frequency_hz.iter().zip(&all.error_db);
         pairs

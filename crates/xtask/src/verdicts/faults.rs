@@ -447,7 +447,7 @@ impl Making<'_> {
                     (scene.band.low().0, low - 1.0),
                     (high + 1.0, scene.band.high().0),
                 ];
-                self.case.config.achievable = parts
+                self.case.config.reached = parts
                     .iter()
                     .filter_map(|(low, high)| Band::new(Hertz(*low), Hertz(*high)).ok())
                     .collect();
@@ -455,7 +455,7 @@ impl Making<'_> {
             }
             TopGivenUp => {
                 self.shape(within([700.0, 1_200.0], 0.0));
-                self.case.config.achievable = vec![Band::new(scene.band.low(), Hertz(695.0))?];
+                self.case.config.reached = vec![Band::new(scene.band.low(), Hertz(695.0))?];
                 self.case.part = true;
             }
             RenderedAt(db) => {

@@ -417,7 +417,12 @@ impl Done {
     fn told(&self) -> Outcome {
         let drive = &self.drive;
         say_doubts(&drive.doubts);
-        let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
+        let bands: Vec<String> = drive
+            .coverage
+            .reached
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         let bands = if bands.is_empty() {
             "nothing".into()
         } else {
@@ -446,8 +451,8 @@ impl Done {
             "rate_hz": args.rate,
             "level_db": self.level_db,
             "headroom": drive.headroom,
-            "achievable_band_hz": drive.achievable,
-            "given_up_band_hz": drive.given_up,
+            "achievable_band_hz": drive.coverage.reached,
+            "given_up_band_hz": drive.coverage.given_up,
             "drive_setup": drive.setup,
             "gains": gains.map(|setup| gains_for(&drive.headroom, setup)),
             "loop": self.corrected.as_ref().map(|corrected| corrected.json()),

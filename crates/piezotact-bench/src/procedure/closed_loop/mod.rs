@@ -13,8 +13,8 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{Recording, played_through_its_own};
 use piezotact::render::{
-    Inverse, Overload, RenderConfig, RenderError, RenderedDrive, achievable, headroom,
-    power_outside, render,
+    Coverage, Inverse, Overload, RenderConfig, RenderError, RenderedDrive, headroom, power_outside,
+    render,
 };
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -145,8 +145,8 @@ pub fn closed_loop(
         }
     }
     first.setup.clone_from(&function.drive);
-    let (reached, ..) = achievable(&function, &config.render)?;
     let mut correction = Correction::new(&target, &function, &config.render, &config.correct)?;
+    let reached = correction.inverse_coverage().reached.clone();
     let mut drive = correction.drive()?;
     let free = config.render.inverse.inverse == Inverse::DriveLimited
         || config.render.clipping == Overload::Allow;
@@ -166,8 +166,8 @@ pub fn closed_loop(
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
     first.doubts.extend(hidden);
-    let judge = |felt: &Felt, achieved: &[Band]| {
-        judged(&target, felt, (achieved, correction_welch.clone()), config)
+    let judge = |felt: &Felt, coverage: &Coverage| {
+        judged(&target, felt, (coverage, correction_welch.clone()), config)
     };
 
     let mut course = Course::default();
@@ -175,9 +175,9 @@ pub fn closed_loop(
         let fit = Fit::of(&correction);
         let mut both = || -> Result<(Felt, Felt, [Verification; 2]), Broken> {
             let first = listener.feel(&drive, &format!("iteration {number}, first"))?;
-            let unjudged = judge(&first, &fit.achieved)?;
+            let unjudged = judge(&first, &fit.coverage)?;
             let second = listener.feel(&drive, &format!("iteration {number}, second"))?;
-            let verification = judge(&second, &fit.achieved)?;
+            let verification = judge(&second, &fit.coverage)?;
             Ok((first, second, [unjudged, verification]))
         };
         let (first, second, [unjudged, verification]) = match both() {
@@ -240,7 +240,7 @@ pub fn closed_loop(
     let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
         let label = format!("iteration {}, once more", drive.number);
         let felt = listener.feel(&drive.drive, &label)?;
-        Ok((judge(&felt, &drive.fit.achieved)?, felt))
+        Ok((judge(&felt, &drive.fit.coverage)?, felt))
     };
     // The best is measured once more: of several measurements the smallest is partly luck.
     let (best, again, gain, kept) = match best {
@@ -288,7 +288,7 @@ pub fn closed_loop(
         best.fit.doubts(fits_at),
         (&iterations[best.number], &end, kept),
     );
-    (rendered.achievable, rendered.given_up) = (best.fit.achieved, best.fit.given_up);
+    rendered.coverage = best.fit.coverage;
     let (confirmed, recording) = match again {
         Ok((verification, felt)) => {
             rendered.provenance = rendered.provenance.then(format!(
@@ -421,8 +421,7 @@ struct Best {
 
 /// How a drive was made to fit.
 struct Fit {
-    achieved: Vec<Band>,
-    given_up: Vec<Band>,
+    coverage: Coverage,
     /// The bands that were turned down for it, and their share of the lines.
     turned_down: Option<(Vec<Band>, f64)>,
     likeness: f64,
@@ -431,10 +430,8 @@ struct Fit {
 
 impl Fit {
     fn of(correction: &Correction<Acceleration>) -> Self {
-        let (achieved, given_up) = correction.reached();
         Self {
-            achieved,
-            given_up,
+            coverage: correction.coverage(),
             turned_down: correction.turned_down(),
             likeness: correction.likeness(),
             held: correction.held(),
@@ -532,15 +529,15 @@ fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> Close
     }
 }
 
-/// How close what was felt came to `target`, over what its drive `achieved`.
+/// How close what was felt came to `target`, over the `coverage` of its drive.
 fn judged(
     target: &Series<Acceleration>,
     felt: &Felt,
-    (achieved, welch): (&[Band], WelchConfig),
+    (coverage, welch): (&Coverage, WelchConfig),
     config: &LoopConfig,
 ) -> Result<Verification, Broken> {
     let verify_config = VerifyConfig {
-        achievable: achieved.to_vec(),
+        reached: coverage.reached.clone(),
         welch,
         ..VerifyConfig::over(config.judged, target.rate().hz())
     }
