@@ -1,10 +1,8 @@
 //! Conclusions in words: a direction only where the numbers have one, and what they are over.
 
-use piezotact::compare::{
-    CommonLine, Direction, LineOrigin, LogFit, PairedDifference, PeriodUnit, RankCorrelation,
-    SpatialPeriod,
-};
+use piezotact::compare::{CommonLine, LineOrigin, PeriodUnit, SpatialPeriod};
 use piezotact::criterion::Outcome;
+use piezotact::statistics::{Direction, LogFit, PairedDifference, RankCorrelation};
 
 use crate::output::digits;
 

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use piezotact::quantity::{Degrees, Newtons};
-use piezotact::series::rms;
+use piezotact::statistics::rms;
 use piezotact_dataset::{TransferDocument, read_transfer, write_transfer};
 use serde_json::Value;
 use support::{Folder, noise, shared, wav};

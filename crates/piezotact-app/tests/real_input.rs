@@ -14,8 +14,9 @@ mod support;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate};
 use piezotact::render::{RenderConfig, RenderError, render};
 use piezotact::resample::resample;
-use piezotact::series::{Series, peak, rms};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::{peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
@@ -242,9 +243,14 @@ fn textsense_is_rendered_through_measured_hands() {
             let felt =
                 Series::new(hand.feel(drive.drive.samples(), &mut noise), hand.rate).unwrap();
             let mut config = VerifyConfig::over(band, hand.rate.hz());
-            config.achievable.clone_from(&drive.achievable);
+            config.reached.clone_from(&drive.coverage.reached);
             let verified = verify(&target, Measured::alone(&felt), &config).unwrap();
-            let given_up: Vec<String> = drive.given_up.iter().map(ToString::to_string).collect();
+            let given_up: Vec<String> = drive
+                .coverage
+                .given_up
+                .iter()
+                .map(ToString::to_string)
+                .collect();
             eprintln!(
                 "hand {model}, axis {rank}, {name}: {:.3} dB rms of the achievable part ({:.3} of all), r {:.4}; given up: {}",
                 verified.error_db_rms_achievable.unwrap(),
@@ -253,7 +259,8 @@ fn textsense_is_rendered_through_measured_hands() {
                 given_up.join(", ")
             );
             let reached_hz: f64 = drive
-                .achievable
+                .coverage
+                .reached
                 .iter()
                 .map(|band| band.high().0 - band.low().0)
                 .sum();

@@ -251,7 +251,7 @@ pub fn excitation(
         Excitation::Sweep => sweeps(config, rate)?,
         Excitation::Multisine => multisines(config, rate)?,
     };
-    let largest = piezotact::series::peak(&samples);
+    let largest = piezotact::statistics::peak(&samples);
     if largest <= 0.0 {
         return Err(impossible(
             &format!(

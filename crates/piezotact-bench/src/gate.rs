@@ -6,8 +6,8 @@ use std::fmt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
 use piezotact::run::{Judged, RunChunk, RunCriterion, RunDocument, Sink, SinkError};
-use piezotact::series::mean;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::mean;
 use piezotact::transfer::{CrossPlan, CrossSpectra};
 
 use crate::error::ProcedureError;

@@ -3,9 +3,10 @@
 //! Every bench passes the same [`conformance`](crate::conformance) tests.
 
 use piezotact::Doubt;
+use piezotact::checksum::Checksum;
 use piezotact::device::{AmplifierGain, DriveSetup};
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{BenchKind, Checksum, Condition};
+use piezotact::recording::{BenchKind, Condition};
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;

@@ -5,16 +5,17 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::correct::CorrectConfig;
 use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Volts,
 };
 use piezotact::recording::{BenchKind, Recording};
 use piezotact::render::RenderConfig;
 use piezotact::run::Discard;
-use piezotact::series::{mean, peak, rms};
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::{mean, peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::{Doubt, Series};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};

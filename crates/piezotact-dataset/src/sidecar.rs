@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
-use piezotact::correct::Mode;
 use piezotact::device::DriveSetup;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Measure, Unit};
 use piezotact::recording::{Condition, Provenance};
 use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
@@ -94,8 +94,8 @@ impl Rendering {
             config: rendered.config.clone(),
             aim: rendered.aim,
             headroom: rendered.headroom.clone(),
-            achievable_band_hz: rendered.achievable.clone(),
-            given_up_band_hz: rendered.given_up.clone(),
+            achievable_band_hz: rendered.coverage.reached.clone(),
+            given_up_band_hz: rendered.coverage.given_up.clone(),
             doubts: rendered.doubts.clone(),
         }
     }

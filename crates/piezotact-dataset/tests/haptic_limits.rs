@@ -89,7 +89,7 @@ fn hjif_is_read_at_the_rate_it_was_made_at() {
         .unwrap()
         .recording;
     assert_eq!((played.rate(), played.len()), (rate, 10_000));
-    let rms = |samples: &[f64]| piezotact::series::standard_deviation(samples);
+    let rms = |samples: &[f64]| piezotact::statistics::standard_deviation(samples);
     let level = rms(&played.channels()[0].samples) / rms(x.samples());
     assert!((level - 1.0).abs() < 1e-5, "{level}");
     let options = ReadOptions {

@@ -2,7 +2,7 @@
 
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
-use piezotact::series::mean;
+use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 

@@ -1,13 +1,12 @@
 //! Chapter 6: three surfaces touched freely by ten people, and the forces on the device in two tasks.
 
 use piezotact::Doubt;
-use piezotact::compare::{
-    PairedDifference, Periods, Sliding, SpatialPeriod, Summary, paired_difference, spatial_period,
-};
+use piezotact::compare::{Periods, Sliding, SpatialPeriod, Summary, spatial_period};
 use piezotact::feature::Analysis;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz};
 use piezotact::recording::Recording;
-use piezotact::series::{Series, mean};
+use piezotact::series::Series;
+use piezotact::statistics::{PairedDifference, mean, paired_difference};
 
 use super::claims::{Finding, Holds, least as smallest, most as largest};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};

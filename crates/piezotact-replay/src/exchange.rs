@@ -3,8 +3,9 @@
 use piezotact::Doubt;
 use piezotact::manipulate::{Texture, exchanged};
 use piezotact::quantity::Acceleration;
-use piezotact::series::{Series, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, welch};
+use piezotact::statistics::standard_deviation;
 
 use super::claims::{Finding, Holds, most};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};

@@ -297,7 +297,7 @@ impl ActTouch {
             stroke: 0,
             bench: self.clone(),
             #[cfg(test)]
-            truth: std::rc::Rc::default(),
+            truth: std::sync::Arc::default(),
         }
     }
 }
@@ -314,7 +314,7 @@ struct ActiveRun {
     random: Random,
     stroke: usize,
     #[cfg(test)]
-    truth: std::rc::Rc<std::cell::RefCell<Vec<(usize, usize)>>>,
+    truth: std::sync::Arc<std::sync::Mutex<Vec<(usize, usize)>>>,
 }
 
 /// From 0 to 1 between 0 and 1, with a horizontal tangent at both ends.
@@ -435,7 +435,9 @@ impl Stretches for ActiveRun {
             stroke.contact = 0;
         }
         #[cfg(test)]
-        self.truth.borrow_mut().push((stroke.lift, stroke.contact));
+        if let Ok(mut truth) = self.truth.lock() {
+            truth.push((stroke.lift, stroke.contact));
+        }
         let label = format!("passage {}", self.stroke);
         self.stroke += 1;
         let (speed, force) = self.meant(&stroke);
@@ -493,8 +495,8 @@ mod tests {
             label: "cuts".into(),
             load: Some(Newtons(0.2)),
             angle: Degrees(20.0),
-            placement: Placement::New,
-            until: Until::Stopped,
+            placement: piezotact_bench::Placement::New,
+            until: piezotact_bench::Until::Stopped,
         }
     }
 
@@ -510,7 +512,7 @@ mod tests {
             let person = Participant::of(number, 3, &parameters);
             let bench = ActTouch::new(&parameters, person, sample, protocol()).unwrap();
             let mut active = bench.active_run(&run());
-            let truth = std::rc::Rc::clone(&active.truth);
+            let truth = std::sync::Arc::clone(&active.truth);
             let mut channels = vec![Vec::new(); 4];
             while let Some(stretch) = active.next() {
                 for (channel, samples) in channels.iter_mut().zip(stretch) {
@@ -545,7 +547,7 @@ mod tests {
                 cut.rejected
             );
             let mut at = 0;
-            for ((lift, contact), stroke) in truth.borrow().iter().zip(&cut.strokes) {
+            for ((lift, contact), stroke) in truth.lock().unwrap().iter().zip(&cut.strokes) {
                 let (from, to) = (at + lift, at + lift + contact);
                 let seconds = |samples: usize| samples as f64 / RATE_HZ;
                 let (start_s, end_s) = (seconds(stroke.steady.start), seconds(stroke.steady.end));

@@ -215,7 +215,7 @@ mod tests {
             let ratios: Vec<f64> = (0..50_000)
                 .map(|_| dragged.next(0.03, force_n).friction_n / force_n)
                 .collect();
-            let mean = piezotact::series::mean(&ratios);
+            let mean = piezotact::statistics::mean(&ratios);
             // 4 % of fluctuation over 75 independent lengths.
             assert!((mean / expected - 1.0).abs() < 0.02, "{mean}");
         }

@@ -90,8 +90,9 @@ impl BandNoise {
 mod tests {
     use super::*;
     use piezotact::quantity::{Acceleration, Hertz, SampleRate};
-    use piezotact::series::{Series, rms};
+    use piezotact::series::Series;
     use piezotact::spectrum::{WelchConfig, welch};
+    use piezotact::statistics::rms;
 
     fn noise(seed: u64) -> BandNoise {
         let band = Band::new(Hertz(2.0), Hertz(1000.0)).unwrap();

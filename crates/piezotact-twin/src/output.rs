@@ -107,7 +107,7 @@ mod tests {
         let expected = 0.1 * 2f64.sqrt() * 83.18 * stage().high_pass(200.0).norm();
         assert!((harmonic(&small[24_000..], 200.0) / expected - 1.0).abs() < 1e-3);
         let large = tone(1.0, 50.0);
-        assert!((piezotact::series::peak(&large) - 75.0 * 1.02).abs() < 1e-6);
+        assert!((piezotact::statistics::peak(&large) - 75.0 * 1.02).abs() < 1e-6);
     }
 
     /// At the amplifier's full scale the second harmonic is 40 dB down: 0.02·V²/2 over V.

@@ -149,7 +149,7 @@ mod tests {
         let ridges: Vec<f64> = (1..=200)
             .map(|n| Participant::of(n, 1, &parameters).skin.ridge_wavelength_m)
             .collect();
-        let mean = piezotact::series::mean(&ridges);
+        let mean = piezotact::statistics::mean(&ridges);
         assert!((mean - 0.46e-3).abs() < 17e-6, "{mean}");
         assert!(ridges.iter().all(|r| (0.35e-3..=0.60e-3).contains(r)));
     }

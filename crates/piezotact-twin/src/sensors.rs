@@ -4,7 +4,7 @@ use super::parameters::{
     AccelerometerParameters, ForceCellParameters, HandParameters, PiezoCellParameters,
 };
 use super::wander::Wander;
-use piezotact::series::{mean, standard_deviation};
+use piezotact::statistics::{mean, standard_deviation};
 
 use piezotact_bench::SensorCalibration;
 use piezotact_bench::random::Random;
@@ -278,7 +278,7 @@ impl ChargeCell {
 mod tests {
     use super::*;
     use crate::parameters::TwinParameters;
-    use piezotact::series::{mean, rms};
+    use piezotact::statistics::{mean, rms};
 
     #[test]
     fn an_accelerometer_is_noisy_and_ends_at_its_range() {

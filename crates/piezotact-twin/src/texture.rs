@@ -301,8 +301,8 @@ mod tests {
     use super::*;
     use piezotact::Series;
     use piezotact::quantity::{SampleRate, Uncalibrated};
-    use piezotact::series::rms;
     use piezotact::spectrum::{WelchConfig, welch};
+    use piezotact::statistics::rms;
 
     fn slide(sample: &str, speed_m_s: f64, seconds: f64) -> Vec<f64> {
         let parameters = TwinParameters::built_in();

@@ -90,7 +90,7 @@ mod tests {
     fn a_smooth_one_has_its_spread_too() {
         let mut wander = SmoothWander::new(1.5, 0.1, 1_000.0, Random::stream(3, 0, "smooth"));
         let x: Vec<f64> = (0..1_000_000).map(|_| wander.next()).collect();
-        let found = piezotact::series::rms(&x);
+        let found = piezotact::statistics::rms(&x);
         assert!((found / 1.5 - 1.0).abs() < 0.08, "{found}");
     }
 

@@ -76,7 +76,7 @@ fn three_excitations_find_one_device() {
                     .to_degrees()
             })
             .collect();
-        let mean = piezotact::series::mean(&turned);
+        let mean = piezotact::statistics::mean(&turned);
         assert!(mean.abs() < 1.0, "{mean}°");
     }
     assert!(found[0].distortion.is_none() && found[1].distortion.is_none());

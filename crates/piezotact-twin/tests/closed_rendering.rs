@@ -10,8 +10,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::Doubt;
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::correct::CorrectConfig;
 use piezotact::device::AmplifierGain;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
@@ -285,7 +286,7 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     println!(
         "turned down: {}; given up {:?}",
         told(&looped),
-        looped.rendered.given_up
+        looped.rendered.coverage.given_up
     );
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
     let turned_down = looped.rendered.doubts.iter().find_map(|doubt| match doubt {

@@ -14,18 +14,18 @@ use serde::{Deserialize, Serialize};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
-    Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, achievable, floored,
-    runs,
+    Coverage, Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, coverage,
+    floored, runs,
 };
-use crate::series::{Series, SeriesError, peak};
+use crate::series::{Series, SeriesError};
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
+use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
 use heard::Heard;
-
-pub use crate::render::Mode;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,9 +88,9 @@ pub struct Correction<O: Quantity> {
     /// Whether a line is corrected: within the band, driven and understood.
     corrected: Vec<bool>,
     /// Whether the inverse reaches a line.
-    achievable: Vec<bool>,
-    /// The parts of the band that the inverse reaches, and those that it gives up.
-    inverse_reaches: (Vec<Band>, Vec<Band>),
+    inverse_reaches: Vec<bool>,
+    /// What of the band the inverse reaches.
+    inverse_coverage: Coverage,
     /// The drive's lines before anything was measured.
     first: Vec<Complex<f64>>,
     /// The drive's lines as they are asked for, before anything limits them.
@@ -116,7 +116,7 @@ struct Fit {
 
 /// What one step found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct LineChange {
     /// The share of the band's lines that were corrected, 0–1.
     pub corrected: f64,
     /// The rms over those lines of how much they changed, dB.
@@ -155,7 +155,7 @@ impl<O: Quantity> Correction<O> {
         let mut transform = RealTransform::new(n);
         let inverse = transform.forward(&response);
         let band = render.inverse.band;
-        let (reached, given_up, _) = achievable(function, render)?;
+        let coverage = coverage(function, render)?;
         let lines_hz: Vec<f64> = (0..=n / 2)
             .map(|k| k as f64 * rate.hz() / n as f64)
             .collect();
@@ -173,8 +173,8 @@ impl<O: Quantity> Correction<O> {
                     && driven(hz)
                     && function.coherence_at(hz) >= config.least_coherence
             }),
-            achievable: lines(&|hz| reached.iter().any(|band| band.contains(hz))),
-            inverse_reaches: (reached, given_up),
+            inverse_reaches: lines(&|hz| coverage.reaches(hz)),
+            inverse_coverage: coverage,
             config: config.clone(),
             render: render.clone(),
             welch: WelchConfig {
@@ -220,13 +220,19 @@ impl<O: Quantity> Correction<O> {
     /// The parts of the band that the last drive reaches (the inverse does, and no more than half a decibel had to be taken
     /// for the drive to fit), and those that were given up.
     #[must_use]
-    pub fn reached(&self) -> (Vec<Band>, Vec<Band>) {
+    pub fn coverage(&self) -> Coverage {
         if self.turned_down().is_none() {
-            return self.inverse_reaches.clone();
+            return self.inverse_coverage.clone();
         }
-        let lines = self.lines(|k| self.achievable[k] && self.last.shares[k] >= KEPT);
+        let lines = self.lines(|k| self.inverse_reaches[k] && self.last.shares[k] >= KEPT);
         let [reached, given_up] = self.runs(&lines);
-        (reached, given_up)
+        Coverage { reached, given_up }
+    }
+
+    /// The parts of the band that the inverse reaches, whatever has to be taken for a drive to fit, and those that it gives up.
+    #[must_use]
+    pub fn inverse_coverage(&self) -> &Coverage {
+        &self.inverse_coverage
     }
 
     /// The parts of the band from which more than half a decibel had to be taken for the last drive to fit, and their share of
@@ -362,7 +368,7 @@ impl<O: Quantity> Correction<O> {
         &mut self,
         responses: &[&Series<O>],
         noise: &Spectrum<O>,
-    ) -> Result<Step, VerifyError> {
+    ) -> Result<LineChange, VerifyError> {
         let aim = self.aim()?;
         let heard = Heard::of(responses, &aim, &self.welch, self.render.inverse.band)?;
         let (as_drive, spread) = self.as_drive(&heard, aim.samples());
@@ -417,7 +423,7 @@ impl<O: Quantity> Correction<O> {
                 old * (missing.powf(0.5 * self.config.learning) - 1.0)
             };
         }
-        Ok(Step {
+        Ok(LineChange {
             corrected: corrected as f64 / all.max(1) as f64,
             change_db: self.change(&changes),
         })

@@ -4,39 +4,50 @@
 //! drive signal that makes the finger feel that texture, and the proof of how close it came, come out.
 //! Nothing here touches a file, a clock, a thread or a device: what a function needs is an argument.
 //!
-//! The modules stand in the order of the work:
-//! [`quantity`] → [`series`], [`recording`] → [`spectrum`] → [`transfer`] → [`render`] → [`verify`],
-//! with [`correct`] for a loop that measures again, [`manipulate`] for textures made otherwise on purpose, [`score`] for whether a
-//! finger could tell, [`envelope`] for files that hold no waveform, [`resample`] between rates, [`convolve`] for what comes of a drive through an impulse response, [`device`] for what a drive passes
-//! through, [`integrity`] for whether a signal came whole, and [`doubt`] for what
-//! a result leaves open.
+//! The modules stand in four layers, and a module uses only what stands before it; `ARCHITECTURE.md` has the table and
+//! `xtask tidy` checks it:
+//!
+//! - ground: units, statistics, checksums, criteria, doubts, lineages;
+//! - signals: series, recordings, spectra, filters, rates, clipping, integrity;
+//! - touch: surfaces, strokes, what they say, what a finger can tell apart;
+//! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
-pub mod compare;
-pub mod convolve;
-pub mod correct;
+// Ground.
+pub mod checksum;
 pub mod criterion;
-pub mod device;
-pub mod discrimination;
 pub mod doubt;
-pub mod envelope;
-pub mod feature;
-pub mod filter;
 mod fourier;
-pub mod integrity;
-pub mod manipulate;
-mod order;
-pub mod panel;
+pub mod lineage;
 pub mod quantity;
+pub mod statistics;
+
+// Signals.
+pub mod clipping;
+pub mod convolve;
+pub mod filter;
+pub mod integrity;
 pub mod recording;
-pub mod render;
 pub mod resample;
-pub mod roles;
-pub mod run;
-pub mod score;
 pub mod series;
 pub mod spectrum;
+
+// Touch.
+pub mod compare;
+pub mod discrimination;
+pub mod feature;
+pub mod roles;
 pub mod stroke;
 pub mod surface;
+
+// Device.
+pub mod correct;
+pub mod device;
+pub mod envelope;
+pub mod manipulate;
+pub mod panel;
+pub mod render;
+pub mod run;
+pub mod score;
 pub mod transfer;
 pub mod verify;
 

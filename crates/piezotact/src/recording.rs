@@ -6,12 +6,13 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::checksum::Checksum;
 use crate::doubt::Doubt;
-use crate::manipulate::Lineage;
+use crate::lineage::Lineage;
 use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
-pub use rehearsal::{Checksum, NoChecksum, RehearsalDoubt, played_through_its_own};
+pub use rehearsal::{RehearsalDoubt, played_through_its_own};
 
 /// How the finger meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,11 +4,14 @@
 //! band and no further than the device answers; the drive says which part of the band it gave up, and how
 //! far it stays below what the device can do.
 
+mod coverage;
 mod error;
 mod frame;
 mod inverse;
 mod limits;
 
+pub(crate) use coverage::runs;
+pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
@@ -18,45 +21,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
-use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity, SampleRate, Seconds};
+use crate::lineage::Mode;
+use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
 use crate::recording::{Condition, Provenance};
-use crate::series::{Series, peak};
-use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
-
-/// What of a texture is rendered, and so what counts when it is verified.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// The waveform.
-    Replicate,
-    /// The power spectrum.
-    Texture,
-}
-
-impl Mode {
-    /// What it is, for people.
-    #[must_use]
-    pub fn told(self) -> &'static str {
-        match self {
-            Self::Replicate => "to replicate the waveform",
-            Self::Texture => "to have the texture's spectrum, its phases free",
-        }
-    }
-
-    /// The name as it is written on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Replicate => "replicate",
-            Self::Texture => "texture",
-        }
-    }
-}
+use crate::series::Series;
+use crate::statistics::peak;
+use crate::transfer::TransferFunction;
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Clipping {
+pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
     /// Let it clip, and say how much of it does.
@@ -76,17 +51,17 @@ pub struct RenderConfig {
     pub fade: Seconds,
     /// The rate of the drive.
     pub output_rate: SampleRate,
-    /// A line is achievable when regularisation takes no more than this from it.
+    /// A line is reached when regularisation takes no more than this from it.
     pub largest_loss: Decibels,
-    /// A line is achievable when its coherence is at least this.
+    /// A line is reached when its coherence is at least this.
     pub lowest_coherence: f64,
     /// What to do with a drive that does not fit.
-    pub clipping: Clipping,
+    pub clipping: Overload,
 }
 
 impl RenderConfig {
     /// For the PIEZOTACT and its like: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
-    /// achievable within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused.
+    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
@@ -97,7 +72,7 @@ impl RenderConfig {
             output_rate,
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,
-            clipping: Clipping::Refuse,
+            clipping: Overload::Refuse,
         }
     }
 }
@@ -117,10 +92,8 @@ pub struct RenderedDrive {
     pub aim: Option<Mode>,
     /// How much of the device it uses.
     pub headroom: Headroom,
-    /// The parts of the band that the inverse reaches.
-    pub achievable: Vec<Band>,
-    /// The parts it gives up.
-    pub given_up: Vec<Band>,
+    /// The parts of the band that the drive reaches, and those that it gives up.
+    pub coverage: Coverage,
     /// Where it comes from.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
@@ -151,21 +124,21 @@ pub fn render<O: Quantity>(
         Ok(frame.played(drive))
     };
     let mut samples = drive_of(None)?;
-    let (mut achieved, given_up, share) = achievable(function, config)?;
-    let (mut lost, mut turned_down) = (given_up.clone(), None);
+    let inverse = coverage::known(function, config)?;
+    let mut turned_down = None;
     let limit = function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let asked = peak(&samples);
     if config.inverse.inverse == Inverse::DriveLimited && asked > limit {
         let costs = Limiting::of(target.samples(), rate, function, band)?;
         if let Some((fitting, limiting)) = fitted(&costs, limit, &mut drive_of)? {
-            let kept = reached(function, config, Some(&limiting))?;
+            let kept = coverage::limited(function, config, Some(&limiting))?;
             samples = fitting;
-            turned_down = Some(Doubt::TurnedDown {
-                share: kept.share - share,
-                bands: without(&kept.given_up, &given_up),
+            let doubt = Doubt::TurnedDown {
+                share: kept.given_up_share - inverse.given_up_share,
+                bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
                 fits_at_db: floored(Decibels::from_amplitude_ratio(limit / asked)).0,
-            });
-            (achieved, lost) = (kept.achievable, kept.given_up);
+            };
+            turned_down = Some((doubt, kept.bands));
         }
     }
 
@@ -191,18 +164,24 @@ pub fn render<O: Quantity>(
     if function.drive.is_none() {
         doubts.push(Doubt::DeviceNotDescribed);
     }
-    if !given_up.is_empty() {
+    if !inverse.bands.given_up.is_empty() {
         doubts.push(Doubt::GivenUp {
-            bands: given_up,
-            share,
+            bands: inverse.bands.given_up.clone(),
+            share: inverse.given_up_share,
         });
     }
-    doubts.extend(turned_down);
+    let coverage = match turned_down {
+        Some((doubt, coverage)) => {
+            doubts.push(doubt);
+            coverage
+        }
+        None => inverse.bands,
+    };
     doubts.extend(plan.outside(&padded, band));
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
     if headroom.peak > headroom.limit {
         match config.clipping {
-            Clipping::Refuse => {
+            Overload::Refuse => {
                 return Err(RenderError::ExceedsFullScale {
                     peak: headroom.peak,
                     limit: headroom.limit,
@@ -210,7 +189,7 @@ pub fn render<O: Quantity>(
                     fits_at: floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
                 });
             }
-            Clipping::Allow => {
+            Overload::Allow => {
                 for sample in &mut samples {
                     *sample = sample.clamp(-1.0, 1.0);
                 }
@@ -233,8 +212,7 @@ pub fn render<O: Quantity>(
         config: config.clone(),
         aim: None,
         headroom,
-        achievable: achieved,
-        given_up: lost,
+        coverage,
         provenance: provenance.then(format!(
             "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
             config.inverse.inverse.name(),
@@ -336,126 +314,8 @@ pub fn require_gain(
     }
 }
 
-/// The parts of the band that the inverse reaches, those it gives up, and the share of lines given up.
-///
-/// A line is achievable when the share that the inverse asks of it loses no more than `largest_loss` and the coherence is
-/// at least `lowest_coherence`.
-///
-/// Source: the delivered-to-target ratio H·Z/FIV of the inverse in [`invert`].
-///
-/// # Errors
-/// [`RenderError::NoResponse`] when the transfer function has no line in the band, or not one is achievable.
-pub fn achievable<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    config: &RenderConfig,
-) -> Result<(Vec<Band>, Vec<Band>, f64), RenderError> {
-    let Reached {
-        achievable,
-        given_up,
-        share,
-    } = reached(function, config, None)?;
-    if achievable.is_empty() {
-        return Err(RenderError::NoResponse {
-            band: config.inverse.band,
-        });
-    }
-    Ok((achievable, given_up, share))
-}
-
 /// A level to the tenth of a decibel, no louder.
 #[must_use]
 pub(crate) fn floored(level: Decibels) -> Decibels {
     Decibels((level.0 * 10.0).floor() / 10.0)
-}
-
-/// What of `bands` is not in `others`, of which each lies within one of them.
-pub(crate) fn without(bands: &[Band], others: &[Band]) -> Vec<Band> {
-    let mut left = Vec::new();
-    for band in bands {
-        let mut low = band.low();
-        for other in others.iter().filter(|other| other.common(*band).is_some()) {
-            left.extend(Band::new(low, other.low()));
-            low = other.high();
-        }
-        left.extend(Band::new(low, band.high()));
-    }
-    left
-}
-
-/// What an inverse reaches.
-struct Reached {
-    achievable: Vec<Band>,
-    given_up: Vec<Band>,
-    /// The share of lines given up, 0–1.
-    share: f64,
-}
-
-/// As [`achievable`], of an inverse that `limiting` turned down.
-fn reached<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    config: &RenderConfig,
-    limiting: Option<&Limiting>,
-) -> Result<Reached, RenderError> {
-    let band = config.inverse.band;
-    let largest = function.peak_magnitude(band).powi(2).max(f64::MIN_POSITIVE);
-    let least = Decibels(-config.largest_loss.0).amplitude_ratio();
-    // A coherence above 1 is no better than none.
-    let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
-    let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
-    if function.lines_in(band).next().is_none() {
-        return Err(RenderError::NoLine {
-            band,
-            resolution_hz: function.resolution_hz(),
-        });
-    }
-    let reached: Vec<(f64, bool)> = function
-        .lines_in(band)
-        .map(|(k, frequency_hz)| {
-            let power = function.response()[k].norm_sqr() / largest;
-            let left = limiting.map_or(1.0, |limiting| limiting.share_at(frequency_hz));
-            let delivered = left * config.inverse.share(power, function.coherence()[k]);
-            (
-                frequency_hz,
-                delivered >= least
-                    && driven(frequency_hz)
-                    && believable.contains(&function.coherence()[k]),
-            )
-        })
-        .collect();
-    let lost = reached.iter().filter(|(_, reached)| !reached).count();
-    let [achievable, given_up] = runs(&reached, band, function.resolution_hz());
-    Ok(Reached {
-        achievable,
-        given_up,
-        share: lost as f64 / reached.len() as f64,
-    })
-}
-
-/// The parts of `band` whose lines, `step_hz` apart, are true, and those whose are not.
-pub(crate) fn runs(lines: &[(f64, bool)], band: Band, step_hz: f64) -> [Vec<Band>; 2] {
-    let half = step_hz / 2.0;
-    [true, false].map(|wanted| {
-        let mut from = 0;
-        let mut bands: Vec<Band> = Vec::new();
-        for run in lines.chunk_by(|a, b| a.1 == b.1) {
-            let (first, last) = (from, from + run.len() - 1);
-            from += run.len();
-            if run[0].1 != wanted {
-                continue;
-            }
-            // The outermost lines stand for the rest of the band up to its ends.
-            let low = if first == 0 {
-                band.low().0
-            } else {
-                lines[first].0 - half
-            };
-            let high = if last + 1 == lines.len() {
-                band.high().0
-            } else {
-                lines[last].0 + half
-            };
-            bands.extend(Band::new(Hertz(low), Hertz(high)));
-        }
-        bands
-    })
 }

@@ -425,7 +425,7 @@ mod tests {
         let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0))
             .unwrap()
             .process(&x);
-        let peak = crate::series::peak(&y[2000..8000]);
+        let peak = crate::statistics::peak(&y[2000..8000]);
         // 2.9 kHz folds to 2.1 kHz, above the passband: the filter is in its transition there.
         assert!(peak < 0.2, "{peak}");
         let x: Vec<f64> = (0..96_000)
@@ -434,7 +434,7 @@ mod tests {
         let y = Resampler::new(hz(48000.0), hz(5000.0), Hertz(2000.0))
             .unwrap()
             .process(&x);
-        let peak_db = 20.0 * crate::series::peak(&y[2000..8000]).log10();
+        let peak_db = 20.0 * crate::statistics::peak(&y[2000..8000]).log10();
         assert!(peak_db < -REJECTION_DB + 3.0, "{peak_db}");
     }
 

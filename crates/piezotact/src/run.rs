@@ -31,7 +31,7 @@ pub struct RunStart {
     pub setup: Option<DriveSetup>,
     /// The checksum of the drive that is played; absent where nothing is, or where it is made as it goes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub drive: Option<crate::recording::Checksum>,
+    pub drive: Option<crate::checksum::Checksum>,
 }
 
 /// Samples as they come: a list for each channel, all of one length.

@@ -29,11 +29,12 @@ use std::marker::PhantomData;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
+use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Quantity, SampleRate, Unit};
-use crate::recording::{Checksum, Condition, Provenance};
+use crate::recording::{Condition, Provenance};
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 

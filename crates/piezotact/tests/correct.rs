@@ -9,11 +9,13 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::correct::{CorrectConfig, Correction, Mode};
+use piezotact::correct::{CorrectConfig, Correction};
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::render::{Inverse, RenderConfig, render};
-use piezotact::series::{Series, peak, rms};
+use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
+use piezotact::statistics::{peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -202,7 +204,7 @@ fn divided(level: f64, seed: u64) -> (Missed, f64) {
     let (function, target) = (characterised(seed), texture(level, seed));
     let mut config = RenderConfig::over(band(), rate());
     config.inverse.inverse = Inverse::Plain;
-    config.clipping = piezotact::render::Clipping::Allow;
+    config.clipping = piezotact::render::Overload::Allow;
     let rendered = render(&target, &function, &config).unwrap();
     let measured = played(
         &rendered.drive,

@@ -2,11 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use num_complex::Complex;
-use piezotact::correct::{CorrectConfig, Correction, Mode};
+use piezotact::correct::{CorrectConfig, Correction};
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
 use piezotact::render::{PhaseForm, RenderConfig, RenderError, share_of_least_error};
-use piezotact::series::{Series, rms};
+use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchPlan};
+use piezotact::statistics::rms;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::VerifyError;
 use rand_chacha::ChaCha8Rng;

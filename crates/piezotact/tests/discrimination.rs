@@ -8,13 +8,13 @@
 mod studies;
 
 use piezotact::compare::{
-    AcrossSamples, DiscriminationConfig, Sampled, Telling, Texture, Withheld, discriminate, holm,
-    permutation_test,
+    AcrossSamples, DiscriminationConfig, Sampled, Telling, Texture, Withheld, discriminate,
 };
 use piezotact::discrimination::{ContactMap, DiscriminationDoubt, Model};
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
 use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::spectrum::{WelchConfig, welch};
+use piezotact::statistics::{holm, permutation_test};
 use piezotact::{Doubt, Series};
 use serde::Deserialize;
 use studies::{Change, Random, sample, spectrum, spectrum_apart};

@@ -33,9 +33,9 @@ fn halves_of_measured_recordings_are_not_distinguishable() {
                 return;
             };
             let (samples, rate_hz) = read_wav(&path);
-            let mean = piezotact::series::mean(&samples);
+            let mean = piezotact::statistics::mean(&samples);
             // Full scale is not stated: they are brought to 2 m/s² rms.
-            let gain = 2.0 / piezotact::series::standard_deviation(&samples);
+            let gain = 2.0 / piezotact::statistics::standard_deviation(&samples);
             let all: Vec<f64> = samples.iter().map(|v| gain * (v - mean)).collect();
             let [a, b] = halves(&all, rate_hz);
             let config = ScoreConfig::over(config().band, rate_hz);

@@ -8,13 +8,15 @@
 use std::f64::consts::TAU;
 
 use piezotact::Doubt;
+use piezotact::clipping::limited;
 use piezotact::integrity::{
-    Defects, Pair, SignalDoubt, copied, doubts_of, inspect, limited, mains_hum, transfer_doubts,
+    Defects, Pair, SignalDoubt, copied, doubts_of, inspect, mains_hum, transfer_doubts,
 };
 use piezotact::quantity::{Acceleration, Drive, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::series::{Series, rms};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::rms;
 use piezotact::transfer::{Estimator, estimate};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -8,14 +8,15 @@
 use std::f64::consts::TAU;
 
 use piezotact::Doubt;
+use piezotact::lineage::{BandChange, Level, Lineage, Operation, WarpedLength};
 use piezotact::manipulate::{
-    BandChange, DrawnPhases, Level, Lineage, LoopConfig, ManipulateError, Operation, Texture, Tilt,
-    WarpedLength, change_band, exchanged, gain, level, looped, phases_needed, randomise_phases,
-    rms_of, shift, spectrum_of, tilt, warp,
+    DrawnPhases, JoinConfig, ManipulateError, Texture, Tilt, change_band, exchanged, gain, level,
+    looped, phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate, Seconds};
-use piezotact::series::{Series, peak, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, welch};
+use piezotact::statistics::{peak, standard_deviation};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Deserialize;
@@ -349,7 +350,7 @@ fn loops_do_not_click() {
             80.0 + 10.0 * seed as f64,
             1.0,
         );
-        let config = LoopConfig::usual(texture.duration());
+        let config = JoinConfig::usual(texture.duration());
         let done = looped(&texture, Seconds(10.0), &config).unwrap();
         assert_eq!(done.series.samples().len(), 50_000);
         let Operation::Looped {
@@ -387,7 +388,7 @@ fn a_periodic_texture_is_joined_in_step() {
     let done = looped(
         &periodic(5_200),
         Seconds(5.0),
-        &LoopConfig::usual(Seconds(1.04)),
+        &JoinConfig::usual(Seconds(1.04)),
     )
     .unwrap();
     let Operation::Looped {
@@ -410,7 +411,7 @@ fn a_periodic_texture_is_joined_in_step() {
 fn ends_out_of_step_are_seen_and_said() {
     // 9.8 periods and a search of no length: the end falls where it falls.
     let texture = periodic(1_180);
-    let rough = LoopConfig {
+    let rough = JoinConfig {
         crossfade: Seconds(0.0016),
         search: Seconds(0.0),
     };
@@ -439,7 +440,7 @@ fn a_stroke_that_decays_or_grows_is_named_where_it_is_joined() {
             .map(|(i, v)| v * 10f64.powf(db_a_second * i as f64 / 5000.0 / 20.0))
             .collect();
         let shaped = series(shaped, 5000.0);
-        looped(&shaped, Seconds(6.0), &LoopConfig::usual(Seconds(2.0))).unwrap()
+        looped(&shaped, Seconds(6.0), &JoinConfig::usual(Seconds(2.0))).unwrap()
     };
     assert_eq!(jumps(&loop_of(0.0)), None);
     for db_a_second in [-10.0, 10.0] {
@@ -490,7 +491,7 @@ fn what_cannot_be_is_refused() {
         pivot: Hertz(100.0),
         held_below: Hertz(10.0),
     };
-    let usual = LoopConfig::usual(Seconds(1.0));
+    let usual = JoinConfig::usual(Seconds(1.0));
     for (refused, parts) in [
         (
             gain(&silent, Decibels(3.0)).err(),
@@ -595,8 +596,8 @@ fn short_and_odd_textures_are_changed_or_refused() {
                 warp(&x, 0.1, WarpedLength::Kept),
                 spectrum_of(&x, &other, &WelchConfig::hann(64)),
                 randomise_phases(&x, &drawn(1, phases_needed(n))),
-                looped(&x, Seconds(0.3), &LoopConfig::usual(x.duration())),
-                looped(&x, Seconds(0.0004), &LoopConfig::usual(x.duration())),
+                looped(&x, Seconds(0.3), &JoinConfig::usual(x.duration())),
+                looped(&x, Seconds(0.0004), &JoinConfig::usual(x.duration())),
             ];
             for result in all {
                 match result {
@@ -634,7 +635,7 @@ fn a_chain_is_kept_whole_also_that_of_another_and_survives_being_saved() {
     let longer = looped(
         &texture.series,
         Seconds(3.0),
-        &LoopConfig::usual(Seconds(1.2)),
+        &JoinConfig::usual(Seconds(1.2)),
     )
     .unwrap();
     texture = texture.then(longer);

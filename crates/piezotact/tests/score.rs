@@ -245,9 +245,9 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
         };
         let (samples, rate_hz) = read_wav(&path);
         let rate = SampleRate::new(rate_hz).unwrap();
-        let mean = piezotact::series::mean(&samples);
+        let mean = piezotact::statistics::mean(&samples);
         // Full scale is not stated: they are brought to 2 m/s² rms.
-        let gain = 2.0 / piezotact::series::standard_deviation(&samples);
+        let gain = 2.0 / piezotact::statistics::standard_deviation(&samples);
         let once: Vec<f64> = samples.iter().map(|v| gain * (v - mean)).collect();
         let times = (30.0 * rate_hz / once.len() as f64).ceil() as usize;
         let looped = once.repeat(times.max(1));

@@ -5,13 +5,13 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use piezotact::compare::{log_fit, paired_difference, rank_correlation, spearman};
 use piezotact::feature::{FeatureConfig, analyse};
 use piezotact::filter::{HighPass, ZeroPhase};
 use piezotact::panel::share_interval;
 use piezotact::quantity::{Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::roles::Roles;
+use piezotact::statistics::{log_fit, paired_difference, rank_correlation, spearman};
 use piezotact::stroke::{CutBy, Interval, Rule, Segmentation, Stroke};
 use serde::Deserialize;
 

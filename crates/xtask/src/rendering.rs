@@ -3,17 +3,20 @@
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
 use anyhow::{Result, ensure};
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::clipping::clipping;
+use piezotact::correct::CorrectConfig;
 use piezotact::device::AmplifierGain;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::render::{Clipping, Inverse, RenderConfig, RenderError, headroom, render};
+use piezotact::render::{Inverse, Overload, RenderConfig, RenderError, headroom, render};
 use piezotact::run::Discard;
-use piezotact::series::{Series, mean};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::mean;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, VerifyConfig, clipping, verify};
+use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
     play_and_record,
@@ -83,7 +86,7 @@ pub(crate) fn run() -> Result<()> {
         let reference = Participant::of(0, SEED, &parameters);
         let texture = record_texture(&parameters, &reference, sample, 0.03, Seconds(SECONDS))?.0;
         let texture = texture.amplified(Decibels(louder_db));
-        let level = piezotact::series::rms(texture.samples());
+        let level = piezotact::statistics::rms(texture.samples());
         println!("  {name} {louder_db:+.0} dB, {level:.2} m/s² rms");
         for (label, method) in METHODS {
             let mut felt = Vec::new();
@@ -220,7 +223,7 @@ fn feel(
     let verification = match method {
         Method::Open(inverse) => {
             config.inverse.inverse = inverse;
-            config.clipping = Clipping::Allow;
+            config.clipping = Overload::Allow;
             let rendered = render(texture, function, &config)?;
             let recording = play_and_record(
                 &mut bench,
@@ -238,10 +241,10 @@ fn feel(
             );
             let measured = Measured {
                 response: &response,
-                clipping: clipping(&response, None, Some(&asked)),
+                clipping: clipping(&response, None, Some(asked.clipped_fraction)),
             };
             let judged = VerifyConfig {
-                achievable: rendered.achievable.clone(),
+                reached: rendered.coverage.reached.clone(),
                 ..VerifyConfig::over(config.inverse.band, texture.rate().hz())
             };
             verify(texture, measured, &judged)?

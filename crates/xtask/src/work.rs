@@ -12,8 +12,8 @@ use piezotact::quantity::{
 };
 use piezotact::render::{Inverse, InverseConfig, InversePlan, PhaseForm};
 use piezotact::resample::Resampler;
-use piezotact::series::peak;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
+use piezotact::statistics::peak;
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
 use piezotact_bench::{Placement, RunPlan, StopHandle, Until};

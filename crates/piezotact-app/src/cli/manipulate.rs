@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use piezotact::manipulate::{BandChange, WarpedLength};
+use piezotact::lineage::{BandChange, WarpedLength};
 use piezotact::quantity::{Band, Decibels, Hertz, Measure, Seconds};
 
 use super::Reading;

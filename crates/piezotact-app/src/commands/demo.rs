@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use piezotact::clipping::clipping;
 use piezotact::device::AmplifierGain;
-use piezotact::manipulate::Lineage;
+use piezotact::lineage::Lineage;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
@@ -13,7 +14,7 @@ use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, Verification, VerifyConfig, clipping, verify};
+use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};

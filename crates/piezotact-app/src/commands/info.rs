@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use piezotact::doubt::merged;
-use piezotact::manipulate::Lineage;
+use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
 use piezotact::recording::Condition;
-use piezotact::series::{mean, peak, standard_deviation};
+use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
 use serde_json::json;
 

@@ -6,16 +6,15 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::feature::{FeatureConfig, vibrations};
 use piezotact::filter::HighPass;
-use piezotact::manipulate::{
-    self, Level, Lineage, ManipulateError, Manipulated, Operation, Step, Texture, Tilt,
-    phases_needed,
-};
+use piezotact::lineage::{Level, Lineage, Operation, Step};
+use piezotact::manipulate::{self, ManipulateError, Manipulated, Texture, Tilt, phases_needed};
 use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Seconds, Unit};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
-use piezotact::series::{Series, peak, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::{peak, standard_deviation};
 use piezotact_bench::drawn_phases;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
@@ -253,7 +252,7 @@ fn one_stroke(
         to_s: recording.rate().duration_of(steady.end).0,
         high_pass_hz: gesture.cutoff_hz.0,
     };
-    let step = Step::between(operation, &whole, &series);
+    let step = Step::between(operation, whole.rms_about_mean(), series.rms_about_mean());
     let mut doubts = segmentation.doubts;
     doubts.extend(freed.doubts);
     Ok((series, recording, Some(step), doubts))
@@ -366,7 +365,7 @@ fn done(
             manipulate::randomise_phases(x, &phases)
         }
         (Asked::Loop(duration), _) => {
-            let config = manipulate::LoopConfig::usual(x.duration());
+            let config = manipulate::JoinConfig::usual(x.duration());
             manipulate::looped(x, *duration, &config)
         }
         (Asked::RmsOf(path) | Asked::SpectrumOf(path), None) => {

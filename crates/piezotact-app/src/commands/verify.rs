@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
+use piezotact::clipping::clipping;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::verify::{
-    self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, clipping,
-    predicted_straight,
+    self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, predicted_straight,
 };
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::{Rendering, read_sidecar};
@@ -278,7 +278,7 @@ fn judge(
     let clipping = clipping(
         &response,
         drive.as_ref().map(|(drive, limit)| (drive, *limit)),
-        rendering.map(|rendering| &rendering.headroom),
+        rendering.map(|rendering| rendering.headroom.clipped_fraction),
     );
     let common = to_common_rate(
         ("the target", asked.wanted.clone()),
@@ -292,7 +292,7 @@ fn judge(
     add(doubt.into_iter().collect());
     let mut config = VerifyConfig::over(args.band, wanted.rate().hz());
     if let Some(rendering) = rendering {
-        config.achievable.clone_from(&rendering.achievable_band_hz);
+        config.reached.clone_from(&rendering.achievable_band_hz);
         config.level = Decibels(rendering.level_db);
         config = config.rendered_as(&rendering.config, rendering.mode());
     }

@@ -1,7 +1,8 @@
 //! The figures of a verification report, one function for each.
 
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
-use piezotact::series::{Series, mean, standard_deviation};
+use piezotact::series::Series;
+use piezotact::statistics::{mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
 use piezotact::verify::{Beside, PredictedStraight, Tones, Verification};
 use plotters::style::RGBColor;

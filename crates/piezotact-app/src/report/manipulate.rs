@@ -6,8 +6,9 @@ use piezotact::doubt::merged;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
 use piezotact::recording::BenchKind;
-use piezotact::series::{Series, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, welch};
+use piezotact::statistics::standard_deviation;
 use plotters::style::RGBColor;
 
 use super::axis::Axis;

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use piezotact::correct::Mode;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
+use piezotact::lineage::Mode;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
-use piezotact::series::mean;
+use piezotact::statistics::mean;
 use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
@@ -229,7 +229,7 @@ fn line(row: &Row<'_>) -> Markup {
     let closed = row.looped.told();
     let width = |bands: &[Band]| bands.iter().map(|b| b.high().0 - b.low().0).sum::<f64>();
     let band = row.drive.config.inverse.band;
-    let reached = width(&row.drive.achievable) / width(&[band]);
+    let reached = width(&row.drive.coverage.reached) / width(&[band]);
     html! {
         tr {
             td { (row.called) }
@@ -310,7 +310,13 @@ fn refused(page: &Page) -> Markup {
 
 fn one(row: &Row<'_>) -> Outcome<Markup> {
     let open = &row.looped.iterations[0].verification;
-    let bands: Vec<String> = row.drive.given_up.iter().map(ToString::to_string).collect();
+    let bands: Vec<String> = row
+        .drive
+        .coverage
+        .given_up
+        .iter()
+        .map(ToString::to_string)
+        .collect();
     Ok(html! {
         section {
             h2 { (row.called) }

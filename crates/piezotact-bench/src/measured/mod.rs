@@ -9,7 +9,7 @@ use piezotact::panel::PlacementSpread;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Newtons, QuantityError, SampleRate};
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::resample::Resampler;
-use piezotact::series::rms;
+use piezotact::statistics::rms;
 use piezotact::transfer::TransferFunction;
 
 use crate::error::DeviceError;

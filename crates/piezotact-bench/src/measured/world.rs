@@ -5,7 +5,7 @@ use piezotact::convolve::Convolver;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity};
 use piezotact::recording::{BenchKind, Condition};
-use piezotact::series::rms;
+use piezotact::statistics::rms;
 
 use super::{MeasuredBench, output_rate};
 use crate::error::DeviceError;
@@ -83,7 +83,7 @@ impl World for MeasuredBench {
         let mut noise = self.noise("at rest");
         let samples = (CALIBRATION_S * self.rate.hz()) as usize;
         let at_rest: Vec<f64> = (0..samples).map(|_| noise()).collect();
-        let offset = piezotact::series::mean(&at_rest);
+        let offset = piezotact::statistics::mean(&at_rest);
         let about: Vec<f64> = at_rest.iter().map(|v| v - offset).collect();
         SensorCalibration {
             offset: vec![0.0, offset],

@@ -1,14 +1,15 @@
 //! One run on a bench, from its start document to its end document.
 
 use piezotact::Series;
+use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::Drive;
-use piezotact::recording::{Checksum, Provenance, Recording};
+use piezotact::recording::{Provenance, Recording};
 use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
 };
-use piezotact::series::mean;
+use piezotact::statistics::mean;
 use piezotact::{Doubt, criterion::Outcome};
 
 use super::{FORCE_CHANNEL, require_device};

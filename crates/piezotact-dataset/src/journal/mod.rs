@@ -22,9 +22,10 @@ use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use piezotact::Doubt;
+use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Checksum, Condition, Provenance};
+use piezotact::recording::{Condition, Provenance};
 use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,9 @@
 //! What is found of the claims of chapter 3.
 
-use piezotact::compare::{Summary, active_against_passive, difference_db_rms, log_fit, spearman};
+use piezotact::compare::{Summary, active_against_passive, difference_db_rms};
 use piezotact::feature::{StrokeFeatures, band_power};
 use piezotact::quantity::Band;
+use piezotact::statistics::{log_fit, spearman};
 use piezotact::stroke::Judging;
 
 use super::{ACTIVE_STROKES, COARSE, Touched, level, named, rough, shape};

@@ -5,13 +5,14 @@
 
 use num_complex::Complex;
 use piezotact::quantity::{self, Degrees, Newtons, Potential, Quantity, SampleRate};
-use piezotact::series::{Series, mean, rms, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::{mean, rms, standard_deviation};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 
 use super::*;
 use crate::Finger;
-use piezotact_bench::{Placement, StopHandle, Until};
+use piezotact_bench::{StopHandle, Until};
 
 const DRIVE: usize = 0;
 const FORCE: usize = 1;
@@ -22,7 +23,7 @@ fn plan(label: &str, load_n: f64) -> RunPlan {
         label: label.into(),
         load: Some(Newtons(load_n)),
         angle: Degrees(20.0),
-        placement: Placement::New,
+        placement: piezotact_bench::Placement::New,
         until: Until::Stopped,
     }
 }
@@ -266,7 +267,7 @@ fn one_seed_one_recording_whatever_comes_between() {
     // A run that is broken off leaves no trace.
     other.ready(&b, &StopHandle::new()).unwrap();
     other.start().unwrap();
-    other.wait().unwrap();
+    other.next_chunk().unwrap();
     other.stop();
     let noise = other.calibrate().unwrap();
     assert!(first == [acquire(other.as_mut(), &a), then_b]);
@@ -282,12 +283,12 @@ fn one_seed_one_recording_whatever_comes_between() {
 #[test]
 fn chunks_of_any_length_hold_the_same_samples() {
     let (bench, plan) = (bench(2, ShakerMount::Finger, 3.0), plan("x", 0.3));
-    let whole = Run::new(&bench, &plan).take(15_000).unwrap().channels;
+    let whole = Run::new(&bench, &plan).take(15_000).unwrap();
     let mut run = Run::new(&bench, &plan);
     let mut pieces = vec![Vec::new(); 3];
     for count in [1, 17, 2_500, 5_000, 4_095, 90_000] {
         let chunk = run.take(count).unwrap();
-        for (all, new) in pieces.iter_mut().zip(chunk.channels) {
+        for (all, new) in pieces.iter_mut().zip(chunk) {
             all.extend(new);
         }
         // What is kept is what lies ahead, not what lies behind.
@@ -304,7 +305,7 @@ fn a_finger_that_stays_lies_as_it_lay() {
     let bench = || bench(2, ShakerMount::Finger, 2.0);
     let anew = |label: &str| plan(label, 0.2);
     let kept = |label: &str| RunPlan {
-        placement: Placement::SameAs("first".into()),
+        placement: piezotact_bench::Placement::SameAs("first".into()),
         until: Until::Stopped,
         ..anew(label)
     };

@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::permutation::{Draws, smallest_p, units_needed};
 use super::telling::{Groups, Pair, PairCriterion, Sampled, Telling};
-use super::{holm, permutation_test};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
     Difference, DiscriminationDoubt, Evidence, Excitation, ExcitationPlan, Model, Units,
@@ -12,6 +10,7 @@ use crate::discrimination::{
 };
 use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
+use crate::statistics::{Draws, holm, permutation_test, smallest_p, units_needed};
 
 /// Recordings whose strokes are this likely to be those of one recording count as one.
 const POOLED_FROM: f64 = 0.1;

@@ -119,7 +119,7 @@ pub fn common_lines(recordings: &[LinesOf<'_>]) -> Vec<CommonLine> {
                     ((nearest - first).abs() <= within_hz).then_some(*nearest)
                 })
                 .collect::<Option<_>>()?;
-            let frequency_hz = crate::series::mean(&near);
+            let frequency_hz = crate::statistics::mean(&near);
             let moves_not = speed_ratio.is_some_and(|ratio| ratio > OTHER_SPEED);
             Some(CommonLine {
                 frequency_hz,

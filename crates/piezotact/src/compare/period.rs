@@ -2,14 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::t_quantile;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::doubt::Doubt;
 use crate::feature::vertex;
 use crate::fourier::RealTransform;
 use crate::quantity::{Hertz, SampleRate};
-use crate::series::{mean, standard_deviation};
 use crate::spectrum::{Symmetry, Window};
+use crate::statistics::{mean, standard_deviation, t_quantile};
 
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Permuted;
 use crate::criterion::{Criterion, Outcome};
+use crate::statistics::Permuted;
 
 /// More pairs than this are counted and not listed.
 const LISTED: usize = 15;

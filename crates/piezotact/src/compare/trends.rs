@@ -2,14 +2,13 @@
 
 use serde::Serialize;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-use super::{
-    LogFit, PairedDifference, RankCorrelation, Summary, difference_db_rms, log_fit,
-    paired_difference, rank_correlation,
-};
+use super::{Summary, difference_db_rms};
 use crate::feature::Statistics;
 use crate::quantity::Band;
+use crate::statistics::{
+    LogFit, PairedDifference, RankCorrelation, deviation_interval, log_fit, paired_difference,
+    rank_correlation,
+};
 
 /// How vibration and friction follow the roughness of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -182,12 +181,4 @@ pub fn across_participants(groups: &[&Summary]) -> Option<LevelSpread> {
         sd_interval_db: deviation_interval(level_db.sd, participants),
         level_db,
     })
-}
-
-/// The 95 % confidence interval of a standard deviation `sd` over `n` independent values; `None` for fewer than two.
-pub(crate) fn deviation_interval(sd: f64, n: usize) -> Option<[f64; 2]> {
-    let freedom = n.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
-    let squares = ChiSquared::new(freedom).ok()?;
-    let end = |quantile: f64| sd * (freedom / squares.inverse_cdf(quantile)).sqrt();
-    Some([end(0.975), end(0.025)])
 }

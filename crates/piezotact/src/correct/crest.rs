@@ -5,7 +5,7 @@ use num_complex::Complex;
 use super::Mode;
 use crate::fourier::RealTransform;
 use crate::render::share_of_least_error;
-use crate::series::{correlation, peak, rms};
+use crate::statistics::{correlation, peak, rms};
 
 /// Rounds of clipping with the magnitudes put back, for a texture.
 const TURNS: usize = 60;

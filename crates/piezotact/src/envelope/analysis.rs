@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::{AmplitudePoint, EnvelopeError, Envelopes, FrequencyPoint, FrequencyRange};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Quantity, QuantityError, Seconds, Uncalibrated};
-use crate::series::{Series, mean};
+use crate::series::Series;
 use crate::spectrum::{Symmetry, Window};
+use crate::statistics::mean;
 
 /// How envelopes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,7 +57,7 @@ pub struct Shares {
 pub fn shares_of_full_scale<Q: Quantity>(x: &Series<Q>) -> Result<Shares, EnvelopeError> {
     let mean = mean(x.samples());
     let mut shares: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
-    let full_scale = crate::series::peak(&shares);
+    let full_scale = crate::statistics::peak(&shares);
     // What rounding leaves of a constant is no signal.
     if full_scale <= 1e-12 * mean.abs() || full_scale < f64::MIN_POSITIVE {
         return Err(EnvelopeError::FullScale { found: 0.0 });

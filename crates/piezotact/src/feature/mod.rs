@@ -13,6 +13,7 @@ pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
+use crate::clipping::flat_top_fraction;
 use crate::doubt::Doubt;
 use crate::filter::{FilterError, HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
@@ -21,7 +22,6 @@ use crate::spectrum::{
     EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, amplitude_spectrum, segments_in,
 };
 use crate::stroke::{Interval, SegmentError, Segmentation, Signals, Stroke};
-use crate::verify::flat_top_fraction;
 
 /// Fewer strokes than this in an average are a doubt.
 ///
@@ -195,7 +195,7 @@ impl Analysis {
             .iter()
             .filter_map(|stroke| Some(stroke.speed_m_s?.mean))
             .collect();
-        (!speeds.is_empty()).then(|| crate::series::mean(&speeds))
+        (!speeds.is_empty()).then(|| crate::statistics::mean(&speeds))
     }
 }
 
@@ -390,7 +390,7 @@ fn gesture_kept(
 }
 
 fn variance(samples: &[f64]) -> f64 {
-    let mean = crate::series::mean(samples);
+    let mean = crate::statistics::mean(samples);
     samples.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / samples.len().max(1) as f64
 }
 
@@ -413,7 +413,7 @@ fn amplitudes(
         let mut squares: Vec<f64> = Vec::new();
         for vibration in vibrations {
             let samples = middle.of(vibration);
-            let mean = crate::series::mean(samples);
+            let mean = crate::statistics::mean(samples);
             let series = crate::series::Series::<Uncalibrated>::new(
                 samples.iter().map(|v| v - mean).collect(),
                 rate,

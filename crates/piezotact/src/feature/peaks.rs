@@ -110,7 +110,7 @@ impl Background {
             window.clear();
             // Some thirty lines are enough for a median.
             window.extend(psd[from.min(to)..to].iter().step_by(1 + (to - from) / 32));
-            let power = crate::order::median(&mut window).unwrap_or(0.0);
+            let power = crate::statistics::median(&mut window).unwrap_or(0.0);
             anchors.push((k, 10.0 * power.max(f64::MIN_POSITIVE).log10()));
             if k >= last {
                 break;

@@ -62,7 +62,7 @@ impl FeaturePlan {
         let mut psd: Vec<f64> = Vec::new();
         for vibration in vibrations {
             let samples = steady.of(vibration);
-            let mean = crate::series::mean(samples);
+            let mean = crate::statistics::mean(samples);
             let (sum, largest) = squares_and_peak(samples, mean);
             square += sum / samples.len().max(1) as f64;
             peak = peak.max(largest);

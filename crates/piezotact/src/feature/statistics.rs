@@ -19,7 +19,7 @@ impl Statistics {
     /// Source: sample mean, √(Σ(x − x̄)²/(n − 1)), middle value (the mean of the middle two for an even count).
     #[must_use]
     pub fn of(values: &mut [f64]) -> Option<Self> {
-        let median = crate::order::median(values)?;
+        let median = crate::statistics::median(values)?;
         let Moments { mean, sd } = Moments::of(values)?;
         Some(Self { mean, sd, median })
     }
@@ -44,7 +44,7 @@ impl Moments {
         if n == 0 {
             return None;
         }
-        let mean = crate::series::mean(values);
+        let mean = crate::statistics::mean(values);
         let (squares, _) = squares_and_peak(values, mean);
         Some(Self {
             mean,

@@ -1,8 +1,8 @@
 //! Channels that are one signal: the same but for a factor, an offset and a delay of whole samples.
 
-use super::clip::step;
+use crate::clipping::step;
 use crate::fourier::RealTransform;
-use crate::series::{mean, rms, standard_deviation};
+use crate::statistics::{mean, rms, standard_deviation};
 
 /// How one signal is another.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::SignalDoubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{SampleRate, Seconds};
-use crate::series::mean;
+use crate::statistics::mean;
 
 /// Lines of the mains in a signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

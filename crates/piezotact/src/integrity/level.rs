@@ -1,9 +1,9 @@
 //! Where a signal is frozen or lost: values that are held, and falls to the floor with abrupt edges.
 
 use super::Span;
-use super::clip::step;
+use crate::clipping::step;
 use crate::quantity::{SampleRate, Seconds};
-use crate::series::rms;
+use crate::statistics::rms;
 
 /// Parts of a signal that are not the signal.
 #[derive(Clone, Debug, Default, PartialEq)]

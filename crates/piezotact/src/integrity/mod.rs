@@ -1,14 +1,12 @@
 //! Whether a signal came whole from the sensor to the file: limits, frozen and dead channels, drop-outs, copies, mains
 //! hum, drives that could not be played. It looks at samples, rate and unit, whatever the format of the file.
 
-mod clip;
 mod copied;
 mod doubt;
 mod hum;
 mod level;
 mod pair;
 
-pub use clip::{Limited, limited};
 pub use copied::{Copy, copied};
 pub use doubt::SignalDoubt;
 pub use hum::{Hum, mains_hum};
@@ -16,10 +14,12 @@ pub use pair::{Pair, said_of_a_pair, transfer_doubts};
 
 use serde::{Deserialize, Serialize};
 
+use crate::clipping::limited;
 use crate::doubt::Doubt;
 use crate::quantity::{Quantity, SampleRate, Unit};
 use crate::recording::Recording;
-use crate::series::{Series, mean, standard_deviation};
+use crate::series::Series;
+use crate::statistics::{mean, standard_deviation};
 
 /// A part of a signal, from the sample `from` up to and without the sample `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,10 +1,10 @@
 //! Two channels of one recording: copies, and what a broken channel does to a transfer function.
 
-use super::clip::limited;
 use super::copied::copied;
 use super::hum::hum_beside;
 use super::level::{Usual, abrupt, at_the_floor};
 use super::{SignalDoubt, Span, inspect_samples, never_changes};
+use crate::clipping::limited;
 use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;

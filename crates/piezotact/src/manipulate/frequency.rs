@@ -8,13 +8,15 @@ use rustfft::FftPlanner;
 use super::error::require_range;
 use super::looping::longest_s;
 use super::{
-    LoopConfig, ManipulateError, Manipulated, Operation, WarpedLength, about_mean, left_the_band,
-    line_hz, looped, manipulated,
+    JoinConfig, ManipulateError, Manipulated, about_mean, left_the_band, line_hz, looped,
+    manipulated,
 };
 use crate::fourier::RealTransform;
+use crate::lineage::{Operation, WarpedLength};
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::resample::Resampler;
-use crate::series::{Series, mean};
+use crate::series::Series;
+use crate::statistics::mean;
 
 /// The share of half the rate that a warp keeps: above it the resampler falls off.
 const KEPT_SHARE: f64 = 0.95;
@@ -130,7 +132,7 @@ pub fn warp<Q: Quantity>(
         WarpedLength::Follows => warped,
         WarpedLength::Kept => {
             let warped = Series::<Q>::new(warped, rate)?;
-            let kept = looped(&warped, x.duration(), &LoopConfig::usual(warped.duration()))?;
+            let kept = looped(&warped, x.duration(), &JoinConfig::usual(warped.duration()))?;
             doubts.extend(kept.doubts);
             centred(kept.series.into_samples())
         }

@@ -2,12 +2,13 @@
 
 use super::error::require_range;
 use super::{
-    Level, ManipulateError, Manipulated, Operation, Texture, about_mean, line_hz, manipulated,
-    require_band,
+    ManipulateError, Manipulated, Texture, about_mean, line_hz, manipulated, require_band,
 };
 use crate::fourier::RealTransform;
+use crate::lineage::{Level, Operation};
 use crate::quantity::{Decibels, Quantity};
-use crate::series::{Series, standard_deviation};
+use crate::series::Series;
+use crate::statistics::standard_deviation;
 
 /// `x` freed of its mean, in the unit of `x`.
 ///
@@ -101,7 +102,8 @@ pub fn level<Q: Quantity>(x: &Series<Q>, measured: Level) -> Result<f64, Manipul
 /// Those of [`level`] for either.
 ///
 /// ```
-/// use piezotact::manipulate::{Level, Texture, rms_of};
+/// use piezotact::manipulate::{Texture, rms_of};
+/// use piezotact::lineage::Level;
 /// use piezotact::quantity::{Acceleration, SampleRate};
 /// let rate = SampleRate::new(1000.0).unwrap();
 /// let series = |v: &[f64]| piezotact::Series::<Acceleration>::new(v.to_vec(), rate).unwrap();

@@ -4,23 +4,25 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::error::require_range;
-use super::{Join, ManipulateError, Manipulated, Operation, about_mean, manipulated};
+use super::{ManipulateError, Manipulated, about_mean, manipulated};
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
+use crate::lineage::{Join, Operation};
 use crate::quantity::{Decibels, Quantity, SampleRate, Seconds};
-use crate::series::{Series, correlation};
+use crate::series::Series;
 use crate::spectrum::{Symmetry, Window};
+use crate::statistics::correlation;
 
 /// How a texture is joined with itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoopConfig {
+pub struct JoinConfig {
     /// How long one end is faded into the other.
     pub crossfade: Seconds,
     /// How much of the end may be given up for a better join.
     pub search: Seconds,
 }
 
-impl LoopConfig {
+impl JoinConfig {
     /// A crossfade of 0.1 s and a search over half a second, or an eighth and a quarter of a short texture.
     #[must_use]
     pub fn usual(texture: Seconds) -> Self {
@@ -64,7 +66,7 @@ const MOST_PRODUCTS: usize = 500_000_000;
 pub fn looped<Q: Quantity>(
     x: &Series<Q>,
     duration: Seconds,
-    config: &LoopConfig,
+    config: &JoinConfig,
 ) -> Result<Manipulated<Q>, ManipulateError> {
     let rate = x.rate();
     let range = (1.0 / rate.hz(), longest_s(rate));

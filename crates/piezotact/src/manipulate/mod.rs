@@ -1,4 +1,4 @@
-//! Textures made otherwise on purpose: another level, another spectrum, other phases, another length.
+//! Texture manipulations: another level, another spectrum, other phases, another length.
 //!
 //! Every function gives a [`Manipulated`]: the new texture, the [`Step`] that says what was done with which
 //! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
@@ -7,22 +7,22 @@
 mod error;
 mod frequency;
 mod level;
-mod lineage;
 mod looping;
 mod spectral;
 
 pub use error::ManipulateError;
 pub use frequency::{shift, warp};
 pub use level::{exchanged, gain, level, rms_of, without_mean};
-pub use lineage::{BandChange, Join, Level, Lineage, Operation, Step, WarpedLength};
-pub use looping::{LoopConfig, looped};
+pub use looping::{JoinConfig, looped};
 pub use spectral::{
     DrawnPhases, Tilt, change_band, phases_needed, randomise_phases, spectrum_of, tilt,
 };
 
 use crate::doubt::Doubt;
+use crate::lineage::{Lineage, Operation, Step};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
-use crate::series::{Series, mean, standard_deviation};
+use crate::series::Series;
+use crate::statistics::{mean, standard_deviation};
 
 /// Less than this share of the power may leave the band without being said.
 pub const SHARE_TOLD: f64 = 1e-3;
@@ -118,7 +118,7 @@ fn manipulated<Q: Quantity>(
         });
     }
     Ok(Manipulated {
-        step: Step::between(operation, before, &series),
+        step: Step::between(operation, before.rms_about_mean(), series.rms_about_mean()),
         series,
         doubts,
     })
@@ -128,7 +128,7 @@ fn manipulated<Q: Quantity>(
 fn about_mean<Q: Quantity>(x: &Series<Q>) -> Result<(f64, Vec<f64>), ManipulateError> {
     let mean = mean(x.samples());
     let changing: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
-    let largest = crate::series::peak(&changing);
+    let largest = crate::statistics::peak(&changing);
     // What the subtraction of the mean leaves of a constant is rounding.
     if largest <= 1e-13 * mean.abs() {
         return Err(ManipulateError::Silent {

@@ -7,13 +7,15 @@ use num_complex::Complex;
 
 use super::error::require_range;
 use super::{
-    BandChange, ManipulateError, Manipulated, Operation, Texture, about_mean, line_hz, manipulated,
-    require_band, require_one_rate,
+    ManipulateError, Manipulated, Texture, about_mean, line_hz, manipulated, require_band,
+    require_one_rate,
 };
 use crate::fourier::RealTransform;
+use crate::lineage::{BandChange, Operation};
 use crate::quantity::{Band, Decibels, Hertz, Quantity};
-use crate::series::{Series, standard_deviation};
+use crate::series::Series;
 use crate::spectrum::{WelchConfig, welch};
+use crate::statistics::standard_deviation;
 
 /// The width of the edges of a changed band, outside it, as a ratio of its ends.
 const EDGE_RATIO: f64 = 0.1;

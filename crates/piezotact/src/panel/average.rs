@@ -5,11 +5,10 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
-use crate::compare::t_quantile;
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
-use crate::series::{mean, rms};
+use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::level_db;
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 

@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::levels::Levels;
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
-use crate::compare::{deviation_interval, mean_interval};
 use crate::criterion::{Criterion, Limit};
 use crate::quantity::{Band, Quantity};
-use crate::series::{mean, rms};
+use crate::statistics::{deviation_interval, mean, mean_interval, rms};
 use crate::transfer::BundleAverage;
 use crate::transfer::level_db;
 

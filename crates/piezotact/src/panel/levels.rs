@@ -127,8 +127,8 @@ pub(super) fn steps(values: &[f64]) -> Vec<(f64, f64)> {
 ///
 /// Formula: (x − median)/max(1.4826·MAD, least).
 pub(super) fn robust_score(values: &[f64], value: f64, least_spread: f64) -> f64 {
-    let middle = crate::order::median(&mut values.to_vec()).unwrap_or(f64::NAN);
+    let middle = crate::statistics::median(&mut values.to_vec()).unwrap_or(f64::NAN);
     let mut off: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
-    let spread = 1.4826 * crate::order::median(&mut off).unwrap_or(f64::NAN);
+    let spread = 1.4826 * crate::statistics::median(&mut off).unwrap_or(f64::NAN);
     (value - middle) / spread.max(least_spread)
 }

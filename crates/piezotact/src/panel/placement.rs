@@ -4,7 +4,7 @@ use num_complex::Complex;
 
 use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
-use crate::series::rms;
+use crate::statistics::rms;
 use crate::transfer::{BundleAverage, TransferFunction, average};
 
 /// Departures are averaged over this part of an octave to either side, so that the scatter of single lines is not drawn.

@@ -6,7 +6,7 @@ use super::levels::{levels_db, robust_score};
 use super::{Cell, Panel, PanelError};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
-use crate::series::{mean, rms};
+use crate::statistics::{mean, rms};
 
 /// Repeats of one person that are this many times further apart than those of the usual person may be of two people.
 const MIXED_RATIO: f64 = 3.0;
@@ -259,7 +259,7 @@ fn distances(groups: &[Group]) -> Option<PairDistances> {
         groups: groups.len(),
         largest_db_rms: widest.largest(),
         largest_in: widest.name.clone(),
-        median_db_rms: crate::order::median(&mut all)?,
+        median_db_rms: crate::statistics::median(&mut all)?,
         spread_rms_db: rms(&spread_db),
         spread_db,
     })
@@ -277,7 +277,7 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt>
         return groups.iter().filter(far).map(doubt).collect();
     }
     let largest: Vec<f64> = groups.iter().map(Group::largest).collect();
-    let usual_db_rms = crate::order::median(&mut largest.clone()).unwrap_or(f64::NAN);
+    let usual_db_rms = crate::statistics::median(&mut largest.clone()).unwrap_or(f64::NAN);
     groups
         .iter()
         .zip(&largest)

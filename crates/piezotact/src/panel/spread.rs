@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
-use crate::compare::Direction;
 use crate::criterion::Outcome;
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
-use crate::series::{mean, rms};
+use crate::statistics::{Direction, mean, rms};
 use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one_out};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
@@ -263,7 +262,7 @@ fn odd_ones(people: &[PersonDistance], cell: Cell) -> Vec<Doubt> {
         return Vec::new();
     }
     let distances: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
-    let usual_db_rms = crate::order::median(&mut distances.clone()).unwrap_or(f64::NAN);
+    let usual_db_rms = crate::statistics::median(&mut distances.clone()).unwrap_or(f64::NAN);
     people
         .iter()
         .filter(|p| robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER)

@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::levels::{Levels, steps};
 use super::spread::load_pairs;
 use super::{Panel, PanelError};
-use crate::compare::{PairedDifference, paired_difference, sign_test};
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
-use crate::series::{mean, rms};
+use crate::statistics::{PairedDifference, mean, paired_difference, rms, sign_test};
 use crate::transfer::BundleAverage;
 
 /// What a heavier load does at one angle, over people who were measured at both loads.
@@ -256,7 +255,7 @@ fn effect_of(
         from_deg,
         to_deg,
         load_n,
-        median_db_rms: crate::order::median(&mut shapes)?,
+        median_db_rms: crate::statistics::median(&mut shapes)?,
         largest_db_rms,
         largest_of,
         louder: steps_db.iter().filter(|db| **db > 0.0).count(),

@@ -3,9 +3,9 @@
 use num_complex::Complex;
 
 use super::*;
-use crate::compare::Direction;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
+use crate::statistics::Direction;
 use crate::transfer::Estimator;
 
 const LINES: usize = 11;

@@ -5,58 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::Provenance;
+use crate::checksum::Checksum;
 use crate::doubt::Doubt;
-
-/// A checksum of the lines of a transfer function: FNV-1a over their step and their real and imaginary parts as 32-bit
-/// floating point, so that a file that keeps seven digits keeps it too. In files 16 hexadecimal digits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Checksum(u64);
-
-impl Checksum {
-    /// The checksum of `values`, in this order.
-    #[must_use]
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut sum = 0xcbf2_9ce4_8422_2325_u64;
-        for value in values {
-            // Both zeros are one.
-            for byte in (value as f32 + 0.0).to_bits().to_le_bytes() {
-                sum = (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-        }
-        Self(sum)
-    }
-}
-
-impl fmt::Display for Checksum {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:016x}", self.0)
-    }
-}
-
-impl From<Checksum> for String {
-    fn from(checksum: Checksum) -> Self {
-        checksum.to_string()
-    }
-}
-
-impl TryFrom<String> for Checksum {
-    type Error = NoChecksum;
-
-    fn try_from(text: String) -> Result<Self, NoChecksum> {
-        u64::from_str_radix(&text, 16)
-            .map(Self)
-            .map_err(|_no_number| NoChecksum { found: text })
-    }
-}
-
-/// A text that is no checksum.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected a checksum of 16 hexadecimal digits, found `{found}`")]
-pub struct NoChecksum {
-    /// The text.
-    pub found: String,
-}
 
 /// What a person should know of a rehearsal before relying on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -124,8 +74,5 @@ mod tests {
         // Of a file of before nothing is known.
         let before: Provenance = serde_json::from_str(r#"{"source": "twin"}"#).unwrap();
         assert_eq!((before.made_with, before.answered_with), (vec![], None));
-        // What 32-bit files keep is the same, and what they do not is not.
-        assert_eq!(Checksum::of([f64::from(0.1f32)]), Checksum::of([0.1]));
-        assert_ne!(Checksum::of([0.1]), Checksum::of([0.100_001]));
     }
 }

@@ -6,7 +6,8 @@ use super::{RenderConfig, RenderError};
 use crate::fourier::fast_length;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::resample::Resampler;
-use crate::series::{Series, mean, peak};
+use crate::series::Series;
+use crate::statistics::{mean, peak};
 
 /// A target with the silence around it that its inverse needs, and the way of what comes of it to the output.
 #[derive(Clone, Debug)]

@@ -7,8 +7,8 @@ use super::{RenderError, share_of_least_error};
 use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
-use crate::series::rms;
 use crate::spectrum::{WelchConfig, WelchPlan};
+use crate::statistics::rms;
 use crate::transfer::TransferFunction;
 
 /// What is asked of every line: its share of the target, from 0 to 1, that the inverse goes for.

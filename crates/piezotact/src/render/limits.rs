@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::device::{AmplifierGain, DriveSetup};
 use crate::doubt::Doubt;
 use crate::quantity::{Decibels, Drive, SampleRate};
-use crate::series::{Series, peak, rms};
+use crate::series::Series;
+use crate::statistics::{peak, rms};
 
 /// Half a step of a converter of 24 bits, full scale = 1: what is smaller is not played.
 const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;

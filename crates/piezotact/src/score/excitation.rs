@@ -196,7 +196,7 @@ pub(super) fn spread(
     }
     let n = levels_db.len() as f64;
     let loudest_db = levels_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let db = crate::series::standard_deviation(&levels_db) * (n / (n - 1.0)).sqrt();
+    let db = crate::statistics::standard_deviation(&levels_db) * (n / (n - 1.0)).sqrt();
     Ok(Some(Spread {
         loudest_db,
         db,

@@ -148,8 +148,8 @@ fn support(spectrum: &[f64]) -> Vec<f64> {
 }
 
 fn normalised(block: &[f64]) -> Vec<f64> {
-    let mean = crate::series::mean(block);
-    let sd = crate::series::standard_deviation(block) + f64::EPSILON;
+    let mean = crate::statistics::mean(block);
+    let sd = crate::statistics::standard_deviation(block) + f64::EPSILON;
     block.iter().map(|v| (v - mean) / sd).collect()
 }
 
@@ -241,7 +241,7 @@ pub fn spqi(reference: &[f64], test: &[f64], curve: LevelCurve) -> Result<f64, L
             (1.0 - (0.3 * ratio_db + 2.0).tanh()) / 2.0
         })
         .collect();
-    Ok(crate::series::mean(&scores))
+    Ok(crate::statistics::mean(&scores))
 }
 
 /// Both indices of two accelerations, brought to 8 kHz and to shares of `config.full_scale_m_s2`.

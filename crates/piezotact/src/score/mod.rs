@@ -19,6 +19,7 @@ pub use literature::{Literature, LiteratureConfig};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
+use crate::clipping::flat_top_fraction;
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
 use crate::discrimination::{
@@ -29,7 +30,7 @@ use crate::feature::Weighting;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
-use crate::verify::{VerifyConfig, VerifyError, errors_in_band, flat_top_fraction, rms_of};
+use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
 
 /// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
 const REACH: f64 = 1.96;

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Band};
-use crate::series::{Series, rms};
+use crate::series::Series;
+use crate::statistics::rms;
 use crate::verify::{VerifyError, align, nmse_db};
 
 /// How alike two waveforms are, limited to a band and aligned.

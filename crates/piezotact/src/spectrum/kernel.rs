@@ -12,7 +12,7 @@ use num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{Detrend, segments_in};
-use crate::series::sum;
+use crate::statistics::sum;
 
 /// A planned transform of windowed segments, with its scratch memory.
 #[derive(Clone)]

@@ -22,6 +22,7 @@ pub use window::{Symmetry, UnknownWindow, Window};
 use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
+use crate::statistics::median;
 use kernel::SegmentTransform;
 use sums::PowerSum;
 
@@ -401,7 +402,7 @@ fn median_power(
     let bias = median_bias(averages);
     columns
         .iter_mut()
-        .map(|column| median(column) / bias)
+        .map(|column| median(column).unwrap_or(0.0) / bias)
         .collect()
 }
 
@@ -419,17 +420,6 @@ pub(crate) fn one_sided(values: &mut [f64], segment: usize, scale: f64) {
     for (k, value) in values.iter_mut().enumerate() {
         let alone = k == 0 || (k == last && segment.is_multiple_of(2));
         *value *= if alone { scale } else { 2.0 * scale };
-    }
-}
-
-/// The median; the mean of the middle two for an even count.
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
     }
 }
 
@@ -497,7 +487,7 @@ pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
 /// Source: B. Widrow (1956), IRE Trans. Circuit Theory 3(4).
 #[must_use]
 pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Option<Doubt> {
-    let rms_in_steps = crate::series::rms(samples) / step_ratio;
+    let rms_in_steps = crate::statistics::rms(samples) / step_ratio;
     (rms_in_steps < 50.0).then(|| Doubt::CoarseQuantisation {
         channel: channel.into(),
         rms_in_steps,

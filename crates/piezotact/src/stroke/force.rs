@@ -13,11 +13,11 @@ use super::{
     CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
     Stroke,
 };
+use crate::clipping::flat_top_fraction;
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, Seconds};
 use crate::roles::Roles;
-use crate::series::mean;
-use crate::verify::flat_top_fraction;
+use crate::statistics::mean;
 
 /// How strokes are found in a normal force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::contact::Force;
 use super::frames::quantile;
+use crate::clipping::flat_top_fraction;
 use crate::doubt::Doubt;
-use crate::series::mean;
-use crate::verify::flat_top_fraction;
+use crate::statistics::mean;
 
 /// More than this no fingertip presses while it slides, N: surfaces are explored with 0.1 to 5 N, and as hard as they can
 /// most people press with 30 to 60 N, at rest.

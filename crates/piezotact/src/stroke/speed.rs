@@ -14,7 +14,7 @@ use super::{
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
-use crate::series::mean;
+use crate::statistics::mean;
 
 /// How strokes are found in the speed of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,10 +5,9 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{TransferError, TransferFunction};
-use crate::compare::mean_interval;
 use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
-use crate::series::{mean, standard_deviation};
+use crate::statistics::{mean, mean_interval, standard_deviation};
 
 /// How transfer functions lie apart over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -369,7 +368,7 @@ pub fn leave_one_out<I: Quantity, O: Quantity>(
             return Err(BundleError::Empty { band });
         }
         penalties.push(Penalty {
-            db_rms: crate::series::rms(&differences),
+            db_rms: crate::statistics::rms(&differences),
             db_max: differences
                 .iter()
                 .fold(0.0, |most: f64, d| most.max(d.abs())),

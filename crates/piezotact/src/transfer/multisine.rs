@@ -79,7 +79,7 @@ impl Distortion {
                     .filter_map(|d| of(d.levels.get(i)?))
                     .map(|v| v * v)
                     .collect();
-                (!powers.is_empty()).then(|| crate::series::mean(&powers).sqrt())
+                (!powers.is_empty()).then(|| crate::statistics::mean(&powers).sqrt())
             };
             *level = DistortionLevels {
                 band_hz: level.band_hz,
@@ -138,7 +138,7 @@ impl Kept {
             return None;
         }
         let of_a_line: Vec<f64> = self.powers.iter().map(|p| p / self.lines as f64).collect();
-        let mean = crate::series::mean(&of_a_line);
+        let mean = crate::statistics::mean(&of_a_line);
         let squares: f64 = of_a_line.iter().map(|p| (p - mean).powi(2)).sum();
         let freedom = count.saturating_sub(1) as f64;
         let error = (squares / freedom / count as f64).sqrt();
@@ -335,7 +335,7 @@ fn repeating(periods: usize, left: &dyn Fn(usize) -> Complex<f64>) -> f64 {
     let products: Vec<f64> = (0..periods - apart)
         .map(|p| (left(p) * left(p + apart).conj()).re)
         .collect();
-    crate::series::mean(&products)
+    crate::statistics::mean(&products)
 }
 
 /// Fills the lines between those of `known` linearly.

@@ -27,7 +27,7 @@ pub struct Blocks {
 
 /// Where a recorded drive sets in: the first sample above a hundredth of its largest.
 pub(super) fn onset(drive: &[f64]) -> usize {
-    let least = 0.01 * crate::series::peak(drive);
+    let least = 0.01 * crate::statistics::peak(drive);
     drive.iter().position(|x| x.abs() > least).unwrap_or(0)
 }
 

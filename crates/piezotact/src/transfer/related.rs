@@ -9,7 +9,7 @@ use statrs::distribution::{ContinuousCDF, Gamma};
 use super::{CrossSpectra, TransferFunction};
 use crate::fourier::fast_length;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
-use crate::series::mean;
+use crate::statistics::mean;
 
 /// The share of unrelated pairs that are taken for related ones.
 const FALSE_RELATED: f64 = 0.05;
@@ -142,7 +142,7 @@ impl Lags {
     fn delay(&self, step_s: f64, width_hz: f64) -> Option<Delay> {
         let at =
             (0..self.squares.len()).max_by(|a, b| self.squares[*a].total_cmp(&self.squares[*b]))?;
-        let usual = crate::order::median(&mut self.squares.clone())? / std::f64::consts::LN_2;
+        let usual = crate::statistics::median(&mut self.squares.clone())? / std::f64::consts::LN_2;
         let peak = self.squares[at];
         let stands_out = peak > usual * (self.squares.len() as f64 / FALSE_DELAY).ln();
         if !stands_out || width_hz <= 0.0 {

@@ -6,7 +6,7 @@ use super::bundle::{level_db, same_lines};
 use super::{BundleError, Estimator, TransferFunction};
 use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
-use crate::series::rms;
+use crate::statistics::rms;
 
 /// Repeats under one drive as one estimate: what they would give had they been recorded in one go. Coherence falls where
 /// they disagree. Condition, device and provenance are those of the first.

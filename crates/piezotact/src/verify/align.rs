@@ -7,7 +7,8 @@ use num_complex::Complex;
 use super::VerifyError;
 use crate::fourier;
 use crate::quantity::{Band, Quantity, SampleRate, Seconds};
-use crate::series::{Series, mean};
+use crate::series::Series;
+use crate::statistics::mean;
 
 /// A measurement brought onto its target's time.
 pub(crate) struct Aligned {
@@ -30,7 +31,7 @@ impl Aligned {
             &self.target_in_band[self.from..self.to],
             &self.measured_in_band[self.from..self.to],
         );
-        crate::series::correlation(t, m)
+        crate::statistics::correlation(t, m)
     }
 
     /// The same with the measurement `lag` whole samples later than the target.

@@ -4,8 +4,9 @@ use super::align::in_band;
 use super::{Verification, VerifyError};
 use crate::quantity::{Drive, SampleRate, Seconds};
 use crate::resample::resample;
-use crate::series::{Series, rms};
+use crate::series::Series;
 use crate::spectrum::WelchPlan;
+use crate::statistics::rms;
 
 /// A texture and its drive on one time, both limited to the band that is compared, as multiples of their rms.
 #[derive(Clone, Debug, PartialEq)]

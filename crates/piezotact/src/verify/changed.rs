@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::{VerifyConfig, VerifyError, errors_in_band, rms_of};
 use crate::quantity::{Band, Decibels, Quantity};
-use crate::series::{Series, standard_deviation};
+use crate::series::Series;
 use crate::spectrum::{WelchPlan, frequency_axis};
+use crate::statistics::standard_deviation;
 
 /// How a texture differs from another.
 #[derive(Clone, Debug, PartialEq, Serialize)]

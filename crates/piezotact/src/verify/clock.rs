@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, SampleRate};
-use crate::series::mean;
+use crate::statistics::mean;
 
 /// Samples that a recording lost, or repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

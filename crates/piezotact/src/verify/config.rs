@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Clipping, clipping};
+use crate::clipping::{Clipping, clipping};
 use crate::feature::Weighting;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity, Seconds};
-use crate::render::{Mode, RenderConfig};
+use crate::render::RenderConfig;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
 
@@ -14,8 +15,9 @@ use crate::spectrum::WelchConfig;
 pub struct VerifyConfig {
     /// The band over which they are compared.
     pub band: Band,
-    /// The parts of it that the inverse declared achievable; empty when nothing was declared.
-    pub achievable: Vec<Band>,
+    /// The parts of it that the drive reaches, as its [`Coverage`](crate::render::Coverage) says; empty when that is not known.
+    #[serde(rename = "achievable")]
+    pub reached: Vec<Band>,
     /// How the spectra are estimated.
     pub welch: WelchConfig,
     /// The level at which the target was rendered on purpose, dB; the comparison is made at that level.
@@ -99,7 +101,7 @@ impl VerifyConfig {
         let segment = 2f64.powf((rate_hz / 5.0).log2().round()).max(16.0) as usize;
         Self {
             band,
-            achievable: Vec::new(),
+            reached: Vec::new(),
             welch: WelchConfig::hann(segment),
             level: Decibels(0.0),
             fade: Seconds(0.0),

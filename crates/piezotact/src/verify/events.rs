@@ -272,7 +272,8 @@ impl Compared<'_> {
     /// Whether the target, gain apart, exceeds all of the measurement by a twentieth: else nothing can have been limited.
     pub(super) fn exceeded(&self) -> bool {
         let gain = self.gain().max(0.0).sqrt();
-        crate::series::peak(self.target) * gain > EXCEEDS * crate::series::peak(self.measured)
+        crate::statistics::peak(self.target) * gain
+            > EXCEEDS * crate::statistics::peak(self.measured)
     }
 
     /// The longest event that a measurement which follows its target has and the target does not, s; from what surely is one to

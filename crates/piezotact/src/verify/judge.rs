@@ -11,8 +11,8 @@ use super::lines::{Floor, Line, Lines, Pair, rms_error};
 use super::{Aspect, FOLLOWS, VerifyConfig};
 use crate::criterion::{Criterion, Limit};
 use crate::doubt::Doubt;
+use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
-use crate::render::Mode;
 
 /// What a person should know of how a measurement was compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

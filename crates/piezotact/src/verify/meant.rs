@@ -7,7 +7,8 @@ use super::{FOLLOWS, VerifyConfig, VerifyError, nmse_db};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Quantity, SampleRate};
 use crate::render::fade_ends;
-use crate::series::{Series, mean, rms};
+use crate::series::Series;
+use crate::statistics::{mean, rms};
 
 /// `asked` as its rendering was to play it: about its mean, with its fades and within its band.
 pub(super) fn meant<Q: Quantity>(

@@ -6,7 +6,6 @@
 mod align;
 mod beside;
 mod changed;
-mod clipping;
 mod clock;
 mod config;
 mod error;
@@ -21,7 +20,6 @@ mod verdict;
 pub(crate) use align::align;
 pub use beside::{Beside, beside};
 pub use changed::{Changed, changed};
-pub use clipping::{Clipping, clipping, flat_top_fraction};
 pub use clock::{Clock, Lost};
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
 pub use error::VerifyError;
@@ -35,10 +33,11 @@ pub use verdict::{Aspect, Verdict};
 use crate::criterion::Criterion;
 use crate::doubt::Doubt;
 use crate::integrity::{Span, inspect};
+use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity};
-use crate::render::Mode;
-use crate::series::{Series, rms};
+use crate::series::Series;
 use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
+use crate::statistics::rms;
 use judge::{Evidence, Judgement};
 use lines::Pair;
 use meant::OnTime;
@@ -278,7 +277,7 @@ pub fn verify<Q: Quantity>(
     let error_db_rms = rms_of(lines.compared.iter().map(|(_, error)| *error));
     let achievable = |frequency_hz: f64| {
         config
-            .achievable
+            .reached
             .iter()
             .any(|band| band.contains(frequency_hz))
     };
@@ -293,7 +292,7 @@ pub fn verify<Q: Quantity>(
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
     let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
-    let judged_share = if config.achievable.is_empty() {
+    let judged_share = if config.reached.is_empty() {
         1.0
     } else {
         reached.len() as f64 / lines.compared.len() as f64
@@ -304,7 +303,7 @@ pub fn verify<Q: Quantity>(
     if judged_share < 1.0 - TOLD_SHARE {
         doubts.push(Doubt::PartJudged {
             share: judged_share,
-            judged: config.achievable.clone(),
+            judged: config.reached.clone(),
             band: config.band,
         });
     }
@@ -336,11 +335,11 @@ pub fn verify<Q: Quantity>(
         });
     }
     let floor = meant::floor(&meant, response, &aligned, config.band);
-    let judged_bands: Vec<Band> = if config.achievable.is_empty() {
+    let judged_bands: Vec<Band> = if config.reached.is_empty() {
         vec![config.band]
     } else {
         config
-            .achievable
+            .reached
             .iter()
             .filter_map(|band| band.common(config.band))
             .collect()
@@ -387,7 +386,7 @@ pub fn verify<Q: Quantity>(
                 .map(|(_, error)| error - mean_error_db),
         ),
         achievable_band_hz: config
-            .achievable
+            .reached
             .iter()
             .filter_map(|band| band.common(config.band))
             .collect(),

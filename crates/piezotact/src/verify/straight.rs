@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::{Measured, Verification, VerifyConfig, VerifyError, rms_of, verify};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Decibels, Drive, Hertz, Quantity};
-use crate::series::{Series, mean};
+use crate::series::Series;
+use crate::statistics::mean;
 use crate::transfer::TransferFunction;
 
 /// What the device would do with a texture that is sent to it straight, as its transfer function has it: linear, without
@@ -76,7 +77,7 @@ pub fn predicted_straight<Q: Quantity>(
     let response = Series::<Q>::new(answer(target, function), target.rate())?;
     let compared = verify(target, Measured::alone(&response), &config)?;
     let lines = || {
-        let judged = |hz: f64| config.achievable.iter().any(|band| band.contains(hz));
+        let judged = |hz: f64| config.reached.iter().any(|band| band.contains(hz));
         let (known, all) = (compared.error_db_rms_achievable.is_some(), &compared);
         let pairs = all.error_frequency_hz.iter().zip(&all.error_db);
         pairs

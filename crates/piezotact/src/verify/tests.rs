@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex;
 
 use super::*;
+use crate::clipping::flat_top_fraction;
 use crate::quantity::{Acceleration, Drive, Hertz, SampleRate, Seconds};
 use crate::transfer::{Estimator, TransferFunction};
 
@@ -199,7 +200,7 @@ fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
         found
     );
     // Where only a part is judged, that part is matched and judged.
-    config.achievable = vec![Band::new(Hertz(30.0), Hertz(60.0)).unwrap()];
+    config.reached = vec![Band::new(Hertz(30.0), Hertz(60.0)).unwrap()];
     let part = predicted_straight(&target, &echoing(), &config).unwrap();
     assert!(part.error_db_rms_level_matched < 0.1, "{part:?}");
 }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::doubt::Doubt;
+use crate::lineage::Mode;
 use crate::quantity::Decibels;
-use crate::render::Mode;
 
 /// What a verification concludes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -117,7 +117,7 @@ fn a_band_given_up_with_most_of_the_power_does_not_pass() {
         .collect();
     let delivered: Vec<f64> = weak.iter().map(|v| 0.15 * v).collect();
     let parts = |from_hz: f64| VerifyConfig {
-        achievable: vec![Band::new(Hertz(from_hz), Hertz(500.0)).unwrap()],
+        reached: vec![Band::new(Hertz(from_hz), Hertz(500.0)).unwrap()],
         ..usual()
     };
     let v = judged(&target, &delivered, &parts(61.6));
@@ -128,7 +128,7 @@ fn a_band_given_up_with_most_of_the_power_does_not_pass() {
     let low: Vec<f64> = align::in_bands(
         &target,
         SampleRate::new(RATE_HZ).unwrap(),
-        &parts(150.0).achievable,
+        &parts(150.0).reached,
     );
     let v = judged(&target, &low, &parts(150.0));
     let Verdict::PassedInPart { power_share } = v.verdict else {

@@ -6,8 +6,8 @@ use std::ops::Range;
 use anyhow::Result;
 use num_complex::Complex;
 use piezotact::feature::Weighting;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
-use piezotact::render::Mode;
 use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
@@ -447,7 +447,7 @@ impl Making<'_> {
                     (scene.band.low().0, low - 1.0),
                     (high + 1.0, scene.band.high().0),
                 ];
-                self.case.config.achievable = parts
+                self.case.config.reached = parts
                     .iter()
                     .filter_map(|(low, high)| Band::new(Hertz(*low), Hertz(*high)).ok())
                     .collect();
@@ -455,7 +455,7 @@ impl Making<'_> {
             }
             TopGivenUp => {
                 self.shape(within([700.0, 1_200.0], 0.0));
-                self.case.config.achievable = vec![Band::new(scene.band.low(), Hertz(695.0))?];
+                self.case.config.reached = vec![Band::new(scene.band.low(), Hertz(695.0))?];
                 self.case.part = true;
             }
             RenderedAt(db) => {
@@ -537,7 +537,7 @@ impl Making<'_> {
     }
 
     fn rms(&self) -> f64 {
-        piezotact::series::rms(&self.case.delivered[self.texture()])
+        piezotact::statistics::rms(&self.case.delivered[self.texture()])
     }
 
     fn octaves(&self, draws: &mut Draws) -> ThirdOctaves {

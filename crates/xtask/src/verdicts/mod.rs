@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, bail, ensure};
-use piezotact::render::Mode;
+use piezotact::lineage::Mode;
 use piezotact::score::with_felt_difference;
 use piezotact::verify::{Measured, Verdict, verify};
 

@@ -10,8 +10,9 @@ use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::run::Discard;
-use piezotact::series::{Series, rms};
+use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
+use piezotact::statistics::rms;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise};
 use piezotact_bench::{Excitation, ExcitationConfig, RunPlan, Until};

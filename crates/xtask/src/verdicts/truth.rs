@@ -23,8 +23,8 @@ use std::fmt;
 
 use num_complex::Complex;
 use piezotact::feature::Weighting;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::render::Mode;
 
 use super::faults::{Case, Realisation, faded};
 use super::kinds::Kind;
@@ -355,7 +355,7 @@ impl Common {
 
 /// Whether the rendering is told to reach this frequency.
 fn achieved(case: &Case, hz: f64) -> bool {
-    let told = &case.config.achievable;
+    let told = &case.config.reached;
     told.is_empty() || told.iter().any(|part| part.contains(hz))
 }
 

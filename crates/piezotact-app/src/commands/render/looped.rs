@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::benches::BenchSpec;
-use piezotact::correct::{CorrectConfig, Mode};
+use piezotact::correct::CorrectConfig;
+use piezotact::lineage::Mode;
 use piezotact::quantity::Acceleration;
 use piezotact::run::RunStart;
 use piezotact::series::Series;

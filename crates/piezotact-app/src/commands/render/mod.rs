@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use crate::benches::BenchSpec;
 use anyhow::anyhow;
-use piezotact::manipulate::{Lineage, Operation, Step};
+use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
 use piezotact::render::{
-    self, Clipping, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
+    self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_gain,
 };
 use piezotact::series::Series;
@@ -296,19 +296,23 @@ pub(crate) fn lineage(
 ) -> Lineage {
     let operation = Operation::Rendered {
         transfer: transfer.into(),
-        gain: drive.setup.as_ref().map(|setup| setup.gain),
+        gain: drive.setup.as_ref().map(|setup| setup.gain.to_string()),
         level_db,
         band_hz: drive.config.inverse.band,
         aim: drive.aim,
     };
-    so_far.then(Step::between(operation, target, &drive.drive))
+    so_far.then(Step::between(
+        operation,
+        target.rms_about_mean(),
+        drive.drive.rms_about_mean(),
+    ))
 }
 
 fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let rate = SampleRate::new(f64::from(args.rate)).map_err(usage)?;
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
-        config.clipping = Clipping::Allow;
+        config.clipping = Overload::Allow;
     }
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
@@ -409,7 +413,7 @@ impl Asked<'_> {
     fn other_gain(&self, target: &Series<Acceleration>) -> Option<String> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
-            clipping: Clipping::Allow,
+            clipping: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)
@@ -430,7 +434,12 @@ impl Done {
     fn told(&self) -> Outcome {
         let drive = &self.drive;
         say_doubts(&drive.doubts);
-        let bands: Vec<String> = drive.achievable.iter().map(ToString::to_string).collect();
+        let bands: Vec<String> = drive
+            .coverage
+            .reached
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         let bands = if bands.is_empty() {
             "nothing".into()
         } else {
@@ -459,8 +468,8 @@ impl Done {
             "rate_hz": args.rate,
             "level_db": self.level_db,
             "headroom": drive.headroom,
-            "achievable_band_hz": drive.achievable,
-            "given_up_band_hz": drive.given_up,
+            "achievable_band_hz": drive.coverage.reached,
+            "given_up_band_hz": drive.coverage.given_up,
             "drive_setup": drive.setup,
             "gains": gains.map(|setup| gains_for(&drive.headroom, setup)),
             "loop": self.corrected.as_ref().map(|corrected| corrected.json()),

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
-use piezotact::series::peak;
+use piezotact::statistics::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;

@@ -5,7 +5,6 @@ mod figures;
 mod tables;
 
 use maud::{Markup, html};
-use piezotact::compare::Direction;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
 use piezotact::panel::{
@@ -14,6 +13,7 @@ use piezotact::panel::{
 };
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
+use piezotact::statistics::Direction;
 use piezotact::transfer::{BundleAverage, TransferFunction};
 use piezotact_dataset::{PanelFolder, PanelKind};
 

@@ -1,8 +1,8 @@
 //! The tables of a report on a panel.
 
 use maud::{Markup, html};
-use piezotact::compare::{Direction, PairedDifference};
 use piezotact::panel::{AverageRule, CellPenalties, LearningCurve, PairDistances, PanelAnalysis};
+use piezotact::statistics::{Direction, PairedDifference};
 use piezotact::transfer::BundleAverage;
 
 use super::{averaging_word, percent, will_do_word};

@@ -1,9 +1,10 @@
 //! The figures of a report on strokes, one function for each.
 
-use piezotact::compare::{LogFit, RoughnessTrend, SpatialPeriod, Summary};
+use piezotact::compare::{RoughnessTrend, SpatialPeriod, Summary};
 use piezotact::feature::{Analysis, StrokeSpectra};
 use piezotact::quantity::Unit;
 use piezotact::recording::Channel;
+use piezotact::statistics::LogFit;
 use piezotact::stroke::Interval;
 use plotters::style::RGBColor;
 

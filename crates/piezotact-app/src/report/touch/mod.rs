@@ -7,10 +7,11 @@ use figures::Sets;
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::compare::{
-    Direction, LogFit, SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
+    SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
 };
 use piezotact::criterion::Outcome as Judged;
 use piezotact::feature::{Receptor, Statistics, Weighting};
+use piezotact::statistics::{Direction, LogFit};
 use piezotact::stroke::{Judging, Rule};
 use piezotact::surface::SampleSet;
 

@@ -1,7 +1,7 @@
 //! The target as it was before it was made otherwise on purpose.
 
 use maud::{Markup, html};
-use piezotact::manipulate::Lineage;
+use piezotact::lineage::Lineage;
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
 use piezotact::verify::Changed;

@@ -8,7 +8,7 @@ mod straight;
 use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
-use piezotact::manipulate::Lineage;
+use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::series::Series;

@@ -1,13 +1,14 @@
 //! What a closed loop measures, and whether it can be believed.
 
 use piezotact::Doubt;
+use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
 use piezotact::recording::Recording;
 use piezotact::resample::resample_over;
-use piezotact::series::{Series, mean, standard_deviation};
+use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
-use piezotact::verify::{Clipping, clipping};
+use piezotact::statistics::{mean, standard_deviation};
 
 use super::{LoopConfig, Mishap, impossible};
 use crate::error::ProcedureError;

@@ -6,14 +6,15 @@ mod outcome;
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::correct::{CorrectConfig, Correction, Mode, Step};
+use piezotact::correct::{CorrectConfig, Correction, LineChange};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
+use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{Recording, played_through_its_own};
 use piezotact::render::{
-    Clipping, Inverse, RenderConfig, RenderError, RenderedDrive, achievable, headroom,
-    power_outside, render,
+    Coverage, Inverse, Overload, RenderConfig, RenderError, RenderedDrive, headroom, power_outside,
+    render,
 };
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -60,7 +61,7 @@ pub struct Iteration {
     /// The share of its samples that stood at the device's limit, 0–1.
     pub held: f64,
     /// What the step that followed changed; none after the last.
-    pub step: Option<Step>,
+    pub step: Option<LineChange>,
 }
 
 impl Looped {
@@ -148,11 +149,11 @@ pub fn closed_loop(
         }
     }
     first.setup.clone_from(&function.drive);
-    let (reached, ..) = achievable(&function, &config.render)?;
     let mut correction = Correction::new(&target, &function, &config.render, &config.correct)?;
+    let reached = correction.inverse_coverage().reached.clone();
     let mut drive = correction.drive()?;
     let free = config.render.inverse.inverse == Inverse::DriveLimited
-        || config.render.clipping == Clipping::Allow;
+        || config.render.clipping == Overload::Allow;
     if !free && !correction.fits() {
         return Err(refused(&mut correction, function.drive.as_ref()).into());
     }
@@ -170,8 +171,8 @@ pub fn closed_loop(
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
     first.doubts.extend(hidden);
-    let judge = |felt: &Felt, achieved: &[Band]| {
-        judged(&target, felt, (achieved, correction_welch.clone()), config)
+    let judge = |felt: &Felt, coverage: &Coverage| {
+        judged(&target, felt, (coverage, correction_welch.clone()), config)
     };
 
     let mut course = Course::default();
@@ -179,9 +180,9 @@ pub fn closed_loop(
         let fit = Fit::of(&correction);
         let mut both = || -> Result<(Felt, Felt, [Verification; 2]), Broken> {
             let first = listener.feel(&drive, &format!("iteration {number}, first"))?;
-            let unjudged = judge(&first, &fit.achieved)?;
+            let unjudged = judge(&first, &fit.coverage)?;
             let second = listener.feel(&drive, &format!("iteration {number}, second"))?;
-            let verification = judge(&second, &fit.achieved)?;
+            let verification = judge(&second, &fit.coverage)?;
             Ok((first, second, [unjudged, verification]))
         };
         let (first, second, [unjudged, verification]) = match both() {
@@ -244,7 +245,7 @@ pub fn closed_loop(
     let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
         let label = format!("iteration {}, once more", drive.number);
         let felt = listener.feel(&drive.drive, &label)?;
-        Ok((judge(&felt, &drive.fit.achieved)?, felt))
+        Ok((judge(&felt, &drive.fit.coverage)?, felt))
     };
     // The best is measured once more: of several measurements the smallest is partly luck.
     let (best, again, gain, kept) = match best {
@@ -292,7 +293,7 @@ pub fn closed_loop(
         best.fit.doubts(fits_at),
         (&iterations[best.number], &end, kept),
     );
-    (rendered.achievable, rendered.given_up) = (best.fit.achieved, best.fit.given_up);
+    rendered.coverage = best.fit.coverage;
     let (confirmed, recording) = match again {
         Ok((verification, felt)) => {
             rendered.provenance = rendered.provenance.then(format!(
@@ -425,8 +426,7 @@ struct Best {
 
 /// How a drive was made to fit.
 struct Fit {
-    achieved: Vec<Band>,
-    given_up: Vec<Band>,
+    coverage: Coverage,
     /// The bands that were turned down for it, and their share of the lines.
     turned_down: Option<(Vec<Band>, f64)>,
     likeness: f64,
@@ -435,10 +435,8 @@ struct Fit {
 
 impl Fit {
     fn of(correction: &Correction<Acceleration>) -> Self {
-        let (achieved, given_up) = correction.reached();
         Self {
-            achieved,
-            given_up,
+            coverage: correction.coverage(),
             turned_down: correction.turned_down(),
             likeness: correction.likeness(),
             held: correction.held(),
@@ -498,7 +496,7 @@ fn opened(
     config: &LoopConfig,
 ) -> Result<RenderedDrive, RenderError> {
     let mut open = config.render.clone();
-    open.clipping = Clipping::Allow;
+    open.clipping = Overload::Allow;
     if open.inverse.inverse == Inverse::DriveLimited {
         open.inverse.inverse = Inverse::Constant;
     }
@@ -536,15 +534,15 @@ fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> Close
     }
 }
 
-/// How close what was felt came to `target`, over what its drive `achieved`.
+/// How close what was felt came to `target`, over the `coverage` of its drive.
 fn judged(
     target: &Series<Acceleration>,
     felt: &Felt,
-    (achieved, welch): (&[Band], WelchConfig),
+    (coverage, welch): (&Coverage, WelchConfig),
     config: &LoopConfig,
 ) -> Result<Verification, Broken> {
     let verify_config = VerifyConfig {
-        achievable: achieved.to_vec(),
+        reached: coverage.reached.clone(),
         welch,
         ..VerifyConfig::over(config.judged, target.rate().hz())
     }

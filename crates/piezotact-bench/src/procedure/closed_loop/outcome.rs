@@ -3,10 +3,9 @@
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::compare::t_quantile;
-use piezotact::correct::Mode;
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::series::mean;
+use piezotact::lineage::Mode;
+use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
 
 /// Why a measurement of a loop cannot be believed.

@@ -185,7 +185,7 @@ fn middle(samples: &[f64], low: f64, high: f64) -> f64 {
 }
 
 /// The smallest change from one sample to the next that is none at all: the step of a converter.
-pub(super) fn step(samples: &[f64]) -> f64 {
+pub(crate) fn step(samples: &[f64]) -> f64 {
     samples
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())

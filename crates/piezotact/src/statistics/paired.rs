@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
-use super::t_quantile;
+use super::{mean, t_quantile};
 
 /// How two conditions differ over people who took part in both; `u` is the unit of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ pub struct PairedDifference {
 /// Source: Student (1908), Biometrika 6(1).
 ///
 /// ```
-/// use piezotact::compare::paired_difference;
+/// use piezotact::statistics::paired_difference;
 /// let d = paired_difference(&[1.0, 2.0, 3.0], &[2.0, 4.0, 3.0]).unwrap();
 /// assert!((d.mean - 1.0).abs() < 1e-12 && (d.t - 3f64.sqrt()).abs() < 1e-12);
 /// ```
@@ -39,7 +39,7 @@ pub fn paired_difference(a: &[f64], b: &[f64]) -> Option<PairedDifference> {
     }
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| b - a).collect();
     let n = differences.len() as f64;
-    let mean = crate::series::mean(&differences);
+    let mean = mean(&differences);
     let squares: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
     let error = (squares / (n - 1.0) / n).sqrt();
     if !(error > 0.0 && error.is_finite()) {
@@ -67,7 +67,7 @@ pub fn paired_difference(a: &[f64], b: &[f64]) -> Option<PairedDifference> {
 pub fn mean_interval(values: &[f64]) -> Option<[f64; 2]> {
     let n = values.len() as f64;
     let t = t_quantile(values.len().checked_sub(1)?)?;
-    let mean = crate::series::mean(values);
+    let mean = mean(values);
     let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
     let reach = t * (squares / (n - 1.0) / n).sqrt();
     Some([mean - reach, mean + reach])
@@ -81,7 +81,7 @@ pub fn mean_interval(values: &[f64]) -> Option<[f64; 2]> {
 /// Source: J. Arbuthnot (1710), Phil. Trans. 27; as SciPy's `binomtest(k, n, 0.5)`.
 ///
 /// ```
-/// use piezotact::compare::sign_test;
+/// use piezotact::statistics::sign_test;
 /// // 2·(1 + 8)/2^8
 /// let p = sign_test(&[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0]).unwrap();
 /// assert!((p - 0.0703125).abs() < 1e-12);

@@ -10,10 +10,10 @@ const EXHAUSTIVE: u128 = 20_000;
 const SAME: f64 = 1e-9;
 
 /// Draws without a preference, from a seed.
-pub(super) struct Draws(ChaCha8Rng);
+pub(crate) struct Draws(ChaCha8Rng);
 
 impl Draws {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
@@ -24,7 +24,7 @@ impl Draws {
     }
 
     /// Brings `values` into an order of which every one is as likely as every other.
-    pub(super) fn shuffle<T>(&mut self, values: &mut [T]) {
+    pub(crate) fn shuffle<T>(&mut self, values: &mut [T]) {
         for i in (1..values.len()).rev() {
             values.swap(i, self.below(i + 1));
         }
@@ -43,7 +43,7 @@ pub struct Permuted {
 }
 
 /// The number of ways to choose `chosen` of `all`, at most `u128::MAX`.
-pub(super) fn divisions(all: usize, chosen: usize) -> u128 {
+fn divisions(all: usize, chosen: usize) -> u128 {
     let chosen = chosen.min(all - chosen);
     (0..chosen).fold(1u128, |ways, i| {
         ways.saturating_mul((all - i) as u128) / (i as u128 + 1)
@@ -60,7 +60,7 @@ pub(super) fn divisions(all: usize, chosen: usize) -> u128 {
 /// for the counts; equal to `scipy.stats.permutation_test` with `alternative="greater"`.
 ///
 /// ```
-/// use piezotact::compare::permutation_test;
+/// use piezotact::statistics::permutation_test;
 /// let values = [1.0, 2.0, 3.0, 11.0, 12.0, 13.0];
 /// let sum: f64 = values.iter().sum();
 /// let test = permutation_test(6, 3, 999, 1, &mut |first: &[usize]| {
@@ -125,14 +125,14 @@ fn next_combination(chosen: &mut [usize], count: usize) -> bool {
 }
 
 /// The smallest probability that divisions of groups of `a` and `b` units can give; of groups of one size both ways to name them count.
-pub(super) fn smallest_p(a: usize, b: usize) -> f64 {
+pub(crate) fn smallest_p(a: usize, b: usize) -> f64 {
     let same = if a == b { 2.0 } else { 1.0 };
     same / divisions(a + b, a) as f64
 }
 
 /// The smallest number of units in each of two groups with which a permutation test can show a difference at `alpha` over
 /// `pairs` pairs.
-pub(super) fn units_needed(pairs: usize, alpha: f64) -> usize {
+pub(crate) fn units_needed(pairs: usize, alpha: f64) -> usize {
     (2..64)
         .find(|n| pairs as f64 * smallest_p(*n, *n) <= alpha)
         .unwrap_or(64)
@@ -146,7 +146,7 @@ pub(super) fn units_needed(pairs: usize, alpha: f64) -> usize {
 /// Source: S. Holm (1979), Scand. J. Stat. 6(2).
 ///
 /// ```
-/// use piezotact::compare::holm;
+/// use piezotact::statistics::holm;
 /// assert_eq!(holm(&[0.01, 0.5, 0.02]), [0.03, 0.5, 0.04]);
 /// ```
 #[must_use]

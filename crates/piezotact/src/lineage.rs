@@ -4,10 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::correct::Mode;
-use crate::device::AmplifierGain;
-use crate::quantity::{Band, Measure, Quantity};
-use crate::series::{Series, standard_deviation};
+use crate::quantity::{Band, Measure};
 
 /// What a texture was made from and everything that was done to it, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -123,9 +120,9 @@ pub enum Operation {
     Rendered {
         /// Where the transfer function came from.
         transfer: String,
-        /// The amplifier's gain; absent when the transfer function did not say.
+        /// The name of the amplifier's gain, as its description has it; absent when the transfer function did not say.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        gain: Option<AmplifierGain>,
+        gain: Option<String>,
         /// The level it was rendered at, dB.
         level_db: f64,
         /// The band that was rendered.
@@ -134,6 +131,36 @@ pub enum Operation {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         aim: Option<Mode>,
     },
+}
+
+/// What of a texture is rendered, and so what counts when it is verified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// The waveform.
+    Replicate,
+    /// The power spectrum.
+    Texture,
+}
+
+impl Mode {
+    /// What it is, for people.
+    #[must_use]
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Replicate => "to replicate the waveform",
+            Self::Texture => "to have the texture's spectrum, its phases free",
+        }
+    }
+
+    /// The name as it is written on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Replicate => "replicate",
+            Self::Texture => "texture",
+        }
+    }
 }
 
 /// Where a level is measured.
@@ -219,23 +246,13 @@ impl Operation {
 }
 
 impl Step {
-    /// What `operation` did when it made `after` from `before`.
+    /// What `operation` did to a texture of the level `before`, which is `after` since; both rms about the mean.
     #[must_use]
-    pub fn between<I: Quantity, O: Quantity>(
-        operation: Operation,
-        before: &Series<I>,
-        after: &Series<O>,
-    ) -> Self {
+    pub fn between(operation: Operation, before: Measure, after: Measure) -> Self {
         Self {
             operation,
-            rms_before: Measure {
-                value: standard_deviation(before.samples()),
-                unit: I::UNIT,
-            },
-            rms_after: Measure {
-                value: standard_deviation(after.samples()),
-                unit: O::UNIT,
-            },
+            rms_before: before,
+            rms_after: after,
         }
     }
 }

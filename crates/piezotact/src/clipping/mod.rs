@@ -1,10 +1,13 @@
-//! Whether something clipped on the way from the drive to the sensor.
+//! How much of a signal stands at a limit: of a sensor, a converter or a drive.
+
+mod limit;
 
 use crate::doubt::Doubt;
-use crate::integrity::limited;
 use crate::quantity::{Drive, Quantity};
-use crate::render::Headroom;
 use crate::series::Series;
+
+pub(crate) use limit::step;
+pub use limit::{Limited, limited};
 
 /// How much of a measurement stood at a limit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,14 +21,15 @@ pub struct Clipping {
 }
 
 /// What clipped while `response` was measured, at the rate it was acquired with: the sensor (samples at its limits), the
-/// drive that was played beside it (beyond the limit, full scale = 1), and the drive as it was rendered.
+/// drive that was played beside it (beyond the limit, full scale = 1), and the share of the drive as it was rendered that lies
+/// beyond it, 0–1.
 ///
-/// Source: [`flat_top_fraction`]; [`crate::render::headroom`].
+/// Source: [`flat_top_fraction`]; the share of a rendered drive is that of its headroom.
 #[must_use]
 pub fn clipping<Q: Quantity>(
     response: &Series<Q>,
     drive: Option<(&Series<Drive>, f64)>,
-    rendered: Option<&Headroom>,
+    rendered_fraction: Option<f64>,
 ) -> Clipping {
     let played = drive.map_or(0.0, |(drive, limit)| {
         let beyond = drive
@@ -35,9 +39,7 @@ pub fn clipping<Q: Quantity>(
             .count();
         beyond as f64 / drive.samples().len() as f64
     });
-    let device = rendered
-        .map_or(0.0, |headroom| headroom.clipped_fraction)
-        .max(played);
+    let device = rendered_fraction.unwrap_or(0.0).max(played);
     let sensor = flat_top_fraction(response.samples());
     let found = [
         (sensor, format!("the measured {}", Q::NAME)),

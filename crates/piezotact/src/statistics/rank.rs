@@ -1,13 +1,59 @@
-//! Spearman's rank correlation with its significance.
+//! Ranks, and Spearman's rank correlation with its significance.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, ranks, spearman, two_sided_p};
+use super::Direction;
+use super::student::two_sided_p;
 
 /// With no more pairs than this, every order of them is counted.
 const COUNTED: usize = 9;
 /// A probability below this shows a direction.
 const SIGNIFICANT: f64 = 0.05;
+
+/// The ranks of `values` from 1, equal values sharing the mean of their ranks.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut at = 0;
+    for ties in order.chunk_by(|a, b| values[*a].total_cmp(&values[*b]).is_eq()) {
+        let shared = at as f64 + 0.5 * (ties.len() as f64 + 1.0);
+        for &i in ties {
+            ranks[i] = shared;
+        }
+        at += ties.len();
+    }
+    ranks
+}
+
+/// Spearman's rank correlation of two lists of the same length, −1–1; `None` for fewer than three pairs or when one
+/// of the lists never changes.
+///
+/// Formula: Pearson's correlation of the ranks, ties sharing their mean rank.
+///
+/// Source: C. Spearman (1904), Am. J. Psychol. 15(1).
+///
+/// ```
+/// use piezotact::statistics::spearman;
+/// let rho = spearman(&[1.0, 2.0, 3.0, 4.0], &[10.0, 30.0, 20.0, 40.0]).unwrap();
+/// assert!((rho - 0.8).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn spearman(a: &[f64], b: &[f64]) -> Option<f64> {
+    if a.len() != b.len() || a.len() < 3 || a.iter().chain(b).any(|v| v.is_nan()) {
+        return None;
+    }
+    let (a, b) = (ranks(a), ranks(b));
+    let middle = 0.5 * (a.len() as f64 + 1.0);
+    let product = |x: &[f64], y: &[f64]| -> f64 {
+        x.iter()
+            .zip(y)
+            .map(|(x, y)| (x - middle) * (y - middle))
+            .sum()
+    };
+    let spread = product(&a, &a) * product(&b, &b);
+    (spread > 0.0).then(|| product(&a, &b) / spread.sqrt())
+}
 
 /// How two quantities rank together over n pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +95,7 @@ impl RankCorrelation {
 /// SciPy's `permutation_test` of `spearmanr` (pairings, all of them) and `spearmanr`.
 ///
 /// ```
-/// use piezotact::compare::rank_correlation;
+/// use piezotact::statistics::rank_correlation;
 /// // One order of 24 is as strong, and its opposite.
 /// let found = rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 4.0, 9.0, 16.0]).unwrap();
 /// assert!((found.p_value - 2.0 / 24.0).abs() < 1e-12 && found.too_few());
@@ -96,5 +142,17 @@ fn all_orders(a: &[f64], b: &[f64], taken: u32, sum: f64, sums: &mut Vec<f64>) {
     };
     for (i, value) in b.iter().enumerate().filter(|(i, _)| taken >> i & 1 == 0) {
         all_orders(rest, b, taken | 1 << i, sum + first * value, sums);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ties_share_their_rank() {
+        assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0]), [3.5, 1.0, 3.5, 2.0]);
+        assert_eq!(spearman(&[1.0, 2.0, 3.0], &[2.0, 2.0, 2.0]), None);
+        assert_eq!(spearman(&[1.0, 2.0], &[2.0, 2.0]), None);
     }
 }

@@ -1,0 +1,67 @@
+//! Checksums of values, by which files name what they were made with.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// A checksum of the lines of a transfer function: FNV-1a over their step and their real and imaginary parts as 32-bit
+/// floating point, so that a file that keeps seven digits keeps it too. In files 16 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Checksum(u64);
+
+impl Checksum {
+    /// The checksum of `values`, in this order.
+    #[must_use]
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut sum = 0xcbf2_9ce4_8422_2325_u64;
+        for value in values {
+            // Both zeros are one.
+            for byte in (value as f32 + 0.0).to_bits().to_le_bytes() {
+                sum = (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+        Self(sum)
+    }
+}
+
+impl fmt::Display for Checksum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+impl From<Checksum> for String {
+    fn from(checksum: Checksum) -> Self {
+        checksum.to_string()
+    }
+}
+
+impl TryFrom<String> for Checksum {
+    type Error = NoChecksum;
+
+    fn try_from(text: String) -> Result<Self, NoChecksum> {
+        u64::from_str_radix(&text, 16)
+            .map(Self)
+            .map_err(|_no_number| NoChecksum { found: text })
+    }
+}
+
+/// A text that is no checksum.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a checksum of 16 hexadecimal digits, found `{found}`")]
+pub struct NoChecksum {
+    /// The text.
+    pub found: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_32_bits_keep_has_one_checksum() {
+        assert_eq!(Checksum::of([f64::from(0.1f32)]), Checksum::of([0.1]));
+        assert_ne!(Checksum::of([0.1]), Checksum::of([0.100_001]));
+    }
+}

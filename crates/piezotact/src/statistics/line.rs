@@ -1,0 +1,114 @@
+//! A straight line through logarithms, and which way one quantity goes with another.
+
+use serde::{Deserialize, Serialize};
+
+use super::student::{t_quantile, two_sided_p};
+
+/// Which way one quantity goes with another, as far as the data carry it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// It rises with the other: the 95 % interval lies above 0.
+    Rises,
+    /// It falls with the other: the 95 % interval lies below 0.
+    Falls,
+    /// The 95 % interval holds 0, or there is none.
+    NotShown,
+}
+
+impl Direction {
+    /// The direction of a slope or a difference within `interval`.
+    #[must_use]
+    pub fn of(interval: Option<[f64; 2]>) -> Self {
+        match interval {
+            Some([low, _]) if low > 0.0 => Self::Rises,
+            Some([_, high]) if high < 0.0 => Self::Falls,
+            _ => Self::NotShown,
+        }
+    }
+}
+
+/// A straight line through the logarithms of two positive quantities: y ∝ x^slope.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogFit {
+    /// The exponent.
+    pub slope: f64,
+    /// Its 95 % confidence interval; absent for fewer than three points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope_interval: Option<[f64; 2]>,
+    /// The probability, two-sided, of a slope at least as steep were there none; absent for fewer than three points.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub p_value: Option<f64>,
+    /// log10(y) at x = 1.
+    pub intercept: f64,
+    /// The share of the variance of log y that the line explains.
+    pub r_squared: f64,
+    /// The number of points, which the interval and p are over.
+    pub points: usize,
+}
+
+impl LogFit {
+    /// Whether y rises or falls with x.
+    #[must_use]
+    pub fn direction(&self) -> Direction {
+        Direction::of(self.slope_interval)
+    }
+}
+
+/// The least-squares line of log10 `y` on log10 `x`; `None` for fewer than two points above zero, or when x never
+/// changes.
+///
+/// Formula: ordinary least squares; the interval and p from Student's t with n − 2 degrees of freedom.
+///
+/// Source: N. R. Draper and H. Smith, *Applied Regression Analysis*, 3rd ed., chapter 1.
+#[must_use]
+pub fn log_fit(x: &[f64], y: &[f64]) -> Option<LogFit> {
+    let points: Vec<(f64, f64)> = x
+        .iter()
+        .zip(y)
+        .filter(|(x, y)| **x > 0.0 && **y > 0.0 && x.is_finite() && y.is_finite())
+        .map(|(x, y)| (x.log10(), y.log10()))
+        .collect();
+    let n = points.len() as f64;
+    if points.len() < 2 {
+        return None;
+    }
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
+    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
+    let sums = points.iter().fold((0.0, 0.0, 0.0), |(xx, xy, yy), (x, y)| {
+        let (x, y) = (x - mx, y - my);
+        (xx + x * x, xy + x * y, yy + y * y)
+    });
+    let (xx, xy, yy) = sums;
+    if xx <= 0.0 {
+        return None;
+    }
+    let slope = xy / xx;
+    let left = (yy - slope * xy).max(0.0);
+    let freedom = points.len().saturating_sub(2);
+    let error = (left / (n - 2.0) / xx).sqrt();
+    let slope_interval = t_quantile(freedom).map(|t| [slope - t * error, slope + t * error]);
+    Some(LogFit {
+        slope,
+        slope_interval,
+        p_value: two_sided_p(slope / error, freedom),
+        intercept: my - slope * mx,
+        r_squared: if yy > 0.0 { 1.0 - left / yy } else { 1.0 },
+        points: points.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_a_line() {
+        let x = [1.0, 2.0, 4.0, 8.0];
+        let fit = log_fit(&x, &x.map(|x: f64| 3.0 * x.powf(1.2))).unwrap();
+        assert!((fit.slope - 1.2).abs() < 1e-12 && (fit.r_squared - 1.0).abs() < 1e-12);
+        assert!((10f64.powf(fit.intercept) - 3.0).abs() < 1e-9);
+        assert_eq!(log_fit(&[1.0, 1.0], &[2.0, 3.0]), None);
+        assert_eq!(log_fit(&[0.0, 1.0], &[2.0, 3.0]), None);
+    }
+}

@@ -1,0 +1,20 @@
+//! Statistics of plain numbers: mean, level and peak, medians, intervals, ranks, lines and permutation tests.
+
+mod line;
+mod moments;
+mod order;
+mod paired;
+mod permutation;
+mod rank;
+mod student;
+
+pub use line::{Direction, LogFit, log_fit};
+pub(crate) use moments::{correlation, sum};
+pub use moments::{mean, peak, rms, standard_deviation};
+pub(crate) use order::median;
+pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
+pub(crate) use permutation::{Draws, smallest_p, units_needed};
+pub use permutation::{Permuted, holm, permutation_test};
+pub use rank::{RankCorrelation, rank_correlation, spearman};
+pub(crate) use student::deviation_interval;
+pub use student::t_quantile;
