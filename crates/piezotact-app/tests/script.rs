@@ -57,7 +57,12 @@ impl Checkouts {
         );
         file(
             "crates/piezotact/src/lib.rs",
-            &format!("pub const HELP: &str = \"{help}\";\n"),
+            &format!(
+                "pub const HELP: &str = \"{help}\";\n\
+                 #[test] #[ignore] fn soak_kills() {{}}\n\
+                 #[test] #[ignore] fn soak_fails() {{ panic!() }}\n\
+                 #[test] #[ignore] fn of_another_issue() {{ panic!() }}\n"
+            ),
         );
         file(
             "crates/piezotact-app/Cargo.toml",
@@ -75,9 +80,15 @@ impl Checkouts {
 
     /// `./x build` in a checkout, begun.
     fn build(&self, name: &str, target: Option<&Path>) -> Child {
+        self.begin(name, &["build"], target)
+    }
+
+    /// The script in a checkout, begun.
+    fn begin(&self, name: &str, arguments: &[&str], target: Option<&Path>) -> Child {
         let mut command = Command::new("bash");
         command
-            .args(["./x", "build"])
+            .arg("./x")
+            .args(arguments)
             .current_dir(self.path(name))
             .env("XDG_CACHE_HOME", self.path("cache"))
             .env("CARGO_TERM_COLOR", "never")
@@ -162,4 +173,30 @@ fn checkouts_built_at_the_same_time_get_their_own_programs() {
     for (building, name) in building.into_iter().zip(names) {
         checkouts.expect(building, name, name);
     }
+}
+
+/// `./x soak` runs the ignored tests of its names and no others, fails where one fails, and says how long its steps took.
+#[test]
+fn soak_runs_the_ignored_tests_of_its_names() {
+    let checkouts = Checkouts::new();
+    checkouts.checkout("one", "first");
+    let soak = |arguments: &[&str]| {
+        let output = checkouts.begin("one", arguments, None);
+        let output = output.wait_with_output().unwrap();
+        let said = [output.stdout, output.stderr].concat();
+        (output.status.success(), String::from_utf8(said).unwrap())
+    };
+    let (done, said) = soak(&["soak", "kills"]);
+    assert!(done && said.contains("test soak_kills ... ok"), "{said}");
+    assert!(
+        said.contains("time of each step") && said.contains(" s  soak\n"),
+        "{said}"
+    );
+    assert!(!said.contains("of_another_issue"), "{said}");
+    let (done, said) = soak(&["soak"]);
+    assert!(!done && said.contains(" s  soak: failed"), "{said}");
+    assert!(
+        said.contains("soak_fails") && !said.contains("of_another_issue"),
+        "{said}"
+    );
 }
