@@ -20,7 +20,7 @@ mod support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use rows::{Rows, differences, file_rows, json_rows};
+use rows::{Checksums, Rows, differences, file_rows, json_rows};
 use support::{Folder, noise, shared, wav};
 
 /// Fields that have another path now: a run of segments in the stored path, and what stands there now. `CHANGELOG.md`
@@ -178,7 +178,7 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
         "doubts": [{"text": "one"}], "steps": [{"gain_db": 2.0}],
     }));
     let found = |json: serde_json::Value, renamed: &[(&str, &str)]| -> Vec<String> {
-        differences(&stored, &rows(json), renamed, true)
+        differences(&stored, &rows(json), renamed, Checksums::Compared)
     };
     let same = |level: f64, changed: f64| {
         let psd: Vec<f64> = (0..38).map(f64::from).chain([changed, 39.0]).collect();
@@ -241,14 +241,17 @@ fn check(chain: &str, commands: &[&str]) {
         return;
     }
     let stored: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
-    let bits = stored["machine"] == rows::machine().as_str();
-    if !bits {
-        eprintln!(
-            "checksums of samples are not compared: stored on {}, and this is {}",
-            stored["machine"],
-            rows::machine()
-        );
-    }
+    let checksums = match stored["machine"] == rows::machine().as_str() {
+        true => Checksums::Compared,
+        false => {
+            eprintln!(
+                "checksums of samples are not compared: stored on {}, and this is {}",
+                stored["machine"],
+                rows::machine()
+            );
+            Checksums::LeftOut
+        }
+    };
     let mut wrong = Vec::new();
     for (command, rows) in &found {
         let stored = rows::of_table(&stored["commands"][command]);
@@ -257,7 +260,7 @@ fn check(chain: &str, commands: &[&str]) {
             "{} holds no `{command}`",
             file.display()
         );
-        for difference in differences(&stored, rows, RENAMED, bits) {
+        for difference in differences(&stored, rows, RENAMED, checksums) {
             wrong.push(format!("{command}\n    {difference}"));
         }
     }
