@@ -179,21 +179,20 @@ fn at_least_nine_in_ten(counts: &[(u64, u64)], claims: &[usize]) {
     }
 }
 
-/// How many of forty panels meet each claim that can be measured; minutes in a release build:
-/// `cargo test --release -p piezotact-bench --test claims -- --ignored --nocapture forty_panels`.
+/// How many of forty panels meet each claim that can be measured: `./x soak forty_panels`.
 ///
 /// The claims that are not named have less margin than a panel scatters: docs/decisions/0018 says which and why.
 #[test]
-#[ignore = "forty panels take minutes: run it with --release"]
-fn forty_panels() {
+#[ignore = "forty panels take minutes: ./x soak runs it"]
+fn soak_forty_panels() {
     let counts = counted(40, &[3, 4, 6]);
     at_least_nine_in_ten(&counts, &[10, 11, 14, 15, 16, 18, 21, 23, 30, 31]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.
 #[test]
-#[ignore = "forty panels take minutes: run it with --release"]
-fn forty_panels_of_chapter_5() {
+#[ignore = "forty panels take minutes: ./x soak runs it"]
+fn soak_forty_panels_of_chapter_5() {
     let counts = counted(40, &[5]);
     // 1, 2, 3 and 8 have less margin than a panel scatters: docs/decisions/0018 says how many meet them, and why.
     at_least_nine_in_ten(&counts, &[4, 5, 6, 7, 9]);
