@@ -57,7 +57,7 @@ const OF_THE_DRIVE: [&str; 4] = [
 #[test]
 fn a_recording_that_was_played_keeps_its_drive() {
     let read = recording("played.parquet");
-    assert_eq!(read.kind, FileKind::Parquet);
+    assert_eq!(read.kind, FileKind::PARQUET);
     let r = &read.recording;
     assert_eq!((r.rate().hz(), r.len()), (5000.0, 6500));
     let channels: Vec<_> = r
@@ -106,7 +106,7 @@ fn a_recording_keeps_its_doubts() {
 fn an_interrupted_recording_is_read_by_its_name_and_by_its_journal_s() {
     for name in ["interrupted.parquet", "interrupted.parquet.part"] {
         let read = recording(name);
-        assert_eq!(read.kind, FileKind::Journal);
+        assert_eq!(read.kind, FileKind::JOURNAL);
         let r = &read.recording;
         assert_eq!((r.rate().hz(), r.len()), (1000.0, 1000));
         within(r.channels()[0].samples[999], (999.0_f64 * 0.37).sin());
