@@ -1,5 +1,7 @@
 //! One door for every recording: what a file is stands in its content, not in its name.
 
+mod npy;
+
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -94,7 +96,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 12] = [
+static RECORDINGS: [Format<FileKind, Reader>; 13] = [
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -156,6 +158,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 12] = [
             Ok(matlab::recording_of(file.path, &content, options)?.into())
         },
     },
+    npy::NPY,
     Format {
         kind: FileKind::HAPTIC_CLIP,
         label: "HAPTIC",
