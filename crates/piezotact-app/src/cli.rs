@@ -14,7 +14,7 @@ use piezotact::filter::HighPass;
 use piezotact::quantity::{Hertz, Measure, Unit};
 use piezotact::spectrum::Window;
 use piezotact::surface::{Form, ShortWaves};
-use piezotact_dataset::NamePattern;
+use piezotact_dataset::{NamePattern, recording_formats, topography_formats, transfer_formats};
 
 pub(crate) use device::{
     Characterise, EstimatorName, Finger, Gate, InverseName, Level, ModeName, OnOff, PhaseName,
@@ -125,8 +125,7 @@ pub(crate) enum Command {
 /// The recordings, and what a person adds to what they say of themselves.
 #[derive(Debug, Args)]
 pub(crate) struct Takes {
-    /// Recordings (WAV, CSV, TSV, Parquet, LVM, UFF, MAT, HAPTIC, HJIF).
-    #[arg(required = true)]
+    #[arg(required = true, help = format!("Recordings ({})", recording_formats()))]
     pub(crate) recordings: Vec<PathBuf>,
     /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
     /// sample, participant, load, speed, angle, touch (active or passive); others are kept as labels.
@@ -301,7 +300,7 @@ pub(crate) struct Reading {
 
 #[derive(Debug, Args)]
 pub(crate) struct Info {
-    /// A recording (WAV, CSV, TSV, Parquet, LVM, UFF, MAT, HAPTIC, HJIF) or a transfer function (JSON, UFF, MAT).
+    #[arg(help = format!("A recording ({}) or a transfer function ({})", recording_formats(), transfer_formats()))]
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -376,7 +375,7 @@ pub(crate) enum FilterName {
 
 #[derive(Debug, Args)]
 pub(crate) struct Roughness {
-    /// A profile or a height map (SUR, X3P, PLU, AL3D, BCR, SDF, Surfcom, or text).
+    #[arg(help = format!("A profile or a height map ({})", topography_formats()))]
     pub(crate) file: PathBuf,
     /// Which standard says what is averaged along a profile; iso4287 unless stated.
     #[arg(long, value_enum)]

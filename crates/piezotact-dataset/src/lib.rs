@@ -9,8 +9,10 @@ mod contact_map;
 mod csv_table;
 mod cuts_file;
 mod error;
+mod format;
 pub mod haptic;
 mod journal;
+mod journal_batches;
 pub mod lvm;
 pub mod matlab;
 mod naming;
@@ -34,16 +36,18 @@ pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
-pub use open::{Contents, FileKind, ReadOptions, read_recording};
+pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
     Adopted, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
     function_of_any_unit, panel_of,
 };
 pub use sample_set::{known_sample_sets, read_sample_set};
 pub use topography::{
-    TopographyFile, TopographyKind, TopographyOptions, read_topography, write_sur,
+    TopographyFile, TopographyKind, TopographyOptions, read_topography, topography_formats,
+    write_sur,
 };
 pub use transfer_file::{
-    TransferFormat, holds_transfer, read_transfer, write_transfer, write_transfer_as,
+    TransferFormat, holds_transfer, read_transfer, transfer_formats, write_transfer,
+    write_transfer_as,
 };
 pub use transfer_json::{ConfidenceColumns, TransferDocument};

@@ -1,6 +1,7 @@
 //! One door for every recording: what a file is stands in its content, not in its name.
 
-use std::io::Read as _;
+mod npy;
+
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -11,7 +12,8 @@ use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
-use crate::haptic::{self, HapticKind};
+use crate::format::{self, Format, Opened, Sniff};
+use crate::haptic::{self, HapticKind, haptic_kind};
 use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
@@ -31,41 +33,194 @@ pub struct ReadOptions {
 
 /// What kind of file a recording was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileKind {
-    /// A WAV file and how it stores its samples.
-    Wav(SampleFormat),
+pub struct FileKind {
+    name: &'static str,
+    samples: Option<SampleFormat>,
+}
+
+impl FileKind {
+    /// A WAV file.
+    pub const WAV: Self = Self::named("WAV");
     /// A Parquet file.
-    Parquet,
+    pub const PARQUET: Self = Self::named("Parquet");
     /// The journal of an interrupted recording.
-    Journal,
+    pub const JOURNAL: Self = Self::named("journal of an interrupted recording");
     /// A table of text.
-    Table,
+    pub const TABLE: Self = Self::named("table of text");
     /// A LabVIEW measurement file.
-    Lvm,
+    pub const LVM: Self = Self::named("LabVIEW measurement");
     /// A universal file.
-    Uff,
+    pub const UFF: Self = Self::named("universal file");
     /// A MATLAB file.
-    Matlab,
+    pub const MATLAB: Self = Self::named("MATLAB");
     /// A `.haptic` clip.
-    HapticClip,
+    pub const HAPTIC_CLIP: Self = Self::named("haptic clip");
     /// MPEG haptics JSON.
-    Hjif,
+    pub const HJIF: Self = Self::named("MPEG haptics JSON (HJIF)");
+    /// Apple's AHAP, which is no recording.
+    pub const AHAP: Self = Self::named("AHAP");
+
+    /// The kind called `name`.
+    pub(crate) const fn named(name: &'static str) -> Self {
+        Self {
+            name,
+            samples: None,
+        }
+    }
+
+    /// The kind of files with the ending of `path`; `None` where no format has it.
+    #[must_use]
+    pub fn of_ending(path: &Path) -> Option<Self> {
+        format::of_ending(&RECORDINGS, path).map(|format| format.kind)
+    }
+
+    /// The usual ending of its files, without the dot; `None` where they have none.
+    #[must_use]
+    pub fn ending(self) -> Option<&'static str> {
+        let row = RECORDINGS
+            .iter()
+            .find(|format| format.kind.name == self.name);
+        row.and_then(|format| format.endings.first().copied())
+    }
 }
 
 impl std::fmt::Display for FileKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Wav(format) => write!(f, "WAV, {format}"),
-            Self::Parquet => f.write_str("Parquet"),
-            Self::Journal => f.write_str("journal of an interrupted recording"),
-            Self::Table => f.write_str("table of text"),
-            Self::Lvm => f.write_str("LabVIEW measurement"),
-            Self::Uff => f.write_str("universal file"),
-            Self::Matlab => f.write_str("MATLAB"),
-            Self::HapticClip => f.write_str("haptic clip"),
-            Self::Hjif => f.write_str("MPEG haptics JSON (HJIF)"),
-        }
+        f.write_str(self.name)?;
+        self.samples
+            .map_or(Ok(()), |format| write!(f, ", {format}"))
     }
+}
+
+/// What reads a recording.
+type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
+
+/// The formats of recordings, in the order in which they are looked for.
+static RECORDINGS: [Format<FileKind, Reader>; 14] = [
+    Format {
+        kind: FileKind::PARQUET,
+        label: "Parquet",
+        endings: &["parquet"],
+        sniff: Sniff::Head(|head| head.starts_with(b"PAR1")),
+        read: |file, options| read_parquet(file.path, options.rate),
+    },
+    Format {
+        kind: FileKind::JOURNAL,
+        label: "",
+        endings: &["part"],
+        sniff: Sniff::Head(is_journal),
+        read: |file, _| read_run_journal(file.path),
+    },
+    // Of the first version.
+    Format {
+        kind: FileKind::JOURNAL,
+        label: "",
+        endings: &[],
+        sniff: Sniff::Head(|head| head.starts_with(&[0xFF; 4])),
+        read: |file, _| read_journal(file.path),
+    },
+    Format {
+        kind: FileKind::named("TDMS"),
+        label: "",
+        endings: &["tdms"],
+        sniff: Sniff::Head(|head| head.starts_with(b"TDSm")),
+        read: |file, _| {
+            Err(none(
+                file,
+                "a TDMS file",
+                "export it as CSV with a header".into(),
+            ))
+        },
+    },
+    Format {
+        kind: FileKind::WAV,
+        label: "WAV",
+        endings: &["wav"],
+        sniff: Sniff::Head(|head| head.starts_with(b"RIFF") || head.starts_with(b"RF64")),
+        read: |file, options| from_wav(file.path, file.bytes()?, options),
+    },
+    Format {
+        kind: FileKind::LVM,
+        label: "LVM",
+        endings: &["lvm"],
+        sniff: Sniff::Head(looks_like_lvm),
+        read: |file, options| Ok(parse_lvm(file.path, file.bytes()?, options)?.into()),
+    },
+    Format {
+        kind: FileKind::UFF,
+        label: "UFF",
+        endings: &["uff", "unv"],
+        sniff: Sniff::Head(uff::looks_like_uff),
+        read: |file, options| {
+            let functions = uff::parse_uff(file.path, file.bytes()?)?;
+            Ok(uff::recording_of(file.path, &functions, options)?.into())
+        },
+    },
+    Format {
+        kind: FileKind::MATLAB,
+        label: "MAT",
+        endings: &["mat"],
+        sniff: Sniff::Head(matlab::looks_like_mat),
+        read: |file, options| {
+            let content = matlab::parse_mat(file.path, file.bytes()?)?;
+            Ok(matlab::recording_of(file.path, &content, options)?.into())
+        },
+    },
+    npy::NPY,
+    Format {
+        kind: FileKind::HAPTIC_CLIP,
+        label: "HAPTIC",
+        endings: &["haptic"],
+        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Clip)),
+        read: |file, options| {
+            let clip = haptic::parse_haptic(file.path, file.bytes()?)?;
+            Ok(haptic::recording_of_clip(file.path, clip, options)?.into())
+        },
+    },
+    Format {
+        kind: FileKind::HJIF,
+        label: "HJIF",
+        endings: &["hjif"],
+        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Hjif)),
+        read: |file, options| {
+            let content = haptic::parse_hjif(file.path, file.bytes()?)?;
+            Ok(haptic::recording_of_hjif(file.path, &content, options)?.into())
+        },
+    },
+    Format {
+        kind: FileKind::AHAP,
+        label: "",
+        endings: &["ahap"],
+        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Ahap)),
+        read: |file, _| {
+            let what = "an AHAP file, whose intensities and sharpnesses stand for no vibration in particular";
+            let todo = "give the .haptic clip or the recording that it was made from";
+            Err(none(file, what, todo.into()))
+        },
+    },
+    Format {
+        kind: FileKind::named("JSON"),
+        label: "",
+        endings: &["json"],
+        sniff: Sniff::Whole(|path, bytes| {
+            haptic::is_called_haptic(path, bytes) || bytes.starts_with(b"{")
+        }),
+        read: refuse_json,
+    },
+    // A text that is nothing else: this row stays the last one.
+    Format {
+        kind: FileKind::TABLE,
+        label: "CSV, TSV",
+        endings: &["csv", "tsv", "txt"],
+        sniff: Sniff::Whole(|_, bytes| !bytes.contains(&0)),
+        read: |file, options| Ok(read_table(file.path, file.bytes()?, options)?.into()),
+    },
+];
+
+/// The formats of recordings that can be read, for people: `WAV, MAT, CSV`.
+#[must_use]
+pub fn recording_formats() -> String {
+    format::list(&RECORDINGS, ", ")
 }
 
 /// A recording, the kind of file it came from, and the drive that was played with it.
@@ -90,122 +245,47 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
     if !path.exists() && journal_path(path).exists() {
         return from_journal(&journal_path(path));
     }
-    let mut file = std::fs::File::open(path).map_err(|error| ReadError::io(path, &error))?;
-    let mut head = Vec::new();
-    file.by_ref()
-        .take(12)
-        .read_to_end(&mut head)
-        .map_err(|error| ReadError::io(path, &error))?;
-    let known_elsewhere =
-        |what: &str, todo: &str| ReadError::content(path, "a recording", what, todo);
-    match head.as_slice() {
-        [] => Err(known_elsewhere("an empty file", "copy or export it again")),
-        [b'P', b'A', b'R', b'1', ..] => {
-            let stored = read_parquet(path, options.rate)?;
-            finite(path, contents_of(stored, FileKind::Parquet))
-        }
-        head if is_journal(head) => from_journal(path),
-        [0xFF, 0xFF, 0xFF, 0xFF, ..] => from_journal(path),
-        [b'T', b'D', b'S', b'm', ..] => Err(known_elsewhere(
-            "a TDMS file",
-            "export it as CSV with a header",
-        )),
-        _ => {
-            let mut bytes = head;
-            file.read_to_end(&mut bytes)
-                .map_err(|error| ReadError::io(path, &error))?;
-            if bytes.starts_with(b"RIFF") || bytes.starts_with(b"RF64") {
-                return from_wav(path, &bytes, options);
-            }
-            match haptic::haptic_kind(&bytes) {
-                None if haptic::is_called_haptic(path, &bytes) => {
-                    return Err(ReadError::content(
-                        path,
-                        "a haptic clip with `signals` (or `voices`), or HJIF with `perceptions`",
-                        "JSON without any of them",
-                        "export it again, or give the recording that it was made from",
-                    ));
-                }
-                None if bytes.starts_with(b"{") => {
-                    return Err(known_elsewhere(
-                        "JSON",
-                        "give a WAV, CSV, Parquet, LVM, UFF, MAT, HAPTIC or HJIF file",
-                    ));
-                }
-                None => {}
-                Some(kind) => return from_haptic(path, &bytes, kind, options),
-            }
-            let (recording, kind) = if looks_like_lvm(&bytes) {
-                (parse_lvm(path, &bytes, options)?, FileKind::Lvm)
-            } else if uff::looks_like_uff(&bytes) {
-                let functions = uff::parse_uff(path, &bytes)?;
-                let recording = uff::recording_of(path, &functions, options)?;
-                (recording, FileKind::Uff)
-            } else if matlab::looks_like_mat(&bytes) {
-                let file = matlab::parse_mat(path, &bytes)?;
-                let recording = matlab::recording_of(path, &file, options)?;
-                (recording, FileKind::Matlab)
-            } else if bytes.contains(&0) {
-                return Err(known_elsewhere(
-                    "a binary file of an unknown kind",
-                    "export it as WAV, CSV, MAT or Parquet",
-                ));
-            } else {
-                (read_table(path, &bytes, options)?, FileKind::Table)
-            };
-            let stored = Stored {
-                recording,
-                setup: None,
-                rendering: None,
-            };
-            finite(path, contents_of(stored, kind))
-        }
+    let mut file = Opened::open(path)?;
+    if file.head().is_empty() {
+        return Err(none(
+            &file,
+            "an empty file",
+            "copy or export it again".into(),
+        ));
     }
+    let Some(format) = format::recognise(&RECORDINGS, &mut file)? else {
+        let todo = format!("export it as {}", format::list(&RECORDINGS, " or "));
+        return Err(none(&file, "a binary file of an unknown kind", todo));
+    };
+    let stored = (format.read)(&mut file, options)?;
+    finite(path, contents_of(stored, format.kind))
 }
 
-fn from_haptic(
-    path: &Path,
-    bytes: &[u8],
-    kind: HapticKind,
-    options: &ReadOptions,
-) -> Result<Contents, ReadError> {
-    let (recording, kind) = match kind {
-        HapticKind::Clip => {
-            let clip = haptic::parse_haptic(path, bytes)?;
-            let recording = haptic::recording_of_clip(path, clip, options)?;
-            (recording, FileKind::HapticClip)
-        }
-        HapticKind::Hjif => {
-            let file = haptic::parse_hjif(path, bytes)?;
-            let recording = haptic::recording_of_hjif(path, &file, options)?;
-            (recording, FileKind::Hjif)
-        }
-        HapticKind::Ahap => {
-            return Err(ReadError::content(
-                path,
-                "a recording",
-                "an AHAP file, whose intensities and sharpnesses stand for no vibration in particular",
-                "give the .haptic clip or the recording that it was made from",
-            ));
-        }
-    };
-    let stored = Stored {
-        recording,
-        setup: None,
-        rendering: None,
-    };
-    finite(path, contents_of(stored, kind))
+/// A file that holds no recording.
+fn none(file: &Opened<'_>, found: &str, todo: String) -> ReadError {
+    ReadError::content(file.path, "a recording", found, todo)
+}
+
+fn refuse_json(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadError> {
+    if haptic::is_called_haptic(file.path, file.bytes()?) {
+        return Err(ReadError::content(
+            file.path,
+            "a haptic clip with `signals` (or `voices`), or HJIF with `perceptions`",
+            "JSON without any of them",
+            "export it again, or give the recording that it was made from",
+        ));
+    }
+    let todo = format!("give a file that is {}", format::list(&RECORDINGS, " or "));
+    Err(none(file, "JSON", todo))
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {
-    let mut head = [0; 8];
-    let begins = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut head));
-    let stored = match begins.is_ok() && is_journal(&head) {
+    let file = Opened::open(path)?;
+    let stored = match is_journal(file.head()) {
         true => read_run_journal(path)?,
-        // Of the version before.
         false => read_journal(path)?,
     };
-    finite(path, contents_of(stored, FileKind::Journal))
+    finite(path, contents_of(stored, FileKind::JOURNAL))
 }
 
 fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
@@ -228,13 +308,16 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     });
     Contents {
         recording: stored.recording,
-        kind,
+        kind: FileKind {
+            samples: stored.samples,
+            ..kind
+        },
         setup,
         rendering: stored.rendering,
     }
 }
 
-fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, ReadError> {
+fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
     let wav = parse_wav(path, bytes)?;
     let (sidecar, of_samples) = read_with_samples(path)?.unwrap_or_default();
     let mut doubts = of_samples.doubts;
@@ -335,17 +418,12 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents
             recording.doubts.push(doubt);
         }
     }
-    finite(
-        path,
-        contents_of(
-            Stored {
-                recording,
-                setup: None,
-                rendering: sidecar.rendering,
-            },
-            FileKind::Wav(wav.format),
-        ),
-    )
+    Ok(Stored {
+        recording,
+        setup: None,
+        rendering: sidecar.rendering,
+        samples: Some(wav.format),
+    })
 }
 
 /// Refuses a recording with a sample that is NaN or infinite, or without samples.
@@ -375,4 +453,47 @@ fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
         }
     }
     Ok(contents)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lists, endings and kinds come from one table; what takes every text stands last in it.
+    #[test]
+    fn the_table_says_which_formats_there_are() {
+        let list = recording_formats();
+        for part in ["Parquet", "WAV", "MAT", "CSV, TSV"] {
+            assert!(list.contains(part), "{list}");
+        }
+        assert!(!list.contains("TDMS") && !list.contains("AHAP"), "{list}");
+        assert_eq!(FileKind::of_ending(Path::new("A.UNV")), Some(FileKind::UFF));
+        assert_eq!(FileKind::of_ending(Path::new("a.xyz")), None);
+        assert_eq!(FileKind::HAPTIC_CLIP.ending(), Some("haptic"));
+        assert_eq!(RECORDINGS.last().map(|row| row.kind), Some(FileKind::TABLE));
+        for (i, row) in RECORDINGS.iter().enumerate() {
+            let others = &RECORDINGS[..i];
+            assert!(others.iter().all(|other| other.kind != row.kind));
+            for ending in row.endings {
+                assert!(
+                    !others.iter().any(|other| other.endings.contains(ending)),
+                    "{ending}"
+                );
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        for (bytes, part) in [
+            (
+                &b"{\"a\": 1}"[..],
+                "found JSON; give a file that is Parquet, WAV,",
+            ),
+            (b"\x01\x00\x02", "export it as Parquet, WAV,"),
+            (b"TDSm....", "found a TDMS file"),
+        ] {
+            let path = folder.path().join("a");
+            std::fs::write(&path, bytes).unwrap();
+            let error = read_recording(&path, &ReadOptions::default()).unwrap_err();
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
 }

@@ -6,7 +6,6 @@ use std::io::BufReader;
 use std::path::Path;
 
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch};
-use arrow_ipc::reader::StreamReader;
 use arrow_schema::Schema;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use piezotact::Doubt;
@@ -19,13 +18,28 @@ use crate::journal::{
     END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, fingerprint_of,
     journal_path,
 };
+use crate::journal_batches;
 use crate::sidecar::Rendering;
+use crate::wav::SampleFormat;
 
 /// A recording and what its start says of the drive.
 pub(crate) struct Stored {
     pub(crate) recording: Recording,
     pub(crate) setup: Option<DriveSetup>,
     pub(crate) rendering: Option<Rendering>,
+    /// How a file of samples alone stores them.
+    pub(crate) samples: Option<SampleFormat>,
+}
+
+impl From<Recording> for Stored {
+    fn from(recording: Recording) -> Self {
+        Self {
+            recording,
+            setup: None,
+            rendering: None,
+            samples: None,
+        }
+    }
 }
 
 /// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted.
@@ -39,16 +53,22 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         )
     };
     let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
-    let reader = StreamReader::try_new(BufReader::new(file), None)
-        .map_err(|error| damaged(error.to_string()))?;
-    let start = reader.schema().metadata().get(START_KEY).cloned();
-    let start: StartDocument = start
-        .and_then(|text| serde_json::from_str(&text).ok())
-        .ok_or_else(|| damaged("an Arrow stream without a start document".into()))?;
+    let (start, chunks) = journal_batches::open(BufReader::new(file)).map_err(damaged)?;
+    let start: StartDocument = serde_json::from_str(&start)
+        .map_err(|error| damaged(format!("a start document that cannot be read ({error})")))?;
     let mut samples = vec![Vec::new(); start.channels.len()];
-    // A batch that is not whole ends the journal; everything before it counts.
-    for batch in whole_batches(reader) {
-        append_columns(path, &batch, &mut samples)?;
+    // A chunk that is not whole ends the journal; everything before it counts.
+    for chunk in chunks {
+        if chunk.len() != samples.len() {
+            return Err(damaged(format!(
+                "{} columns for the {} channels of its start",
+                chunk.len(),
+                samples.len()
+            )));
+        }
+        for (channel, more) in samples.iter_mut().zip(chunk) {
+            channel.extend(more);
+        }
     }
     let mut recording = assemble(path, &start, samples)?;
     recording.doubts.push(Doubt::Interrupted {
@@ -58,18 +78,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         recording,
         setup: start.setup,
         rendering: start.rendering,
-    })
-}
-
-/// The batches of a journal up to the first that is not whole. The reader checks what it reads, but a damaged
-/// length can still make it panic; that, too, is the end of what can be read.
-fn whole_batches(mut reader: StreamReader<BufReader<File>>) -> impl Iterator<Item = RecordBatch> {
-    std::iter::from_fn(move || {
-        let hook = std::panic::take_hook();
-        std::panic::set_hook(Box::new(|_| {}));
-        let batch = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| reader.next()));
-        std::panic::set_hook(hook);
-        batch.ok().flatten()?.ok()
+        samples: None,
     })
 }
 
@@ -172,6 +181,7 @@ fn read_with_documents(
         recording,
         setup: start.setup.clone(),
         rendering: start.rendering.clone(),
+        samples: None,
     };
     Ok((stored, start, end))
 }

@@ -1,6 +1,5 @@
 //! One door for transfer functions in files: JSON, universal files, and MATLAB's.
 
-use std::io::Read as _;
 use std::path::Path;
 
 use num_complex::Complex;
@@ -10,6 +9,7 @@ use piezotact::recording::{Condition, Provenance};
 use piezotact::transfer::Estimator;
 
 use crate::error::{ReadError, WriteError};
+use crate::format::{self, Format, Opened, Sniff};
 use crate::haptic::{haptic_kind_of_file, is_called_haptic};
 use crate::matlab;
 use crate::transfer_json::{TransferDocument, parse_json};
@@ -44,16 +44,70 @@ impl TransferFormat {
     /// What the ending of `path` asks for: `.uff` and `.unv` universal text, `.mat` MATLAB, and everything else JSON.
     #[must_use]
     pub fn of_ending(path: &Path) -> Self {
-        let ending = path
-            .extension()
-            .and_then(|ending| ending.to_str())
-            .map(str::to_ascii_lowercase);
-        match ending.as_deref() {
-            Some("uff" | "unv") => Self::UffText,
-            Some("mat") => Self::Matlab,
-            _ => Self::Json,
-        }
+        format::of_ending(&TRANSFERS, path).map_or(Self::Json, |format| format.kind)
     }
+}
+
+/// What reads transfer functions of one format.
+struct Reader {
+    /// The transfer function in a file.
+    read: fn(&Path, &[u8]) -> Result<TransferDocument, ReadError>,
+    /// Whether a file holds one rather than a recording.
+    holds: fn(&mut Opened<'_>) -> Result<bool, ReadError>,
+}
+
+/// The formats of transfer functions, in the order in which they are looked for.
+static TRANSFERS: [Format<TransferFormat, Reader>; 3] = [
+    Format {
+        kind: TransferFormat::UffText,
+        label: "UFF",
+        endings: &["uff", "unv"],
+        sniff: Sniff::Head(uff::looks_like_uff),
+        read: Reader {
+            read: |path, bytes| uff::transfer_of(path, &uff::parse_uff(path, bytes)?),
+            holds: |file| {
+                let path = file.path;
+                Ok(uff::holds_transfer(&uff::parse_uff(path, file.bytes()?)?))
+            },
+        },
+    },
+    Format {
+        kind: TransferFormat::Matlab,
+        label: "MAT",
+        endings: &["mat"],
+        sniff: Sniff::Head(matlab::looks_like_mat),
+        read: Reader {
+            read: |path, bytes| matlab::transfer_of(path, matlab::parse_mat(path, bytes)?),
+            holds: |file| {
+                let path = file.path;
+                Ok(matlab::holds_transfer(&matlab::parse_mat(
+                    path,
+                    file.bytes()?,
+                )?))
+            },
+        },
+    },
+    // What is nothing else is read as JSON, which says what is wrong with it: this row stays the last one.
+    Format {
+        kind: TransferFormat::Json,
+        label: "JSON",
+        endings: &["json"],
+        sniff: Sniff::Head(|_| true),
+        read: Reader {
+            read: parse_json,
+            holds: |file| {
+                Ok(file.head().first() == Some(&b'{')
+                    && haptic_kind_of_file(file.path).is_none()
+                    && !is_called_haptic(file.path, file.head()))
+            },
+        },
+    },
+];
+
+/// The formats of transfer functions that can be read, for people: `UFF, MAT, JSON`.
+#[must_use]
+pub fn transfer_formats() -> String {
+    format::list(&TRANSFERS, ", ")
 }
 
 /// Reads a transfer function from JSON, from a universal file (function type 4, with the coherence of type 6 between
@@ -65,39 +119,25 @@ impl TransferFormat {
 /// lines are uneven or begin far above 0 Hz.
 pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
     let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
-    let document = if uff::looks_like_uff(&bytes) {
-        uff::transfer_of(path, &uff::parse_uff(path, &bytes)?)?
-    } else if matlab::looks_like_mat(&bytes) {
-        matlab::transfer_of(path, matlab::parse_mat(path, &bytes)?)?
-    } else {
-        return parse_json(path, &bytes);
-    };
-    Ok(document)
+    match format::recognise_bytes(&TRANSFERS, path, &bytes) {
+        Some(format) => (format.read.read)(path, &bytes),
+        None => parse_json(path, &bytes),
+    }
 }
 
 /// Whether the file at `path` holds a transfer function rather than a recording, by its content; `false` for what
 /// cannot be read.
 #[must_use]
 pub fn holds_transfer(path: &Path) -> bool {
-    // A long recording is not read for this.
-    let mut head = Vec::new();
-    let opened =
-        std::fs::File::open(path).is_ok_and(|file| file.take(1024).read_to_end(&mut head).is_ok());
-    if !opened {
-        return false;
-    }
-    if head.first() == Some(&b'{') {
-        return haptic_kind_of_file(path).is_none() && !is_called_haptic(path, &head);
-    }
-    let (uff, mat) = (uff::looks_like_uff(&head), matlab::looks_like_mat(&head));
-    let Some(bytes) = (uff || mat).then(|| std::fs::read(path).ok()).flatten() else {
-        return false;
+    // A long recording is not read for this: its first bytes say that it is none.
+    let holds = || -> Result<bool, ReadError> {
+        let mut file = Opened::open(path)?;
+        match format::recognise(&TRANSFERS, &mut file)? {
+            Some(format) => (format.read.holds)(&mut file),
+            None => Ok(false),
+        }
     };
-    if uff {
-        uff::parse_uff(path, &bytes).is_ok_and(|functions| uff::holds_transfer(&functions))
-    } else {
-        matlab::parse_mat(path, &bytes).is_ok_and(|file| matlab::holds_transfer(&file))
-    }
+    holds().unwrap_or(false)
 }
 
 /// Writes a transfer function, whole or not at all, as what the ending of `path` says: `.uff` or `.unv` a universal

@@ -306,7 +306,7 @@ fn clips_come_back_as_they_were_written() {
         rate: None,
     };
     let contents = recording(&path, &options);
-    assert_eq!(contents.kind, FileKind::HapticClip);
+    assert_eq!(contents.kind, FileKind::HAPTIC_CLIP);
     let back = contents.recording.series::<Acceleration>(None).unwrap();
     assert_eq!(back.rate().hz(), 8000.0);
     assert_eq!(back.samples().len(), 16_000);
@@ -354,7 +354,7 @@ fn hjif_of_another_program_is_read_and_its_departures_are_named() {
         );
     }
     let contents = recording(&path, &ReadOptions::default());
-    assert_eq!(contents.kind, FileKind::Hjif);
+    assert_eq!(contents.kind, FileKind::HJIF);
     let played = &contents.recording;
     // 1024 samples at the upper limit of the band, 1000 Hz.
     assert_eq!((played.rate().hz(), played.len()), (8000.0, 8193));

@@ -45,7 +45,7 @@ fn twice_the_rows_that_the_header_promises() {
         return;
     };
     let contents = read_recording(&path, &ReadOptions::default()).unwrap();
-    assert_eq!(contents.kind, FileKind::Lvm);
+    assert_eq!(contents.kind, FileKind::LVM);
     let recording = contents.recording;
     assert_eq!(recording.len(), 16_384);
     let text = doubts(&recording);

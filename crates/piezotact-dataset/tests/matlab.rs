@@ -313,7 +313,7 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
 fn time_signals_of_others_become_recordings() {
     if let Some(path) = shared_data::shared("data/frf/vibrationtesting/frf_data1.mat") {
         let contents = read_recording(&path, &ReadOptions::default()).unwrap();
-        assert_eq!(contents.kind, FileKind::Matlab);
+        assert_eq!(contents.kind, FileKind::MATLAB);
         let recording = contents.recording;
         let [x, f] = recording.channels() else {
             unreachable!("two channels");

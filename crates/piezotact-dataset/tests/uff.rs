@@ -47,7 +47,7 @@ fn text_and_binary_hold_the_same_signal() {
         return;
     };
     let (text, binary) = (recording(&text), recording(&binary));
-    assert_eq!(text.kind, FileKind::Uff);
+    assert_eq!(text.kind, FileKind::UFF);
     let (a, b) = (
         &text.recording.channels()[0],
         &binary.recording.channels()[0],

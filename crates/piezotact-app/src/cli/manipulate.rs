@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use piezotact::lineage::{BandChange, WarpedLength};
 use piezotact::quantity::{Band, Decibels, Hertz, Measure, Seconds};
+use piezotact_dataset::recording_formats;
 
 use super::Reading;
 
 #[derive(Debug, Args)]
 pub(crate) struct Manipulate {
-    /// The texture: a recording in m/s² (WAV, CSV, TSV, Parquet, LVM, UFF, MAT).
+    #[arg(help = format!("The texture: a recording in m/s² ({})", recording_formats()))]
     pub(crate) input: PathBuf,
     /// The texture to write (WAV, 32-bit float); its sidecar goes beside it.
     #[arg(long, value_name = "OUT.wav")]

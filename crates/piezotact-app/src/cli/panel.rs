@@ -8,6 +8,8 @@ use piezotact::quantity::Band;
 use piezotact::transfer::BundleAverage;
 use piezotact_bench::Excitation;
 
+use piezotact_dataset::transfer_formats;
+
 use crate::benches::BenchSpec;
 
 use super::Gate;
@@ -142,8 +144,7 @@ pub(crate) struct Add {
     /// The folder of the panel; it is made where there is none.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// Transfer functions: JSON, universal files (.uff, .unv) or MATLAB files (.mat).
-    #[arg(required = true)]
+    #[arg(required = true, help = format!("Transfer functions ({})", transfer_formats()))]
     pub(crate) files: Vec<PathBuf>,
     /// The participant's pseudonym, where a file does not say it.
     #[arg(long, value_name = "NAME")]

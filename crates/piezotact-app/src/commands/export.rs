@@ -19,7 +19,9 @@ use piezotact_dataset::haptic::{
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
-use piezotact_dataset::{Contents, TransferFormat, holds_transfer, read_transfer, write_transfer};
+use piezotact_dataset::{
+    Contents, FileKind, TransferFormat, holds_transfer, read_transfer, write_transfer,
+};
 use serde_json::json;
 
 use super::{outputs, read};
@@ -45,28 +47,43 @@ enum Format {
 
 impl Format {
     fn of_ending(path: &Path) -> Outcome<Self> {
+        let kind = FileKind::of_ending(path);
+        if let Some(format) = Self::ALL.into_iter().find(|all| Some(all.kind()) == kind) {
+            return Ok(format);
+        }
+        let endings: Vec<String> = Self::ALL
+            .iter()
+            .filter_map(|format| Some(format!(".{}", format.kind().ending()?)))
+            .collect();
         let ending = path.extension().and_then(|ending| ending.to_str());
-        match ending.map(str::to_ascii_lowercase).as_deref() {
-            Some("wav") => Ok(Self::Wav),
-            Some("hjif") => Ok(Self::Hjif),
-            Some("haptic") => Ok(Self::Haptic),
-            Some("ahap") => Ok(Self::Ahap),
-            Some("uff" | "unv") => Ok(Self::Uff),
-            other => Err(usage(anyhow!(
-                "expected a file that ends in .wav, .hjif, .haptic, .ahap or .uff, found {}; give {} one of these endings",
-                other.map_or("none".into(), |ending| format!(".{ending}")),
-                path.display()
-            ))),
+        Err(usage(anyhow!(
+            "expected a file that ends in {}, found {}; give {} one of these endings",
+            endings.join(" or "),
+            ending.map_or("none".into(), |ending| format!(
+                ".{}",
+                ending.to_ascii_lowercase()
+            )),
+            path.display()
+        )))
+    }
+
+    const ALL: [Self; 5] = [Self::Wav, Self::Hjif, Self::Haptic, Self::Ahap, Self::Uff];
+
+    /// What kind of file it is.
+    fn kind(self) -> FileKind {
+        match self {
+            Self::Wav => FileKind::WAV,
+            Self::Hjif => FileKind::HJIF,
+            Self::Haptic => FileKind::HAPTIC_CLIP,
+            Self::Ahap => FileKind::AHAP,
+            Self::Uff => FileKind::UFF,
         }
     }
 
-    fn name(self) -> &'static str {
+    fn name(self) -> String {
         match self {
-            Self::Wav => "WAV, 32-bit float",
-            Self::Hjif => "MPEG haptics JSON (HJIF)",
-            Self::Haptic => "haptic clip",
-            Self::Ahap => "AHAP",
-            Self::Uff => "universal file",
+            Self::Wav => format!("{}, {}", FileKind::WAV, SampleFormat::Float32),
+            other => other.kind().to_string(),
         }
     }
 }

@@ -105,6 +105,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         recording,
         setup: start.setup,
         rendering: start.rendering,
+        samples: None,
     })
 }
 

@@ -21,6 +21,7 @@ use piezotact::Doubt;
 use piezotact::surface::{HeightMap, HeightProfile, Topography};
 
 use crate::error::ReadError;
+use crate::format::{self, Format, Sniff};
 use source::Source;
 
 pub use sur::write_sur;
@@ -145,22 +146,75 @@ pub fn parse_topography(
     if bytes.is_empty() {
         return Err(source.wrong("a topography", "an empty file", "copy or export it again"));
     }
-    let read = if bytes.starts_with(sur::MAGIC) || bytes.starts_with(sur::MAGIC_COMPRESSED) {
-        sur::read(source)?
-    } else if bytes.starts_with(b"PK\x03\x04") {
-        x3p::read(source)?
-    } else if bytes.starts_with(al3d::MAGIC) {
-        al3d::read(source)?
-    } else if bcr::is_bcr(bytes) {
-        bcr::read(source)?
-    } else if sdf::is_sdf(bytes) {
-        sdf::read(source)?
-    } else if plu::is_plu(source) {
-        plu::read(source)?
-    } else {
-        text::read(source, options)?
-    };
-    read.finish(source)
+    match format::recognise_bytes(&TOPOGRAPHIES, path, bytes) {
+        Some(format) => (format.read)(source, options)?.finish(source),
+        None => text::read(source, options)?.finish(source),
+    }
+}
+
+/// What reads a topography.
+type Reader = fn(Source<'_>, &TopographyOptions) -> Result<Read, ReadError>;
+
+/// The formats of topographies, in the order in which they are looked for; a kind is the usual one of its format.
+static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
+    Format {
+        kind: TopographyKind::Sur,
+        label: "SUR",
+        endings: &["sur", "pro"],
+        sniff: Sniff::Head(|head| {
+            head.starts_with(sur::MAGIC) || head.starts_with(sur::MAGIC_COMPRESSED)
+        }),
+        read: |source, _| sur::read(source),
+    },
+    Format {
+        kind: TopographyKind::X3p,
+        label: "X3P",
+        endings: &["x3p"],
+        sniff: Sniff::Head(|head| head.starts_with(b"PK\x03\x04")),
+        read: |source, _| x3p::read(source),
+    },
+    Format {
+        kind: TopographyKind::Al3d,
+        label: "AL3D",
+        endings: &["al3d"],
+        sniff: Sniff::Head(|head| head.starts_with(al3d::MAGIC)),
+        read: |source, _| al3d::read(source),
+    },
+    Format {
+        kind: TopographyKind::BcrStm,
+        label: "BCR",
+        endings: &["bcr", "bcrf"],
+        sniff: Sniff::Head(bcr::is_bcr),
+        read: |source, _| bcr::read(source),
+    },
+    Format {
+        kind: TopographyKind::SdfText,
+        label: "SDF",
+        endings: &["sdf"],
+        sniff: Sniff::Head(sdf::is_sdf),
+        read: |source, _| sdf::read(source),
+    },
+    Format {
+        kind: TopographyKind::Plu,
+        label: "PLU",
+        endings: &["plu"],
+        sniff: Sniff::Whole(|path, bytes| plu::is_plu(Source { path, bytes })),
+        read: |source, _| plu::read(source),
+    },
+    // A text that is nothing else, with a point, a row or a height in each line: this row stays the last one.
+    Format {
+        kind: TopographyKind::PointText,
+        label: "text",
+        endings: &["txt", "csv", "xyz", "tx1", "tx2"],
+        sniff: Sniff::Head(|_| true),
+        read: text::read,
+    },
+];
+
+/// The formats of topographies that can be read, for people: `SUR, X3P, text`.
+#[must_use]
+pub fn topography_formats() -> String {
+    format::list(&TOPOGRAPHIES, ", ")
 }
 
 /// What a reader found, before it is known to make a surface.

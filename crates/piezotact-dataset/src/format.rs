@@ -1,0 +1,130 @@
+//! What a table of formats is: one row for each format, in the order in which they are looked for.
+//!
+//! A new format is a file with its reader and one row in the table of what it holds: recordings (`open.rs`), transfer
+//! functions (`transfer_file.rs`) or topographies (`topography/mod.rs`). Lists of formats in helps and errors are made
+//! from the tables.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use crate::error::ReadError;
+
+/// As many bytes as a file is first known by.
+const HEAD: usize = 1024;
+
+/// One format: its names, how it is known, and what reads it.
+pub(crate) struct Format<K, R> {
+    /// What it is.
+    pub(crate) kind: K,
+    /// Its name in a list of formats; empty where it is known only to be refused by its name.
+    pub(crate) label: &'static str,
+    /// The endings of its files, in lower case, the usual one first.
+    pub(crate) endings: &'static [&'static str],
+    /// How its files are known.
+    pub(crate) sniff: Sniff,
+    /// What reads them.
+    pub(crate) read: R,
+}
+
+/// How the files of a format are known.
+#[derive(Clone, Copy)]
+pub(crate) enum Sniff {
+    /// By their first bytes: nothing more is read for this.
+    Head(fn(&[u8]) -> bool),
+    /// By their name and all their bytes.
+    Whole(fn(&Path, &[u8]) -> bool),
+}
+
+/// A file that is read only as far as it has to be.
+pub(crate) struct Opened<'a> {
+    pub(crate) path: &'a Path,
+    bytes: Vec<u8>,
+    /// What is not read yet.
+    rest: Option<File>,
+}
+
+impl<'a> Opened<'a> {
+    /// The file at `path` with its first bytes.
+    pub(crate) fn open(path: &'a Path) -> Result<Self, ReadError> {
+        let mut file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+        let mut bytes = Vec::new();
+        file.by_ref()
+            .take(HEAD as u64)
+            .read_to_end(&mut bytes)
+            .map_err(|error| ReadError::io(path, &error))?;
+        Ok(Self {
+            path,
+            bytes,
+            rest: Some(file),
+        })
+    }
+
+    /// The first bytes.
+    pub(crate) fn head(&self) -> &[u8] {
+        &self.bytes[..self.bytes.len().min(HEAD)]
+    }
+
+    /// All bytes.
+    pub(crate) fn bytes(&mut self) -> Result<&[u8], ReadError> {
+        if let Some(mut file) = self.rest.take() {
+            file.read_to_end(&mut self.bytes)
+                .map_err(|error| ReadError::io(self.path, &error))?;
+        }
+        Ok(&self.bytes)
+    }
+}
+
+/// The first format of `table` whose file this is.
+pub(crate) fn recognise<'t, K, R>(
+    table: &'t [Format<K, R>],
+    file: &mut Opened<'_>,
+) -> Result<Option<&'t Format<K, R>>, ReadError> {
+    for format in table {
+        let known = match format.sniff {
+            Sniff::Head(sniff) => sniff(file.head()),
+            Sniff::Whole(sniff) => sniff(file.path, file.bytes()?),
+        };
+        if known {
+            return Ok(Some(format));
+        }
+    }
+    Ok(None)
+}
+
+/// The first format of `table` whose file `bytes` are.
+pub(crate) fn recognise_bytes<'t, K, R>(
+    table: &'t [Format<K, R>],
+    path: &Path,
+    bytes: &[u8],
+) -> Option<&'t Format<K, R>> {
+    table.iter().find(|format| match format.sniff {
+        Sniff::Head(sniff) => sniff(&bytes[..bytes.len().min(HEAD)]),
+        Sniff::Whole(sniff) => sniff(path, bytes),
+    })
+}
+
+/// The format of `table` with the ending of `path`.
+pub(crate) fn of_ending<'t, K, R>(
+    table: &'t [Format<K, R>],
+    path: &Path,
+) -> Option<&'t Format<K, R>> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    table
+        .iter()
+        .find(|format| format.endings.contains(&ending.as_str()))
+}
+
+/// The names of the formats of `table` that can be read, with `last` before the last: `WAV, MAT or CSV`.
+pub(crate) fn list<K, R>(table: &[Format<K, R>], last: &str) -> String {
+    let labels: Vec<&str> = table
+        .iter()
+        .map(|format| format.label)
+        .filter(|label| !label.is_empty())
+        .collect();
+    match labels.as_slice() {
+        [] => String::new(),
+        [only] => (*only).to_owned(),
+        [others @ .., end] => format!("{}{last}{end}", others.join(", ")),
+    }
+}

@@ -1,0 +1,171 @@
+//! Arrays that NumPy saved (`golden/npy.py`), and those that are no recording.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that fails where it cannot go on"
+)]
+
+use std::path::{Path, PathBuf};
+
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact_dataset::{
+    Contents, FileKind, ReadError, ReadOptions, read_recording, recording_formats,
+};
+
+fn golden(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/golden/npy")
+        .join(name)
+}
+
+fn stated() -> ReadOptions {
+    ReadOptions {
+        rate: Some(SampleRate::new(1000.0).unwrap()),
+        scale: Some("2 m/s2".parse().unwrap()),
+    }
+}
+
+#[track_caller]
+fn read(name: &str, options: &ReadOptions) -> Contents {
+    read_recording(&golden(name), options).unwrap()
+}
+
+fn of_bytes(bytes: &[u8]) -> Result<Contents, ReadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.bin");
+    std::fs::write(&path, bytes).unwrap();
+    read_recording(&path, &stated())
+}
+
+/// Channel c holds `scale` (c + 1) sin(0.37 k), to `within` of its peak.
+#[track_caller]
+fn assert_sines(contents: &Contents, scale: f64, within: f64) {
+    for (c, channel) in contents.recording.channels().iter().enumerate() {
+        assert_eq!(channel.samples.len(), 40);
+        for (k, found) in channel.samples.iter().enumerate() {
+            let peak = scale * (c + 1) as f64;
+            let expected = peak * (0.37 * k as f64).sin();
+            assert!(
+                (found - expected).abs() <= within * peak,
+                "{}, {k}: {found} {expected}",
+                channel.name
+            );
+        }
+    }
+}
+
+#[test]
+fn arrays_of_every_order_are_read_with_a_stated_rate_and_scale() {
+    // 64 bits differ by the sine of two libraries, 32 bits by half a step, integers by half a thousandth.
+    for (name, channels, scale, within) in [
+        ("one.npy", 1, 2.0, 1e-15),
+        ("big_endian.npy", 1, 2.0, 6e-8),
+        ("int16.npy", 1, 2000.0, 5e-4),
+        ("three.npy", 3, 2.0, 1e-15),
+        ("fortran.npy", 3, 2.0, 1e-15),
+    ] {
+        let contents = read(name, &stated());
+        assert_eq!(contents.kind.to_string(), "NumPy");
+        let r = &contents.recording;
+        assert_eq!((r.channels().len(), r.rate().hz()), (channels, 1000.0));
+        assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared);
+        assert_eq!(r.doubts, [], "{name}");
+        assert_sines(&contents, scale, within);
+    }
+    assert_eq!(
+        read("three.npy", &stated()).recording.channels()[2].name,
+        "channel 3"
+    );
+    assert!(recording_formats().contains("NPY, NPZ"));
+    assert_eq!(
+        FileKind::of_ending(Path::new("a.npz")).unwrap().to_string(),
+        "NumPy"
+    );
+}
+
+#[test]
+fn an_archive_names_its_channels_and_its_rate() {
+    let contents = read("named.npz", &ReadOptions::default());
+    let r = &contents.recording;
+    let names: Vec<&str> = r.channels().iter().map(|c| c.name.as_str()).collect();
+    assert_eq!((names, r.rate().hz()), (vec!["acc", "force"], 5000.0));
+    assert_sines(&contents, 1.0, 1e-15);
+    let doubts: Vec<String> = r.doubts.iter().map(ToString::to_string).collect();
+    assert_eq!(doubts.len(), 3, "{doubts:?}");
+    assert!(
+        doubts.iter().any(|text| text.contains("`note`")),
+        "{doubts:?}"
+    );
+    // What a person states goes before what the file says, and the difference is said.
+    let other = read("named.npz", &stated()).recording;
+    assert_eq!(other.rate().hz(), 1000.0);
+    assert!(other.doubts[0].to_string().contains("5000"));
+    // Time stamps in s.
+    let timed = read("timed.npz", &ReadOptions::default());
+    assert_eq!(timed.recording.rate().hz(), 2000.0);
+    assert_eq!(timed.recording.channels().len(), 1);
+    assert_sines(&timed, 1.0, 1e-15);
+}
+
+#[test]
+fn what_is_no_recording_is_named() {
+    for (name, part) in [
+        ("object.npy", "Python objects (a pickle)"),
+        ("complex.npy", "complex numbers"),
+        ("channels_in_rows.npy", "3 × 40, more channels than samples"),
+    ] {
+        let error = read_recording(&golden(name), &stated())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    let error = read_recording(&golden("one.npy"), &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("--rate"), "{error}");
+    // Shapes that no file holds, and a description that is longer than its file.
+    let header = |dict: &str| {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((dict.len() as u16).to_le_bytes());
+        bytes.extend(dict.as_bytes());
+        bytes
+    };
+    let of_shape =
+        |shape: &str| format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    for (dict, part) in [
+        (
+            of_shape("(1099511627776, 1099511627776)"),
+            "shape that no file holds",
+        ),
+        (
+            of_shape(&format!("{}3{}", "(".repeat(20_000), ")".repeat(20_000))),
+            "the description `",
+        ),
+        (of_shape("(2, 2, 2)"), "cut short"),
+        (of_shape("(3,)"), "0 of its 24 bytes"),
+        ("{}".into(), "as NumPy saves it"),
+    ] {
+        let error = of_bytes(&header(&dict)).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    let error = of_bytes(&header(&of_shape("(3,)"))[..30]).unwrap_err();
+    assert!(
+        error.to_string().contains("ends in its description"),
+        "{error}"
+    );
+}
+
+#[test]
+fn cut_and_damaged_files_are_sentences() {
+    for name in ["one.npy", "named.npz", "timed.npz"] {
+        let whole = std::fs::read(golden(name)).unwrap();
+        for length in (1..whole.len()).step_by(13) {
+            let read = of_bytes(&whole[..length]);
+            assert!(read.is_err(), "{name}: {length}");
+        }
+        for at in (0..whole.len()).step_by(17) {
+            for flipped in [0xFF, 0x01] {
+                let mut bytes = whole.clone();
+                bytes[at] ^= flipped;
+                let _either = of_bytes(&bytes);
+            }
+        }
+    }
+}
