@@ -20,7 +20,7 @@ pub(crate) enum Place<'a> {
     /// Nowhere.
     Nowhere,
     /// One run, as the recording at a path.
-    File(&'a Path, Option<Rendering>),
+    File(&'a Path, Option<Box<Rendering>>),
     /// Each run as the recording at a path of its own.
     Named(&'a dyn Fn(&RunStart) -> PathBuf),
     /// Each run in a folder; those that an interrupted procedure has completed are not measured again.
@@ -70,7 +70,9 @@ impl RunKeeper for Keeper<'_> {
     fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
         let journal = match &mut self.place {
             Place::Nowhere => None,
-            Place::File(path, rendering) => Some(JournalSink::new(path, rendering.take())),
+            Place::File(path, rendering) => {
+                Some(JournalSink::new(path, rendering.take().map(|made| *made)))
+            }
             Place::Named(path_of) => Some(JournalSink::new(&path_of(start), None)),
             Place::Continued(folder) => Some(folder.sink(start)?),
         };

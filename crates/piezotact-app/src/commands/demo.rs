@@ -261,7 +261,7 @@ fn played(
     let what = format!("playing {:.1} of drive", drive.duration());
     let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
     let made = rendering.as_ref().map(|made| made.provenance.clone());
-    let place = Place::File(path, rendering);
+    let place = Place::File(path, rendering.map(Box::new));
     play(
         bench,
         (drive, made.as_ref()),

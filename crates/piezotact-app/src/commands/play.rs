@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
     };
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
     let what = format!("playing {:.1} of drive", drive.duration());
-    let place = Place::File(&args.record, contents.rendering.clone());
+    let place = Place::File(&args.record, contents.rendering.clone().map(Box::new));
     let made = contents.rendering.as_ref().map(|made| &made.provenance);
     let mut recording = play(
         &mut bench,
