@@ -24,7 +24,7 @@ use parquet::file::properties::WriterProperties;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Annotations, Condition, Provenance};
 use serde::{Deserialize, Serialize};
 
 use crate::atomic::{sync_folder, write_atomically};
@@ -51,6 +51,9 @@ pub struct StartDocument {
     /// Where it comes from.
     #[serde(default)]
     pub provenance: Provenance,
+    /// When it began, its labels, and the events that are planned.
+    #[serde(flatten)]
+    pub annotations: Annotations,
     /// The device that plays, when one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
@@ -402,10 +405,14 @@ mod tests {
                 source: "test".into(),
                 ..Provenance::default()
             },
+            annotations: serde_json::from_str(ANNOTATIONS).unwrap(),
             setup: None,
             rendering: None,
         }
     }
+
+    const ANNOTATIONS: &str = r#"{"started_at": "2024-03-01T10:22:33Z", "labels": {"session": "2"},
+        "events": [{"onset_s": 0.5, "duration_s": 0.25, "kind": "stimulus", "value": "S8"}]}"#;
 
     fn second(of: usize) -> Vec<Vec<f64>> {
         let acc: Vec<f64> = (0..100).map(|i| (of * 100 + i) as f64).collect();
@@ -434,6 +441,7 @@ mod tests {
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
         assert_eq!(recording.condition.participant.as_deref(), Some("P03"));
         assert_eq!(recording.doubts, [doubt]);
+        assert_eq!(recording.annotations, start().annotations);
     }
 
     /// "A session with a volunteer cannot be lost": not to the next one of the same name either.
@@ -489,6 +497,7 @@ mod tests {
                 .map(|(_, n)| *n)
                 .max();
             assert_eq!(recording.len(), safe.unwrap(), "cut at {length}");
+            assert_eq!(recording.annotations, start().annotations);
             assert!(matches!(recording.doubts[..], [Doubt::Interrupted { .. }]));
         }
     }

@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use crate::journal::{JournalWriter, StartDocument, journal_path};
     use piezotact::quantity::{SampleRate, Unit};
-    use piezotact::recording::{Condition, Provenance};
+    use piezotact::recording::{Annotations, Condition, Provenance};
 
     /// Any byte changed to any value: chunks or nothing, never a panic; and what lies before it is read.
     #[test]
@@ -114,6 +114,7 @@ mod tests {
             channels: vec![("a".into(), Unit::Newton), ("b".into(), Unit::Volt)],
             condition: Condition::default(),
             provenance: Provenance::default(),
+            annotations: Annotations::default(),
             setup: None,
             rendering: None,
         };

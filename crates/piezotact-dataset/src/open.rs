@@ -399,6 +399,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 source,
             }
         })?;
+    recording.annotations = sidecar.annotations;
     for doubt in doubts {
         // What the sidecar says already is not said again.
         if !recording.doubts.contains(&doubt) {

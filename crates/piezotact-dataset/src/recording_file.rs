@@ -11,7 +11,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::recording::{Annotations, Channel, Condition, Provenance, Recording};
 
 use crate::error::ReadError;
 use crate::journal::{
@@ -213,6 +213,7 @@ fn foreign_start(
             source: path.display().to_string(),
             ..Provenance::default()
         },
+        annotations: Annotations::default(),
         setup: None,
         rendering: None,
     })
@@ -292,7 +293,7 @@ fn assemble(
             samples,
         })
         .collect();
-    Recording::new(
+    let mut recording = Recording::new(
         channels,
         start.rate_hz,
         start.condition.clone(),
@@ -301,5 +302,7 @@ fn assemble(
     .map_err(|source| ReadError::Recording {
         path: path.into(),
         source,
-    })
+    })?;
+    recording.annotations = start.annotations.clone();
+    Ok(recording)
 }

@@ -11,7 +11,7 @@ use piezotact::manipulate::{
     phases_needed,
 };
 use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Seconds, Unit};
-use piezotact::recording::{Condition, Provenance, Recording};
+use piezotact::recording::{Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::{Series, peak, standard_deviation};
@@ -447,6 +447,7 @@ fn write(
             lineage: Some(texture.lineage.clone()),
             ..provenance.clone()
         },
+        annotations: Annotations::default(),
         rendering: None,
     };
     let rate_hz = texture.series.rate().hz().round() as u32;

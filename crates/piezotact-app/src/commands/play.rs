@@ -7,7 +7,7 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
-use piezotact::recording::{Recording, played_through_its_own};
+use piezotact::recording::{Annotations, Recording, played_through_its_own};
 use piezotact::render::headroom;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{RunStart, announce, play_and_record, require_device};
@@ -170,6 +170,7 @@ pub(crate) fn start_document(start: RunStart) -> StartDocument {
         channels: start.channels,
         condition: start.condition,
         provenance: start.provenance,
+        annotations: Annotations::default(),
         setup: None,
         rendering: None,
     }

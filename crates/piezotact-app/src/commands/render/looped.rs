@@ -144,6 +144,7 @@ impl Corrected {
         let start = StartDocument {
             setup: rendering.setup.clone(),
             rendering: Some(rendering),
+            annotations: recording.annotations.clone(),
             ..start_document(RunStart {
                 rate: recording.rate(),
                 channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::manipulate::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::recording::Annotations;
 use piezotact::render::{
     self, Clipping, Inverse, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_gain,
@@ -468,6 +469,7 @@ pub(crate) fn write_drive(
         channels: vec!["drive".into()],
         condition: drive.condition.clone(),
         provenance: drive.provenance.clone(),
+        annotations: Annotations::default(),
         rendering: Some(rendering),
     };
     write_wav_with_sidecar(

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
+use piezotact::recording::Annotations;
 use piezotact::series::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, RunStart, acquire, announce};
 use piezotact_bench::twin::{
@@ -215,6 +216,7 @@ fn sound(acquirer: &mut dyn Acquire, run: &RunPlan, out: &Path) -> Outcome<(RunS
         channels: vec![ACCELERATION_CHANNEL.into()],
         condition: start.condition.clone(),
         provenance: start.provenance.clone(),
+        annotations: Annotations::default(),
         rendering: None,
     };
     let rate_hz = start.rate.hz().round() as u32;
