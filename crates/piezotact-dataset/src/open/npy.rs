@@ -301,7 +301,9 @@ fn described(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), &'static str> {
     let (text, data) = rest
         .split_at_checked(size)
         .ok_or("a file that ends in its description")?;
-    let text = str::from_utf8(text).map_err(|_| "a description that is no text")?;
+    let text = str::from_utf8(text)
+        .ok()
+        .ok_or("a description that is no text")?;
     Ok((Header(text.trim()), data))
 }
 
