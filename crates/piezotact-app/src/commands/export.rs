@@ -278,7 +278,7 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         // What a converter's last bit leaves of a mean is nobody's loss.
         if mean.abs() > 1e-2 * full_scale {
             doubts.push(Doubt::FormatLoses {
-                format: format.name().into(),
+                format: format.name(),
                 what: format!("the mean of {} {}", digits(mean), channel.unit),
             });
         }
