@@ -188,7 +188,10 @@ fn refused_attempts_are_kept_as_they_broke_off() {
     .expect_failure(1, &["refused in 2 of 2 attempts"]);
     for file in ["raw.parquet", "raw-again-1.parquet"] {
         let said = folder.run(&["info", file, "--json"]).json();
-        assert!(said["doubts"].to_string().contains("interrupted"), "{said}");
+        assert!(
+            said["doubts"].to_string().contains("refused by the gate"),
+            "{said}"
+        );
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::Recording;
+use piezotact::recording::{Recording, StartTime};
 
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
 use crate::error::ReadError;
@@ -432,6 +432,7 @@ fn assemble(
     mut doubts: Vec<Doubt>,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
+    let started_at = start_of(&segment);
     let (mut columns, mut empty) = (Vec::new(), Vec::new());
     let (mut time, mut step) = (None::<Column>, None);
     for field in segment.fields {
@@ -532,14 +533,28 @@ fn assemble(
     };
     let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
     of_rate.append(&mut doubts);
-    recording_of(
+    let mut recording = recording_of(
         path,
         columns,
         rate,
         of_rate,
         options,
         WithoutUnit::OnlyScale,
-    )
+    )?;
+    recording.annotations.started_at = started_at;
+    Ok(recording)
+}
+
+/// When the first sample was taken, by the clock of the computer, whose zone the file does not say; `None` where the
+/// first channel does not begin at that time.
+fn start_of(segment: &Segment) -> Option<StartTime> {
+    let mut fields = segment.fields.iter();
+    let first = fields.find(|field| field.role == Role::Channel)?;
+    let (day, time) = first.clock.as_ref()?.split_once(' ')?;
+    let at = format!("{}T{}", day.replace('/', "-"), time.replace(',', "."));
+    StartTime::try_from(at)
+        .ok()
+        .filter(|_| first.start.is_none_or(|start| start == 0.0))
 }
 
 /// A step written with so few digits that the rate is not known to 10⁻⁴, unless it makes a whole number of Hz.

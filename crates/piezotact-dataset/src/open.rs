@@ -412,6 +412,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 source,
             }
         })?;
+    recording.annotations = sidecar.annotations;
     for doubt in doubts {
         // What the sidecar says already is not said again.
         if !recording.doubts.contains(&doubt) {
@@ -473,7 +474,12 @@ mod tests {
         assert_eq!(RECORDINGS.last().map(|row| row.kind), Some(FileKind::TABLE));
         for (i, row) in RECORDINGS.iter().enumerate() {
             let others = &RECORDINGS[..i];
-            assert!(others.iter().all(|other| other.kind != row.kind));
+            // Journals have two formats.
+            assert!(
+                others
+                    .iter()
+                    .all(|other| other.kind != row.kind || row.kind == FileKind::JOURNAL)
+            );
             for ending in row.endings {
                 assert!(
                     !others.iter().any(|other| other.endings.contains(ending)),

@@ -11,7 +11,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::recording::{Annotations, Channel, Condition, Provenance, Recording};
 
 use crate::error::ReadError;
 use crate::journal::{
@@ -229,6 +229,7 @@ fn foreign_start(
             source: path.display().to_string(),
             ..Provenance::default()
         },
+        annotations: Annotations::default(),
         setup: None,
         rendering: None,
         label: None,
@@ -310,7 +311,7 @@ pub(crate) fn assemble(
             samples,
         })
         .collect();
-    Recording::new(
+    let mut recording = Recording::new(
         channels,
         start.rate_hz,
         start.condition.clone(),
@@ -319,5 +320,7 @@ pub(crate) fn assemble(
     .map_err(|source| ReadError::Recording {
         path: path.into(),
         source,
-    })
+    })?;
+    recording.annotations = start.annotations.clone();
+    Ok(recording)
 }

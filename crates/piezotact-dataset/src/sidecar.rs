@@ -10,7 +10,7 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Measure, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Annotations, Condition, Provenance};
 use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +34,9 @@ pub struct Sidecar {
     pub condition: Condition,
     /// Where it comes from.
     pub provenance: Provenance,
+    /// When it began, its labels, and what happened while it ran.
+    #[serde(flatten)]
+    pub annotations: Annotations,
     /// How the drive was made, when it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rendering: Option<Rendering>,

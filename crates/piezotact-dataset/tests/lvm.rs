@@ -184,6 +184,9 @@ fn segments_join_where_nothing_is_missing() {
         let read = plain(&file(time, x0)).unwrap();
         assert_eq!(read.channels()[0].samples, [1.5, 2.5, 3.5, 4.5]);
         assert!((read.rate().hz() - 2.0).abs() < 1e-12);
+        // The time of the first sample by the computer's clock, in no zone that the file names.
+        let start = read.annotations.started_at.map(|time| time.to_string());
+        assert_eq!(start.as_deref(), Some("2024-01-01T10:00:00.5"));
     }
     let refused = plain(&file("10:00:05,5", "0,0")).unwrap_err().to_string();
     assert!(

@@ -92,3 +92,38 @@ fn what_is_no_sidecar_is_refused() {
     std::fs::write(sidecar_path(&path), r#"{"channels": ["a"]}"#).unwrap();
     read_recording(&path, &ReadOptions::default()).unwrap();
 }
+
+#[test]
+fn labels_events_and_a_start_come_back_and_are_absent_when_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    let mut sidecar = of_scale(2.0);
+    let write = |sidecar: &Sidecar| {
+        write_wav_with_doubts(
+            &path,
+            &[&[0.5; 8]],
+            5_000,
+            SampleFormat::Float32,
+            sidecar,
+            &[],
+        )
+        .unwrap();
+        std::fs::read_to_string(sidecar_path(&path)).unwrap()
+    };
+    let text = write(&sidecar);
+    for name in ["started_at", "labels", "events"] {
+        assert!(!text.contains(name), "{text}");
+    }
+    sidecar.annotations = serde_json::from_str(
+        r#"{"started_at": "2024-03-01T10:22:33Z", "labels": {"session": "2"},
+            "events": [{"onset_s": 0.5, "duration_s": 0.0, "kind": "answer", "value": "rough"}]}"#,
+    )
+    .unwrap();
+    write(&sidecar);
+    let read = read_recording(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(read.recording.annotations, sidecar.annotations);
+    let wrong = std::fs::read_to_string(sidecar_path(&path)).unwrap();
+    let wrong = wrong.replace("2024-03-01T10:22:33Z", "at noon");
+    std::fs::write(sidecar_path(&path), wrong).unwrap();
+    refused(&path, &["expected a date and time", "`at noon`"]);
+}

@@ -1,5 +1,6 @@
 //! Several channels taken together, with what was going on and where they come from.
 
+mod annotations;
 mod rehearsal;
 
 use std::fmt;
@@ -12,6 +13,7 @@ use crate::lineage::Lineage;
 use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
+pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
 pub use rehearsal::{RehearsalDoubt, played_through_its_own};
 
 /// How the finger meets the surface.
@@ -195,6 +197,8 @@ pub struct Recording {
     pub condition: Condition,
     /// Where it comes from.
     pub provenance: Provenance,
+    /// When it began, its labels, and what happened while it ran.
+    pub annotations: Annotations,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
 }
@@ -232,6 +236,7 @@ impl Recording {
             rate,
             condition,
             provenance,
+            annotations: Annotations::default(),
             doubts: Vec::new(),
         })
     }

@@ -8,7 +8,7 @@ use piezotact::lineage::Lineage;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
-use piezotact::recording::Recording;
+use piezotact::recording::{Annotations, Recording};
 use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
@@ -174,6 +174,7 @@ fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)>
         channels: vec![ACCELERATION_CHANNEL.into()],
         condition,
         provenance,
+        annotations: Annotations::default(),
         rendering: None,
     };
     write_wav_with_sidecar(

@@ -395,6 +395,7 @@ fn audio(
             .provenance
             .clone()
             .then(format!("exported from {}", name(&args.input))),
+        annotations: recording.annotations.clone(),
         rendering: contents
             .rendering
             .clone()

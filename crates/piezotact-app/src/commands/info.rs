@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
-use piezotact::recording::Condition;
+use piezotact::recording::{Annotations, Condition};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
 use serde_json::json;
@@ -42,7 +42,7 @@ fn recording_json(args: &Info, contents: &Contents) -> Outcome {
             })
         })
         .collect();
-    print_json(&json!({
+    let mut document = json!({
         "file": args.file,
         "kind": contents.kind.to_string(),
         "rate_hz": recording.rate(),
@@ -54,7 +54,11 @@ fn recording_json(args: &Info, contents: &Contents) -> Outcome {
         "drive_setup": contents.setup,
         "rendering": contents.rendering,
         "doubts": doubts_json(&recording.doubts)?,
-    }))
+    });
+    if recording.annotations != Annotations::default() {
+        document["annotations"] = json!(recording.annotations);
+    }
+    print_json(&document)
 }
 
 fn recording_text(args: &Info, contents: &Contents) -> Outcome {
@@ -84,6 +88,15 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     }
     for step in &recording.provenance.steps {
         let _never_fails = write!(text, "\n    {step}");
+    }
+    if let Some(time) = &recording.annotations.started_at {
+        let _never_fails = write!(text, "\n  started at {time}");
+    }
+    for (name, label) in &recording.annotations.labels {
+        let _never_fails = write!(text, "\n  label {name}: {label}");
+    }
+    for event in &recording.annotations.events {
+        let _never_fails = write!(text, "\n  {}", event);
     }
     if let Some(lineage) = lineage_of(contents) {
         let _never_fails = write!(text, "\n  texture: {}", lineage.source);

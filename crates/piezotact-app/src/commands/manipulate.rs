@@ -9,7 +9,7 @@ use piezotact::filter::HighPass;
 use piezotact::lineage::{Level, Lineage, Operation, Step};
 use piezotact::manipulate::{self, ManipulateError, Manipulated, Texture, Tilt, phases_needed};
 use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Seconds, Unit};
-use piezotact::recording::{Condition, Provenance, Recording};
+use piezotact::recording::{Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::Series;
@@ -446,6 +446,7 @@ fn write(
             lineage: Some(texture.lineage.clone()),
             ..provenance.clone()
         },
+        annotations: Annotations::default(),
         rendering: None,
     };
     let rate_hz = texture.series.rate().hz().round() as u32;

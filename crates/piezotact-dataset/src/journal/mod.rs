@@ -25,7 +25,7 @@ use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Annotations, Condition, Provenance};
 use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,9 @@ pub struct StartDocument {
     /// Where it comes from.
     #[serde(default)]
     pub provenance: Provenance,
+    /// When it began, its labels, and the events that are planned.
+    #[serde(flatten)]
+    pub annotations: Annotations,
     /// The device that plays, when one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
@@ -85,6 +88,7 @@ impl StartDocument {
             condition: start.condition.clone(),
             provenance: start.provenance.clone(),
             setup: start.setup.clone(),
+            annotations: Annotations::default(),
             rendering,
             label: Some(start.label.clone()),
             drive: start.drive,
@@ -247,12 +251,16 @@ mod tests {
                 source: "test".into(),
                 ..Provenance::default()
             },
+            annotations: serde_json::from_str(ANNOTATIONS).unwrap(),
             setup: None,
             rendering: None,
             label: None,
             drive: None,
         }
     }
+
+    const ANNOTATIONS: &str = r#"{"started_at": "2024-03-01T10:22:33Z", "labels": {"session": "2"},
+        "events": [{"onset_s": 0.5, "duration_s": 0.25, "kind": "stimulus", "value": "S8"}]}"#;
 
     fn second(of: usize) -> Vec<Vec<f64>> {
         let acc: Vec<f64> = (0..100).map(|i| (of * 100 + i) as f64).collect();
@@ -281,6 +289,7 @@ mod tests {
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
         assert_eq!(recording.condition.participant.as_deref(), Some("P03"));
         assert_eq!(recording.doubts, [doubt]);
+        assert_eq!(recording.annotations, start().annotations);
     }
 
     /// "A session with a volunteer cannot be lost": not to the next one of the same name either.
@@ -336,6 +345,7 @@ mod tests {
                 .map(|(_, n)| *n)
                 .max();
             assert_eq!(recording.len(), safe.unwrap(), "cut at {length}");
+            assert_eq!(recording.annotations, start().annotations);
             assert!(matches!(recording.doubts[..], [Doubt::Interrupted { .. }]));
         }
     }
@@ -344,17 +354,58 @@ mod tests {
     fn an_interrupted_recording_is_never_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("r.parquet");
+        let mut running = JournalWriter::create(&path, start()).unwrap();
+        running.append(&second(0)).unwrap();
+        let refused = JournalWriter::create(&path, start());
+        let said = refused.unwrap_err().to_string();
+        assert!(said.contains("still running"), "{said}");
+        drop(running);
+        // It was interrupted: its journal is kept beside the next recording of that name.
+        let mut next = JournalWriter::create(&path, start()).unwrap();
+        let aside = next.set_aside().unwrap().to_owned();
+        next.append(&second(1)).unwrap();
+        next.finish(start().provenance, vec![]).unwrap();
+        assert!(aside.ends_with("r.parquet.interrupted-1.part"));
+        let samples =
+            |recording: &piezotact::recording::Recording| recording.channels()[0].samples.clone();
+        assert_eq!(samples(&read_journal(&aside).unwrap().recording)[0], 0.0);
+        let finished = read_parquet(&path, None).unwrap().recording;
+        assert_eq!(samples(&finished)[0], 100.0);
+    }
+
+    /// Of one damaged byte the reader says what was lost, and everything else keeps its place in time.
+    #[test]
+    fn a_flipped_byte_is_named_with_what_was_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
         let mut writer = JournalWriter::create(&path, start()).unwrap();
-        writer.append(&second(0)).unwrap();
+        let mut ends = vec![std::fs::metadata(journal_path(&path)).unwrap().len()];
+        for of in 0..3 {
+            writer.append(&second(of)).unwrap();
+            ends.push(std::fs::metadata(journal_path(&path)).unwrap().len());
+        }
         drop(writer);
-        let refused = JournalWriter::create(&path, start())
-            .unwrap_err()
-            .to_string();
-        assert!(refused.contains("interrupted"), "{refused}");
-        assert_eq!(
-            read_journal(&journal_path(&path)).unwrap().recording.len(),
-            100
-        );
+        let whole = std::fs::read(journal_path(&path)).unwrap();
+        let damaged = folder.path().join("d.parquet.part");
+        for at in (0..whole.len()).step_by(97) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x10;
+            std::fs::write(&damaged, &bytes).unwrap();
+            let recording = read_journal(&damaged).unwrap().recording;
+            let said: Vec<String> = recording.doubts.iter().map(ToString::to_string).collect();
+            let said = said.join("\n");
+            let block = (1..=3).find(|k| (at as u64) >= ends[k - 1] && (at as u64) < ends[*k]);
+            let samples = &recording.channels()[0].samples;
+            match block {
+                None => assert_eq!(samples.len(), 300, "byte {at}: {said}"),
+                Some(3) => assert_eq!(samples.len(), 200, "byte {at}: {said}"),
+                Some(block) => {
+                    let lost = format!("{}.00–{}.00 s", block - 1, block);
+                    assert!(said.contains(&lost), "byte {at}: {said}");
+                    assert_eq!((samples.len(), samples[299]), (300, 299.0), "byte {at}");
+                }
+            }
+        }
     }
 
     #[test]

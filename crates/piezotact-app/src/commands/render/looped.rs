@@ -162,6 +162,7 @@ impl Corrected {
         let start = StartDocument {
             setup: rendering.setup.clone(),
             rendering: Some(rendering),
+            annotations: recording.annotations.clone(),
             ..StartDocument::of(
                 &RunStart {
                     label: "render".into(),

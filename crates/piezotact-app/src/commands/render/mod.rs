@@ -8,6 +8,7 @@ use crate::benches::BenchSpec;
 use anyhow::anyhow;
 use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::recording::Annotations;
 use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_gain,
@@ -494,6 +495,7 @@ pub(crate) fn write_drive(
         channels: vec!["drive".into()],
         condition: drive.condition.clone(),
         provenance: drive.provenance.clone(),
+        annotations: Annotations::default(),
         rendering: Some(rendering),
     };
     write_wav_with_sidecar(

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
+use piezotact::recording::Annotations;
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact::statistics::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
@@ -238,6 +239,7 @@ fn sound(
         channels: vec![ACCELERATION_CHANNEL.into()],
         condition: start.condition.clone(),
         provenance: start.provenance.clone(),
+        annotations: Annotations::default(),
         rendering: None,
     };
     let rate_hz = start.rate_hz.hz().round() as u32;
