@@ -55,8 +55,9 @@ impl Prepared {
             _ => Path::new("."),
         };
         let mut side = tempfile::Builder::new();
-        // Should the program be killed, the name says what is left behind.
+        // Should the program be killed, the name says what is left behind, and the next write removes it.
         let prefix = unfinished(&place);
+        remove_left_behind(folder, &prefix);
         side.prefix(&prefix).suffix(".tmp");
         // A file that others may read, as every file that a person's program writes.
         #[cfg(unix)]
@@ -66,6 +67,8 @@ impl Prepared {
             // The name of the file beside it is nobody's business.
             source: std::io::Error::from(error.kind()),
         })?;
+        // Held until the file is closed: it is not left behind. File systems without locks have nothing removed.
+        let _held = side.as_file().try_lock();
         fill(side.as_file(), path, write)?;
         side.as_file().sync_all().map_err(WriteError::io(path))?;
         Ok(Self {
@@ -105,6 +108,24 @@ fn unfinished(place: &Path) -> String {
     // File systems allow 255 bytes, and a character has up to four.
     let name: String = name.chars().take(50).collect();
     format!(".piezotact-unfinished-{name}-")
+}
+
+/// Removes what programs that were killed have left of files whose unfinished names begin with `prefix`: those that nobody holds.
+fn remove_left_behind(folder: &Path, prefix: &str) {
+    let Ok(found) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in found.filter_map(Result::ok) {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(prefix)
+            && name.ends_with(".tmp")
+            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
+        {
+            // What stays does no harm.
+            let _best_effort = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 fn fill(
@@ -172,6 +193,23 @@ mod tests {
         );
         let long = "ü".repeat(120);
         write_atomically(&folder.path().join(long), |_| Ok(())).unwrap();
+    }
+
+    /// What a killed program left is removed by the next write of that file; what another program is writing stays.
+    #[test]
+    fn what_was_left_behind_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        let left = folder.path().join(".piezotact-unfinished-a.json-0.tmp");
+        let held = folder.path().join(".piezotact-unfinished-a.json-1.tmp");
+        let other = folder.path().join(".piezotact-unfinished-b.json-0.tmp");
+        for file in [&left, &held, &other] {
+            std::fs::write(file, "half").unwrap();
+        }
+        let running = File::open(&held).unwrap();
+        running.try_lock().unwrap();
+        write_atomically(&path, |_| Ok(())).unwrap();
+        assert!(!left.exists() && held.exists() && other.exists());
     }
 
     #[test]
