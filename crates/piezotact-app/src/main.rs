@@ -5,6 +5,7 @@ mod cli;
 mod commands;
 mod failure;
 mod keeping;
+mod manipulations;
 mod output;
 mod report;
 mod wording;

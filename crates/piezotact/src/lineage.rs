@@ -1,5 +1,6 @@
 //! What a texture was made from and what was done to it, in order: kept in its file, and passed on.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -115,6 +116,14 @@ pub enum Operation {
         /// How it was joined; absent where it was cut short.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         join: Option<Join>,
+    },
+    /// An operation that its name and its numbers say.
+    Named {
+        /// What was done, in words.
+        operation: String,
+        /// Its parameters, by names that end in their units.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        parameters: BTreeMap<String, f64>,
     },
     /// Rendered as the drive of a device.
     Rendered {
@@ -356,6 +365,16 @@ impl fmt::Display for Operation {
                 "looped to {duration_s:.3} s every {:.3} s, crossfade {:.3} s (correlation {:.2})",
                 join.period_s, join.crossfade_s, join.correlation
             ),
+            Self::Named {
+                operation,
+                parameters,
+            } => {
+                f.write_str(operation)?;
+                for (name, value) in parameters {
+                    write!(f, ", {name} {value}")?;
+                }
+                Ok(())
+            }
             Self::Rendered {
                 transfer,
                 gain,

@@ -7,29 +7,27 @@ use piezotact::Doubt;
 use piezotact::feature::{FeatureConfig, vibrations};
 use piezotact::filter::HighPass;
 use piezotact::lineage::{Level, Lineage, Operation, Step};
-use piezotact::manipulate::{self, ManipulateError, Manipulated, Texture, Tilt, phases_needed};
-use piezotact::quantity::{Acceleration, Hertz, Measure, Quantity, Seconds, Unit};
+use piezotact::manipulate::{ManipulateError, Texture};
+use piezotact::quantity::{Acceleration, Measure, Quantity, Seconds, Unit};
 use piezotact::recording::{Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::{peak, standard_deviation};
-use piezotact_bench::drawn_phases;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
 use serde_json::json;
 
 use super::touch::{Take, take_all};
 use super::{outputs, read, texture};
-use crate::cli::manipulate::{Asked, Manipulate};
+use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
 use crate::failure::{Failure, Outcome, usage};
+use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
 use crate::output::{digits_that_count, doubts_json, print, print_json, say_doubts, write_text};
 use crate::report::{self, name};
 
-/// Below this a tilt is held: gestures are there, and no device renders it.
-const TILT_HELD_BELOW: Hertz = Hertz(10.0);
 /// Shorter than a period of 100 Hz nothing is a texture.
 const SHORTEST: Seconds = Seconds(0.01);
 /// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
@@ -61,11 +59,8 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
         )));
     }
     require_wav(&args.out)?;
-    let others = operations.iter().filter_map(|asked| match asked {
-        Asked::RmsOf(path) | Asked::SpectrumOf(path) => Some(path.as_path()),
-        _ => None,
-    });
-    let others: Vec<&Path> = others.collect();
+    let others = operations.iter().filter_map(|one| one.other.as_ref());
+    let others: Vec<&Path> = others.map(|other| other.path.as_path()).collect();
     if others.is_empty() {
         for (option, given) in [
             ("--of-stroke", args.of_stroke.is_some()),
@@ -264,9 +259,14 @@ fn all_done(
     mut texture: Texture<Acceleration>,
 ) -> Outcome<(Texture<Acceleration>, Vec<Texture<Acceleration>>)> {
     let mut others: Vec<(&PathBuf, Texture<Acceleration>)> = Vec::new();
-    for asked in &args.operations.0 {
-        let other = match asked {
-            Asked::RmsOf(path) | Asked::SpectrumOf(path) => {
+    let settings = Settings {
+        measured: args.rms_band.map_or(Level::Whole, Level::Within),
+        seed: args.seed,
+    };
+    for requested in &args.operations.0 {
+        let x = &texture.series;
+        let other = match &requested.other {
+            Some(Other { path, rate }) => {
                 let known = others.iter().position(|(known, _)| *known == path);
                 let at = match known {
                     Some(at) => at,
@@ -275,12 +275,15 @@ fn all_done(
                         others.len() - 1
                     }
                 };
-                Some(&others[at].1)
+                Some(match rate {
+                    OtherRate::Own => others[at].1.clone(),
+                    OtherRate::OfTexture => at_the_rate_of(x, path, &others[at].1)?,
+                })
             }
-            _ => None,
+            None => None,
         };
-        let done = done(args, asked, &texture.series, other)?;
-        texture = texture.then(done);
+        let done = requested.apply(x, settings, other.as_ref());
+        texture = texture.then(done.map_err(|error| refused(&args.input, error))?);
     }
     for (_, other) in &others {
         texture.doubts.extend(other.doubts.iter().cloned());
@@ -333,48 +336,6 @@ fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> 
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
 }
 
-fn done(
-    args: &Manipulate,
-    asked: &Asked,
-    x: &Series<Acceleration>,
-    other: Option<&Texture<Acceleration>>,
-) -> Outcome<Manipulated<Acceleration>> {
-    let done = match (asked, other) {
-        (Asked::RmsOf(_), Some(other)) => {
-            let measured = args.rms_band.map_or(Level::Whole, Level::Within);
-            manipulate::rms_of(x, other, measured)
-        }
-        (Asked::SpectrumOf(path), Some(other)) => {
-            let other = at_the_rate_of(x, path, other)?;
-            manipulate::spectrum_of(x, &other, &lines_5_hz_apart(&other)?)
-        }
-        (Asked::Gain(level), _) => manipulate::gain(x, *level),
-        (Asked::Band(band, change), _) => manipulate::change_band(x, *band, *change),
-        (Asked::Tilt(db_per_octave, pivot), _) => {
-            let slope = Tilt {
-                db_per_octave: *db_per_octave,
-                pivot: *pivot,
-                held_below: TILT_HELD_BELOW,
-            };
-            manipulate::tilt(x, slope)
-        }
-        (Asked::Shift(by), _) => manipulate::shift(x, *by),
-        (Asked::Warp(ratio, length), _) => manipulate::warp(x, *ratio, *length),
-        (Asked::RandomisePhases, _) => {
-            let phases = drawn_phases(args.seed, phases_needed(x.samples().len()));
-            manipulate::randomise_phases(x, &phases)
-        }
-        (Asked::Loop(duration), _) => {
-            let config = manipulate::JoinConfig::usual(x.duration());
-            manipulate::looped(x, *duration, &config)
-        }
-        (Asked::RmsOf(path) | Asked::SpectrumOf(path), None) => {
-            return Err(anyhow!("{}: expected a texture, found none", path.display()).into());
-        }
-    };
-    done.map_err(|error| refused(&args.input, error))
-}
-
 /// The usual segments of strokes, which other figures have as well.
 pub(crate) fn lines_5_hz_apart(of: &Texture<Acceleration>) -> Outcome<WelchConfig> {
     let length = of.series.samples().len();
@@ -407,16 +368,13 @@ fn at_a_whole_rate(mut texture: Texture<Acceleration>) -> Outcome<Texture<Accele
 }
 
 /// What still holds of the condition: another texture is another sample, and after a warp the speed is another.
-fn condition_of(mut condition: Condition, operations: &[Asked]) -> Condition {
+fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition {
     if let Some(sample) = &mut condition.sample
         && !sample.ends_with(MANIPULATED)
     {
         sample.push_str(MANIPULATED);
     }
-    if operations
-        .iter()
-        .any(|asked| matches!(asked, Asked::Warp(..)))
-    {
+    if operations.iter().any(|one| one.speed == Speed::Changed) {
         condition.speed_m_s = None;
     }
     condition

@@ -8,6 +8,15 @@ use crate::spectrum::EstimateError;
 /// Why a texture cannot be made otherwise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManipulateError {
+    /// The other texture is missing.
+    #[error("expected another texture to take something of, found none; name its recording")]
+    NoOther,
+    /// A texture has no spectrum in the usual segments.
+    #[error("{said}")]
+    Segments {
+        /// Why.
+        said: String,
+    },
     /// Nothing changes in it.
     #[error(
         "expected a texture, found {duration:.3} of {quantity} that never changes; check the channel and the cable"

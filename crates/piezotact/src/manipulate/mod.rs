@@ -10,13 +10,12 @@ mod level;
 mod looping;
 mod spectral;
 
-pub use error::ManipulateError;
-pub use frequency::{shift, warp};
-pub use level::{exchanged, gain, level, rms_of, without_mean};
-pub use looping::{JoinConfig, looped};
-pub use spectral::{
-    DrawnPhases, Tilt, change_band, phases_needed, randomise_phases, spectrum_of, tilt,
-};
+// What is public in each of them: a new manipulation is a function in one file.
+pub use error::*;
+pub use frequency::*;
+pub use level::*;
+pub use looping::*;
+pub use spectral::*;
 
 use crate::doubt::Doubt;
 use crate::lineage::{Lineage, Operation, Step};
