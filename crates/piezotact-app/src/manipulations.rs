@@ -9,7 +9,7 @@ use piezotact::feature::FeatureConfig;
 use piezotact::lineage::{BandChange, Level, WarpedLength};
 use piezotact::manipulate::{
     JoinConfig, ManipulateError, Manipulated, Texture, Tilt, change_band, gain, looped,
-    phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, warp,
+    phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, time_reversed, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use piezotact::series::Series;
@@ -150,7 +150,7 @@ impl Requested {
 }
 
 /// All manipulations, in the order of the help text.
-pub(crate) const MANIPULATIONS: [Manipulation; 9] = [
+pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "randomise-phases",
         form: None,
@@ -241,6 +241,12 @@ pub(crate) const MANIPULATIONS: [Manipulation; 9] = [
                 },
             ))
         },
+    },
+    Manipulation {
+        option: "reverse",
+        form: None,
+        help: "Plays it backwards: the same power on every line, attacks become decays",
+        read: |_| Ok(Requested::alone(|x, _| time_reversed(x))),
     },
     Manipulation {
         option: "loop",

@@ -438,3 +438,38 @@ fn what_cannot_be_is_refused() {
         "{said}"
     );
 }
+
+/// Backwards twice is forwards; once it has the same level and another waveform, and its lineage says so.
+#[test]
+fn a_texture_backwards() {
+    let folder = Folder::new();
+    folder
+        .run(
+            &"twin record --bench triboair --sample S8 --strokes 1 --out S8.wav"
+                .split(' ')
+                .collect::<Vec<_>>(),
+        )
+        .expect_success();
+    let reversed = |from: &str, to: &str| {
+        let done = folder.run(&["manipulate", from, "--reverse", "--out", to, "--json"]);
+        done.expect_success();
+        done.json()
+    };
+    let once = reversed("S8.wav", "back.wav");
+    assert!(
+        once["text"].as_str().unwrap().contains("time reversal"),
+        "{once}"
+    );
+    reversed("back.wav", "forth.wav");
+    let samples = |name: &str| {
+        let options = piezotact_dataset::ReadOptions::default();
+        let contents = piezotact_dataset::read_recording(&folder.path(name), &options).unwrap();
+        contents.recording.channels()[0].samples.clone()
+    };
+    let (x, back, forth) = (samples("S8.wav"), samples("back.wav"), samples("forth.wav"));
+    let mut backwards = back.clone();
+    backwards.reverse();
+    // The mean of the recording is taken away once.
+    assert_eq!(backwards, forth);
+    assert!(x.len() == back.len() && back != forth);
+}

@@ -241,3 +241,29 @@ pub fn randomise_phases<Q: Quantity>(
     };
     manipulated(x, samples, operation, Vec::new())
 }
+
+/// `x` backwards in time, in its unit: the same power on every line, the conjugate phases.
+///
+/// Formula: y(i) = x(n − 1 − i).
+///
+/// Source: Oppenheim and Schafer, Discrete-Time Signal Processing, table 2.1: time reversal conjugates the transform.
+///
+/// # Errors
+/// [`ManipulateError::Silent`] for a texture that never changes.
+///
+/// ```
+/// use piezotact::manipulate::time_reversed;
+/// use piezotact::quantity::{Acceleration, SampleRate};
+/// let rate = SampleRate::new(1000.0).unwrap();
+/// let x = piezotact::Series::<Acceleration>::new(vec![1.0, 2.0, -3.0], rate).unwrap();
+/// assert_eq!(time_reversed(&x).unwrap().series.samples(), [-3.0, 2.0, 1.0]);
+/// ```
+pub fn time_reversed<Q: Quantity>(x: &Series<Q>) -> Result<Manipulated<Q>, ManipulateError> {
+    about_mean(x)?;
+    let samples = x.samples().iter().rev().copied().collect();
+    let operation = Operation::Named {
+        operation: "time reversal".into(),
+        parameters: Default::default(),
+    };
+    manipulated(x, samples, operation, Vec::new())
+}
