@@ -462,8 +462,8 @@ fn a_texture_backwards() {
     );
     reversed("back.wav", "forth.wav");
     let samples = |name: &str| {
-        let options = piezotact_dataset::ReadOptions::default();
-        let contents = piezotact_dataset::read_recording(&folder.path(name), &options).unwrap();
+        let options = ReadOptions::default();
+        let contents = read_recording(&folder.path(name), &options).unwrap();
         contents.recording.channels()[0].samples.clone()
     };
     let (x, back, forth) = (samples("S8.wav"), samples("back.wav"), samples("forth.wav"));

@@ -26,6 +26,7 @@ pub mod topography;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;
+mod version;
 pub mod wav;
 
 pub use atomic::write_atomically;

@@ -20,6 +20,7 @@ use crate::error::{ReadError, WriteError};
 use crate::sidecar::{prepare_json, write_json};
 use crate::transfer_file::read_transfer;
 use crate::transfer_json::TransferDocument;
+use crate::version::Versioned;
 
 use lock::Lock;
 
@@ -173,6 +174,16 @@ impl PanelFolder {
         let bytes = std::fs::read(&path).map_err(|error| ReadError::io(&path, &error))?;
         let index: PanelIndex = serde_json::from_slice(&bytes)
             .map_err(|error| wrong("the index of a panel", error.to_string()))?;
+        let version = |format: &str| format.rsplit(' ').next()?.parse::<u32>().ok();
+        if index.format.starts_with("piezotact panel ") && version(&index.format) > version(FORMAT)
+        {
+            return Err(ReadError::content(
+                &path,
+                format!("the format \"{FORMAT}\""),
+                format!("\"{}\"", index.format),
+                "read it with the newer program that wrote it",
+            ));
+        }
         if index.format != FORMAT {
             return Err(wrong(
                 &format!("the format \"{FORMAT}\""),
@@ -254,7 +265,7 @@ impl PanelFolder {
         })?;
         let file = self.free_name(filing);
         self.writable()?;
-        prepare_json(&self.path.join(&file), document)?.commit_new()?;
+        prepare_json(&self.path.join(&file), &Versioned::of(document))?.commit_new()?;
         let mut next = self.clone();
         let entry = PanelEntry {
             file,

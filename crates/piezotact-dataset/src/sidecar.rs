@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
+use crate::version::refuse_newer;
 
 /// The sidecar of a WAV file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -181,6 +182,7 @@ pub(crate) fn read_with_samples(path: &Path) -> Result<Option<(Sidecar, OfSample
     if text.trim_start().starts_with('[') {
         return Err(wrong("a list".into()));
     }
+    refuse_newer(&path, text.as_bytes())?;
     let read = || Ok((serde_json::from_str(&text)?, serde_json::from_str(&text)?));
     read()
         .map(Some)

@@ -14,6 +14,7 @@ use crate::haptic::{haptic_kind_of_file, is_called_haptic};
 use crate::matlab;
 use crate::transfer_json::{TransferDocument, parse_json};
 use crate::uff::{self, UffEncoding};
+use crate::version::Versioned;
 
 /// The files that a transfer function can be written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,7 +160,7 @@ pub fn write_transfer_as(
     format: TransferFormat,
 ) -> Result<(), WriteError> {
     match format {
-        TransferFormat::Json => crate::sidecar::write_json(path, document),
+        TransferFormat::Json => crate::sidecar::write_json(path, &Versioned::of(document)),
         TransferFormat::UffText => uff::write_uff(path, document, UffEncoding::Text),
         TransferFormat::UffBinary => uff::write_uff(path, document, UffEncoding::Binary),
         TransferFormat::Matlab => matlab::write_mat(path, document),

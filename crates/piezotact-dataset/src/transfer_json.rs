@@ -10,6 +10,7 @@ use piezotact::transfer::{Confidence, Distortion, Estimator, TransferFunction};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ReadError;
+use crate::version::refuse_newer;
 
 /// A transfer function as it stands in a file: four columns, and what they hold for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -247,6 +248,7 @@ pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, 
             "make one with `piezotact characterise` or `piezotact transfer`, or give a universal or a MATLAB file",
         )
     };
+    refuse_newer(path, bytes)?;
     let document: TransferDocument = match std::str::from_utf8(bytes) {
         Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string()))?,
         Err(_) => return Err(not_one("a file that is no text")),

@@ -11,6 +11,7 @@ use piezotact::Doubt;
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
 use crate::sidecar::{Sidecar, Written, prepare_json, sidecar_path};
+use crate::version::Versioned;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -336,7 +337,7 @@ pub fn write_wav_with_doubts(
         doubts,
         samples,
     };
-    prepare_json(&sidecar_path(path), &written)?.commit()?;
+    prepare_json(&sidecar_path(path), &Versioned::of(&written))?.commit()?;
     wav.commit()
 }
 

@@ -195,3 +195,39 @@ fn cuts_are_read_with_their_notes() {
         ]
     );
 }
+
+/// Files of a newer program are named, not misread.
+#[test]
+fn files_of_the_future_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let newer = |name: &str| {
+        let text = std::fs::read_to_string(file(name)).unwrap();
+        let text = text.replacen('{', "{\"format\": 99,", 1);
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let said = read_transfer(&newer("tf.json")).unwrap_err().to_string();
+    assert!(
+        said.contains("found format 99; read it with the newer program"),
+        "{said}"
+    );
+    newer("drive.wav.json");
+    let wav = folder.path().join("drive.wav");
+    std::fs::copy(file("drive.wav"), &wav).unwrap();
+    let said = read_recording(&wav, &ReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("found format 99; read it with the newer program"),
+        "{said}"
+    );
+    let index = std::fs::read_to_string(file("panel").join("panel.json")).unwrap();
+    let index = index.replace("piezotact panel 1", "piezotact panel 2");
+    std::fs::write(folder.path().join("panel.json"), index).unwrap();
+    let said = PanelFolder::open(folder.path()).unwrap_err().to_string();
+    assert!(
+        said.contains("piezotact panel 2") && said.contains("newer program"),
+        "{said}"
+    );
+}

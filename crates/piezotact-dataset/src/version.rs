@@ -1,0 +1,45 @@
+//! The version that our JSON files carry, so that a file of a newer program is named and not misread.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::ReadError;
+
+/// The version that this program writes; files without one are of before.
+const FORMAT: u32 = 1;
+
+/// A document with its version in front of its fields.
+#[derive(Serialize)]
+pub(crate) struct Versioned<'a, T> {
+    format: u32,
+    #[serde(flatten)]
+    document: &'a T,
+}
+
+impl<'a, T> Versioned<'a, T> {
+    /// `document` as this program writes it.
+    pub(crate) fn of(document: &'a T) -> Self {
+        Self {
+            format: FORMAT,
+            document,
+        }
+    }
+}
+
+/// Refuses the JSON text `text` of the file at `path` when a newer program wrote it; what is no JSON is not judged here.
+pub(crate) fn refuse_newer(path: &Path, text: &[u8]) -> Result<(), ReadError> {
+    #[derive(Deserialize)]
+    struct Version {
+        format: u32,
+    }
+    match serde_json::from_slice(text) {
+        Ok(Version { format }) if format > FORMAT => Err(ReadError::content(
+            path,
+            format!("a file of format {FORMAT} or before"),
+            format!("format {format}"),
+            "read it with the newer program that wrote it",
+        )),
+        _ => Ok(()),
+    }
+}
