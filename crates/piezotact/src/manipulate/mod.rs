@@ -4,12 +4,14 @@
 //! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
 //! it later knows what it was. Levels are rms about the mean, since a mean is nothing that is felt.
 
+mod doubt;
 mod error;
 mod frequency;
 mod level;
 mod looping;
 mod spectral;
 
+pub use doubt::ManipulateDoubt;
 pub use error::ManipulateError;
 pub use frequency::{shift, warp};
 pub use level::{exchanged, gain, level, rms_of, without_mean};
@@ -175,9 +177,9 @@ fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt
     if share <= SHARE_TOLD {
         return Vec::new();
     }
-    vec![Doubt::LeftTheBand {
+    vec![Doubt::from(ManipulateDoubt::LeftTheBand {
         operation: operation.to_string(),
         share,
         nyquist_hz: nyquist.0,
-    }]
+    })]
 }
