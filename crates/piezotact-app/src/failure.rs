@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use crate::advice::options_for;
 use crate::output::say;
 
 /// Why a command did not do what it was asked.
@@ -55,12 +56,16 @@ pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
 /// An error and what caused it, each said once.
 pub(crate) fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |mut sentence, cause| {
+        let options = options_for(cause);
         let cause = cause.to_string();
         if !sentence.contains(&cause) {
             if !sentence.is_empty() {
                 sentence.push_str(": ");
             }
             sentence.push_str(&cause);
+        }
+        if let Some(options) = options {
+            sentence.push_str(&format!(" ({options})"));
         }
         sentence
     })

@@ -1,5 +1,6 @@
 //! The `piezotact` command: parse, run, report.
 
+mod advice;
 mod benches;
 mod cli;
 mod commands;

@@ -14,6 +14,7 @@ use piezotact_dataset::{WriteError, write_atomically};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::advice::merged_text;
 use crate::failure::{Failure, Outcome};
 
 /// Prints `text` and a line end on standard output.
@@ -97,8 +98,8 @@ pub(crate) fn headroom_text(headroom: &Headroom) -> String {
     )
 }
 
-/// Doubts as JSON, those of one kind as one: the fields of the first, the sentence as `text`, and where there are several
-/// their `count`, the `ranges` of their numbers, and what they are `about`.
+/// Doubts as JSON, those of one kind as one: the first with how often it was `seen`, the sentence as `text`, and where there
+/// are several the `ranges` of their numbers, the files they are `of` and the `subjects` they are about.
 pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
     merged_json(&merged(doubts))
 }
@@ -109,10 +110,7 @@ pub(crate) fn merged_json(doubts: &[Merged]) -> Outcome<Value> {
     for one in doubts {
         let mut value = serde_json::to_value(&one.doubt)?;
         if let Some(fields) = value.as_object_mut() {
-            fields.insert("text".into(), json!(one.to_string()));
-            if one.count > 1 {
-                fields.insert("count".into(), json!(one.count));
-            }
+            fields.insert("text".into(), json!(merged_text(one)));
             if !one.ranges.is_empty() {
                 let ranges = one.ranges.iter();
                 let ranges: Map<String, Value> = ranges
@@ -120,7 +118,7 @@ pub(crate) fn merged_json(doubts: &[Merged]) -> Outcome<Value> {
                     .collect();
                 fields.insert("ranges".into(), Value::Object(ranges));
             }
-            for (name, names) in [("about", &one.about), ("subjects", &one.subjects)] {
+            for (name, names) in [("of", &one.about), ("subjects", &one.subjects)] {
                 if !names.is_empty() {
                     fields.insert(name.into(), json!(names));
                 }
@@ -142,8 +140,9 @@ pub(crate) fn say_doubts(doubts: &[Doubt]) {
     for doubt in merged(doubts) {
         let _never_fails = write!(
             text,
-            "{}doubt: {doubt}",
-            if text.is_empty() { "" } else { "\n" }
+            "{}doubt: {}",
+            if text.is_empty() { "" } else { "\n" },
+            merged_text(&doubt)
         );
     }
     if !text.is_empty() {

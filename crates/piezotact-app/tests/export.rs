@@ -10,6 +10,7 @@ mod support;
 
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Drive, SampleRate};
+use piezotact::recording::RecordingDoubt;
 use piezotact::resample::resample;
 use piezotact_dataset::haptic::{parse_hjif, read_haptic};
 use piezotact_dataset::{ReadOptions, holds_transfer, read_recording, read_transfer};
@@ -493,10 +494,10 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
 
 #[test]
 fn what_a_doubt_says_is_read_again() {
-    let loss = Doubt::FormatLoses {
+    let loss = Doubt::from(RecordingDoubt::FormatLoses {
         format: "AHAP".into(),
         what: "hertz".into(),
-    };
+    });
     let text = serde_json::to_string(&loss).unwrap();
     assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), loss);
     assert_eq!(

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stdout, reason = "what was found stands in the log")]
 
+use piezotact::run::RunDoubt;
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -312,7 +313,7 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
                 rendered
                     .doubts
                     .iter()
-                    .any(|d| matches!(d, Doubt::Rehearsed { .. }))
+                    .any(|d| matches!(d.kind(), Some(RunDoubt::Rehearsed { .. })))
             );
             assert!(
                 rendered

@@ -1,6 +1,7 @@
 //! Tables of numbers as text: commas, semicolons or tabs, a header, and units in the header or in a row of
 //! their own.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -212,17 +213,17 @@ pub(crate) fn choose_rate(
             doubts.clear();
             match found {
                 Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {
-                    doubts.push(Doubt::RateStated {
+                    doubts.push(Doubt::from(RecordingDoubt::RateStated {
                         stated_hz: stated.hz(),
                         found_hz: found.hz(),
-                    });
+                    }));
                 }
                 Ok(_) => {}
-                Err(error) => doubts.push(Doubt::Guessed {
+                Err(error) => doubts.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
                         "the time column was not believed, the stated rate was ({error})"
                     ),
-                }),
+                })),
             }
             Ok(stated)
         }
@@ -267,7 +268,7 @@ pub(crate) fn recording_of(
         });
     }
     if unnamed == WithoutUnit::OnlyScale {
-        let uncalibrated = |channel| Doubt::Uncalibrated { channel };
+        let uncalibrated = |channel| Doubt::from(RecordingDoubt::Uncalibrated { channel });
         doubts.extend(without_unit.drain(..).map(uncalibrated));
     }
     if let [first, others @ ..] = without_unit.as_slice() {
@@ -276,16 +277,16 @@ pub(crate) fn recording_of(
         } else {
             format!(" and {} more", others.len())
         };
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "channel `{first}`{others} names no unit and is taken as plain numbers (write `{first} (m/s2)` in the header, or say what 1 stands for with --scale)"
             ),
-        });
+        }));
     }
     if let (Some(scale), false) = (&options.scale, scaled) {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!("the scale {scale} was not used, every channel names its unit"),
-        });
+        }));
     }
     let provenance = Provenance {
         source: path.display().to_string(),
@@ -365,12 +366,12 @@ pub(crate) fn rate_of(
             } else {
                 ("seconds", 1.0)
             };
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
                     "`{}` names no unit and is read as {unit} (mean step {mean:.4})",
                     time.name
                 ),
-            });
+            }));
             factor
         }
     };
@@ -379,7 +380,7 @@ pub(crate) fn rate_of(
         .map(|step| (step / usual - 1.0).abs())
         .fold(0.0, f64::max);
     if worst > EVEN {
-        doubts.push(Doubt::UnevenSampling { worst });
+        doubts.push(Doubt::from(RecordingDoubt::UnevenSampling { worst }));
     }
     // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
     let found_hz = 1.0 / (mean * to_seconds);

@@ -2,6 +2,7 @@
 //!
 //! Source of the layout: National Instruments, *Specification for the LabVIEW Measurement File (.lvm)*.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -411,16 +412,16 @@ fn promises(segment: &Segment, doubts: &mut Vec<Doubt>) {
         .find_map(|field| field.promised.filter(|count| *count > 0));
     let rows = segment.rows as u64;
     match promised {
-        Some(promised) if promised < rows => doubts.push(Doubt::Guessed {
+        Some(promised) if promised < rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "the header promises {promised} samples and {rows} follow: all were read as one signal, though nothing says that there is no gap every {promised}"
             ),
-        }),
-        Some(promised) if promised > rows => doubts.push(Doubt::Guessed {
+        })),
+        Some(promised) if promised > rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "the header promises {promised} samples and {rows} follow: the file was cut, what is there was read"
             ),
-        }),
+        })),
         _ => {}
     }
 }
@@ -501,21 +502,21 @@ fn assemble(
     }
     if !empty.is_empty() {
         empty.truncate(6);
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "channels without a number were left out: {}",
                 empty.join(", ")
             ),
-        });
+        }));
     }
     if let Some((row, text)) = comments.first() {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "{} row(s) carry a comment, the first in row {row} `{}`: they are not kept",
                 comments.len(),
                 text.chars().take(40).collect::<String>()
             ),
-        });
+        }));
     }
     let mut of_rate = Vec::new();
     let found = match (&time, step) {
@@ -567,10 +568,10 @@ fn coarse(step: f64, written: &str) -> Option<Doubt> {
     let share = 0.5 * 10_f64.powf(place) / step;
     let rate = 1.0 / step;
     let whole = (rate - rate.round()).abs() < 1e-6 * rate;
-    (share > 1e-4 && !whole).then(|| Doubt::Guessed {
+    (share > 1e-4 && !whole).then(|| Doubt::from(RecordingDoubt::Guessed {
         what: format!(
             "Delta_X is written as {written}: the rate of {rate:.2} Hz is known to {:.2} % only (--rate states it)",
             100.0 * share
         ),
-    })
+    }))
 }

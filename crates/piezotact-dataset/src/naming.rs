@@ -1,5 +1,6 @@
 //! Conditions that stand in the names of files: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
+use piezotact::recording::RecordingDoubt;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
@@ -174,7 +175,7 @@ impl NamePattern {
                 "participant" => condition.participant = Some(text.clone()),
                 "touch" => condition.touch = touch(&text),
                 "load" | "speed" | "angle" if unit.is_empty() => {
-                    naming.doubts.push(Doubt::Guessed {
+                    naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
                         what: format!(
                             "{{{field}}} in the name's pattern has no unit, and `{text}` is kept as a label only (write {{{field}:{}}})",
                             match field.as_str() {
@@ -183,7 +184,7 @@ impl NamePattern {
                                 _ => "°",
                             }
                         ),
-                    });
+                    }));
                 }
                 "load" => condition.load_n = Some(Newtons(number()? * Unit::parse(&unit).1)),
                 "speed" => condition.speed_m_s = Some(number()? * Unit::parse(&unit).1),
@@ -221,11 +222,11 @@ pub fn known_naming(path: &Path) -> Naming {
         if let Some(board) = naming.labels.get("board") {
             naming.condition.sample = Some(format!("Board{board}mm"));
         }
-        naming.doubts.push(Doubt::Guessed {
+        naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "the name is read as one of the {collection} collection (--meta says otherwise)"
             ),
-        });
+        }));
         return naming;
     }
     Naming::default()

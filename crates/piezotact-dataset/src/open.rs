@@ -2,6 +2,7 @@
 
 mod npy;
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -346,18 +347,18 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     if let Some(stated) = options.rate
         && stated.hz() != f64::from(wav.rate_hz)
     {
-        doubts.push(Doubt::RateNotUsed {
+        doubts.push(Doubt::from(RecordingDoubt::RateNotUsed {
             stated_hz: stated.hz(),
             found_hz: f64::from(wav.rate_hz),
-        });
+        }));
     }
     if let (Some(used), Some(ignored)) = (&options.scale, &sidecar.full_scale)
         && used != ignored
     {
-        doubts.push(Doubt::ScaleOverridden {
+        doubts.push(Doubt::from(RecordingDoubt::ScaleOverridden {
             used: used.to_string(),
             ignored: ignored.to_string(),
-        });
+        }));
     }
     let (unit, factor) = unit_and_factor(options.scale.as_ref().or(sidecar.full_scale.as_ref()));
     let known = options.scale.is_some() || sidecar.full_scale.is_some();
@@ -374,9 +375,9 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             };
             let name = sidecar.channels.get(i).cloned().unwrap_or(fallback);
             if !known {
-                doubts.push(Doubt::Uncalibrated {
+                doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
                     channel: name.clone(),
-                });
+                }));
             }
             if let Some(step) = wav.format.step_ratio() {
                 doubts.extend(piezotact::spectrum::quantisation_doubt(

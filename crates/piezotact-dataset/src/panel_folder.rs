@@ -6,6 +6,8 @@
 
 mod lock;
 
+use piezotact::panel::PanelDoubt;
+use piezotact::recording::RecordingDoubt;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -536,14 +538,14 @@ impl PanelFolder {
         }
         let mut doubts = Vec::new();
         if let Some(first) = self.index.planned.first() {
-            doubts.push(Doubt::NotMeasured {
+            doubts.push(Doubt::from(PanelDoubt::NotMeasured {
                 count: self.index.planned.len(),
                 first: first.to_string(),
-            });
+            }));
         }
         let files = self.not_listed();
         if !files.is_empty() {
-            doubts.push(Doubt::NotListed { files });
+            doubts.push(Doubt::from(PanelDoubt::NotListed { files }));
         }
         Ok(PanelContents {
             panel: entries,
@@ -600,7 +602,7 @@ pub fn function_of_any_unit(
     document.response_unit = Unit::Other(String::new());
     let mut function = document.function::<Uncalibrated, Uncalibrated>(path)?;
     // Its units are known to whoever asked: it is not a guess that they are left aside.
-    let guess = |doubt: &Doubt| matches!(doubt, Doubt::Guessed { .. });
+    let guess = |doubt: &Doubt| matches!(doubt.kind(), Some(RecordingDoubt::Guessed { .. }));
     function
         .doubts
         .retain(|doubt| !guess(doubt) || document.doubts.contains(doubt));

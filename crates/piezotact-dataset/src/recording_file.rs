@@ -1,6 +1,7 @@
 //! Recordings as they are read: our Parquet files, journals of interrupted recordings, and Parquet files of
 //! other programs.
 
+use piezotact::recording::RecordingDoubt;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -71,9 +72,11 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         }
     }
     let mut recording = assemble(path, &start, samples)?;
-    recording.doubts.push(Doubt::Interrupted {
-        read_s: recording.duration().0,
-    });
+    recording
+        .doubts
+        .push(Doubt::from(RecordingDoubt::Interrupted {
+            read_s: recording.duration().0,
+        }));
     Ok(Stored {
         recording,
         setup: start.setup,
@@ -86,9 +89,12 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
 pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stored, ReadError> {
     let (mut stored, start, _) = read_with_documents(path, rate)?;
     if start.format > 0 && journal_path(path).exists() {
-        stored.recording.doubts.push(Doubt::InterruptedLater {
-            journal: journal_path(path).display().to_string(),
-        });
+        stored
+            .recording
+            .doubts
+            .push(Doubt::from(RecordingDoubt::InterruptedLater {
+                journal: journal_path(path).display().to_string(),
+            }));
     }
     Ok(stored)
 }
@@ -153,10 +159,12 @@ fn read_with_documents(
     let fingerprint = Fingerprint::all(&fingerprints);
     let mut recording = assemble(path, &start, samples)?;
     if let Some(stated) = rate.filter(|rate| ours && *rate != recording.rate()) {
-        recording.doubts.push(Doubt::RateNotUsed {
-            stated_hz: stated.hz(),
-            found_hz: recording.rate().hz(),
-        });
+        recording
+            .doubts
+            .push(Doubt::from(RecordingDoubt::RateNotUsed {
+                stated_hz: stated.hz(),
+                found_hz: recording.rate().hz(),
+            }));
     }
     match &end {
         Some(end) => {
@@ -172,9 +180,11 @@ fn read_with_documents(
             }
             recording.doubts.extend(end.doubts.iter().cloned());
         }
-        None if ours => recording.doubts.push(Doubt::Interrupted {
-            read_s: recording.duration().0,
-        }),
+        None if ours => recording
+            .doubts
+            .push(Doubt::from(RecordingDoubt::Interrupted {
+                read_s: recording.duration().0,
+            })),
         None => {}
     }
     let stored = Stored {

@@ -1,5 +1,6 @@
 //! One door for transfer functions in files: JSON, universal files, and MATLAB's.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use num_complex::Complex;
@@ -34,10 +35,10 @@ impl TransferFormat {
     #[must_use]
     pub fn losses(self) -> Option<Doubt> {
         match self {
-            Self::UffText | Self::UffBinary => Some(Doubt::FormatLoses {
+            Self::UffText | Self::UffBinary => Some(Doubt::from(RecordingDoubt::FormatLoses {
                 format: "a universal file".into(),
                 what: "the device, the provenance, the driven band and the doubts of a transfer function".into(),
-            }),
+            })),
             Self::Json | Self::Matlab => None,
         }
     }
@@ -273,11 +274,11 @@ pub(crate) fn from_lines(
                     )
                 },
             );
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
                     "{why}: it is taken as 1 everywhere, and nothing can say where the transfer function is to be trusted"
                 ),
-            });
+            }));
             vec![1.0; count]
         }
     };
@@ -293,11 +294,11 @@ pub(crate) fn from_lines(
     // At most `count`: the check above says so.
     let below = below as usize;
     if below > 0 {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "the lines below {first} Hz are not in the file: they are taken as 0, with coherence 0"
             ),
-        });
+        }));
         let step = last / (below + count - 1) as f64;
         frequency_hz = (0..below + count).map(|k| k as f64 * step).collect();
         response.splice(..0, std::iter::repeat_n(Complex::default(), below));

@@ -1,5 +1,6 @@
 //! Transfer functions as readable JSON.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -142,9 +143,9 @@ impl TransferDocument {
             ("response", O::UNIT, &self.response_unit),
         ] {
             if *found == Unit::Other(String::new()) {
-                unstated.push(Doubt::Guessed {
+                unstated.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!("the {what} of the transfer function names no unit and is taken to be in {expected}"),
-                });
+                }));
             } else if expected != *found {
                 return Err(ReadError::content(
                     path,

@@ -10,9 +10,9 @@
 mod shared_data;
 mod support;
 
+use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
 use piezotact::device::AmplifierGain;
 use piezotact::envelope::EnvelopeConfig;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate, Unit};
@@ -323,7 +323,7 @@ fn clips_come_back_as_they_were_written() {
         plain
             .doubts
             .iter()
-            .any(|d| matches!(d, Doubt::Uncalibrated { .. }))
+            .any(|d| matches!(d.kind(), Some(RecordingDoubt::Uncalibrated { .. })))
     );
 }
 

@@ -8,6 +8,7 @@
 mod shared_data;
 mod support;
 
+use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
@@ -140,9 +141,12 @@ fn the_small_files_of_others() {
             "{}",
             doubts(&read)
         );
-        assert!(read.doubts.contains(&Doubt::Uncalibrated {
-            channel: "Dev0/Ai0".into()
-        }));
+        assert!(
+            read.doubts
+                .contains(&Doubt::from(RecordingDoubt::Uncalibrated {
+                    channel: "Dev0/Ai0".into()
+                }))
+        );
     }
 }
 

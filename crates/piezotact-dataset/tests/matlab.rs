@@ -8,6 +8,7 @@
 mod shared_data;
 mod support;
 
+use piezotact::transfer::TransferDoubt;
 use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
@@ -292,7 +293,7 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
     let rate = SampleRate::new(1280.0).unwrap();
     let impossible = |doubts: &[Doubt]| {
         doubts.iter().any(|doubt| {
-            matches!(doubt, Doubt::ImpossibleCoherence { found, lines: 5, .. } if *found > 1.2)
+            matches!(doubt.kind(), Some(TransferDoubt::ImpossibleCoherence { found, lines: 5, .. }) if found > 1.2)
         })
     };
     let stored = TransferFunction::<Force, Acceleration>::from_lines(
@@ -377,10 +378,10 @@ fn document() -> TransferDocument {
             ..Provenance::default()
         }
         .then("estimated"),
-        doubts: vec![Doubt::FewAverages {
+        doubts: vec![Doubt::from(TransferDoubt::FewAverages {
             averages: 12,
             recommended: 20,
-        }],
+        })],
         frequency_hz: (0..lines)
             .map(|k| f64::from(k) * 10_000.0 / 128.0)
             .collect(),

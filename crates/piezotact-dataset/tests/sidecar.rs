@@ -1,6 +1,8 @@
 //! What stands beside a WAV file: believed of the samples that it was written for, and refused with what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::recording::RecordingDoubt;
+use piezotact::stroke::StrokeDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -58,17 +60,17 @@ fn doubts_about_samples_are_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.wav");
     let samples: Vec<f64> = (0..500).map(|i| f64::from(i).sin()).collect();
-    let doubts = [Doubt::NothingCut];
+    let doubts = [Doubt::from(StrokeDoubt::NothingCut)];
     let format = SampleFormat::Float32;
     write_wav_with_doubts(&path, &[&samples], 5_000, format, &of_scale(2.0), &doubts).unwrap();
     let rate = SampleRate::new(1_000.0).ok();
     let read = read_recording(&path, &ReadOptions { scale: None, rate }).unwrap();
     let expected = [
-        Doubt::NothingCut,
-        Doubt::RateNotUsed {
+        Doubt::from(StrokeDoubt::NothingCut),
+        Doubt::from(RecordingDoubt::RateNotUsed {
             stated_hz: 1_000.0,
             found_hz: 5_000.0,
-        },
+        }),
     ];
     assert_eq!(read.recording.doubts, expected);
 }

@@ -11,6 +11,7 @@
 mod shared_data;
 mod support;
 
+use piezotact::surface::SurfaceDoubt;
 use std::path::PathBuf;
 
 use piezotact::Doubt;
@@ -150,9 +151,9 @@ fn every_file_is_what_another_program_reads() {
         }
         let expected: Vec<Doubt> = match missing {
             0 => Vec::new(),
-            _ => vec![Doubt::MissingPoints {
+            _ => vec![Doubt::from(SurfaceDoubt::MissingPoints {
                 share: missing as f64 / heights.len() as f64,
-            }],
+            })],
         };
         assert_eq!(read.doubts, expected, "{file}");
     }

@@ -1,6 +1,7 @@
 //! Chapter 6: three surfaces touched freely by ten people, and the forces on the device in two tasks.
 
 use piezotact::Doubt;
+use piezotact::compare::CompareDoubt;
 use piezotact::compare::{Periods, Sliding, SpatialPeriod, Summary, spatial_period};
 use piezotact::feature::Analysis;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz};
@@ -244,7 +245,8 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
     );
     let period = passive.map_or(f64::NAN, |found| found.period_m);
     let doubted = passive.is_none_or(|found| {
-        let unsure = |doubt: &Doubt| matches!(doubt, Doubt::NoCommonPeriod { .. });
+        let unsure =
+            |doubt: &Doubt| matches!(doubt.kind(), Some(CompareDoubt::NoCommonPeriod { .. }));
         found.doubts.iter().any(unsure)
     });
     Finding::of(

@@ -6,6 +6,9 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
+use piezotact::correct::LoopDoubt;
+use piezotact::render::RenderDoubt;
+use piezotact::resample::ResampleDoubt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -207,7 +210,8 @@ fn the_rate_of_the_target_does_not_matter() {
             println!("{hz} Hz, {mode:?}: {}", told(&looped));
             assert!(looped.told().judged_error_db() < 0.4, "{}", told(&looped));
             assert!(error_of(&looped, looped.iterations.len() - 1) < 0.6);
-            let said = |doubt: &Doubt| matches!(doubt, Doubt::RateConverted { .. });
+            let said =
+                |doubt: &Doubt| matches!(doubt.kind(), Some(ResampleDoubt::RateConverted { .. }));
             assert_eq!(looped.rendered.doubts.iter().any(said), hz > 5_000.0);
         }
     }
@@ -289,10 +293,14 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
         looped.rendered.coverage.given_up
     );
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
-    let turned_down = looped.rendered.doubts.iter().find_map(|doubt| match doubt {
-        Doubt::TurnedDown { fits_at_db, .. } => Some(*fits_at_db),
-        _ => None,
-    });
+    let turned_down = looped
+        .rendered
+        .doubts
+        .iter()
+        .find_map(|doubt| match doubt.kind() {
+            Some(RenderDoubt::TurnedDown { fits_at_db, .. }) => Some(fits_at_db),
+            _ => None,
+        });
     // It fits at that level, crests pressed, and not much above.
     let fits_at = turned_down.unwrap();
     loop_config.render.inverse.inverse = Inverse::Constant;
@@ -436,7 +444,7 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
             .rendered
             .doubts
             .iter()
-            .find(|d| matches!(d, Doubt::LoopStopped { .. }));
+            .find(|d| matches!(d.kind(), Some(LoopDoubt::LoopStopped { .. })));
         assert!(said.unwrap().to_string().contains(why));
     }
 }

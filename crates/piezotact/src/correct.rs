@@ -6,8 +6,10 @@
 
 mod answer;
 mod crest;
+mod doubt;
 mod heard;
 
+pub use doubt::LoopDoubt;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
@@ -554,9 +556,11 @@ impl<O: Quantity> Correction<O> {
             .collect();
         let hidden = lines.iter().filter(|(_, hidden)| *hidden).count();
         let [bands, _] = runs(&lines, band, wanted.resolution_hz);
-        Ok((hidden > 0).then(|| Doubt::TargetInNoise {
-            share: hidden as f64 / lines.len() as f64,
-            bands,
+        Ok((hidden > 0).then(|| {
+            Doubt::from(LoopDoubt::TargetInNoise {
+                share: hidden as f64 / lines.len() as f64,
+                bands,
+            })
         }))
     }
 

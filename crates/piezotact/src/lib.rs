@@ -50,6 +50,7 @@ pub mod run;
 pub mod score;
 pub mod transfer;
 pub mod verify;
+pub mod wording;
 
 pub use doubt::Doubt;
 pub use series::Series;

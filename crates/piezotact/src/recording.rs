@@ -1,8 +1,10 @@
 //! Several channels taken together, with what was going on and where they come from.
 
 mod annotations;
+mod doubt;
 mod rehearsal;
 
+pub use doubt::RecordingDoubt;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -118,11 +120,11 @@ impl Condition {
             .filter_map(
                 |(what, rendered_for, measured)| match (rendered_for, measured) {
                     (Some(rendered_for), Some(measured)) if rendered_for != measured => {
-                        Some(Doubt::OtherCondition {
+                        Some(Doubt::from(RecordingDoubt::OtherCondition {
                             what: what.into(),
                             rendered_for,
                             measured,
-                        })
+                        }))
                     }
                     _ => None,
                 },
@@ -384,7 +386,7 @@ pub enum RecordingError {
         found: String,
     },
     /// No name was given and the choice is not clear.
-    #[error("expected one channel in {unit}, found {found}; name the one to take with --channel")]
+    #[error("expected one channel in {unit}, found {found}; name the one to take")]
     Ambiguous {
         /// The unit looked for.
         unit: Unit,
@@ -393,7 +395,7 @@ pub enum RecordingError {
     },
     /// The channel holds another quantity.
     #[error(
-        "expected {quantity} in {expected}, found channel `{channel}` in {found}; take another channel or state its unit (for a WAV file: --scale)"
+        "expected {quantity} in {expected}, found channel `{channel}` in {found}; take another channel or state its unit"
     )]
     Unit {
         /// The channel.

@@ -5,6 +5,7 @@
 //! far it stays below what the device can do.
 
 mod coverage;
+mod doubt;
 mod error;
 mod frame;
 mod inverse;
@@ -12,11 +13,14 @@ mod limits;
 
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
+pub use doubt::RenderDoubt;
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 
+use crate::clipping::ClippingDoubt;
+use crate::transfer::TransferDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
@@ -133,11 +137,11 @@ pub fn render<O: Quantity>(
         if let Some((fitting, limiting)) = fitted(&costs, limit, &mut drive_of)? {
             let kept = coverage::limited(function, config, Some(&limiting))?;
             samples = fitting;
-            let doubt = Doubt::TurnedDown {
+            let doubt = Doubt::from(RenderDoubt::TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
                 fits_at_db: floored(Decibels::from_amplitude_ratio(limit / asked)).0,
-            };
+            });
             turned_down = Some((doubt, kept.bands));
         }
     }
@@ -152,23 +156,28 @@ pub fn render<O: Quantity>(
         function
             .doubts
             .iter()
-            .filter(|doubt| !matches!(doubt, Doubt::LowCoherence { .. } | Doubt::NotDriven { .. }))
+            .filter(|doubt| {
+                !matches!(
+                    doubt.kind(),
+                    Some(TransferDoubt::LowCoherence { .. } | TransferDoubt::NotDriven { .. })
+                )
+            })
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
-        doubts.push(Doubt::RatesDiffer {
+        doubts.push(Doubt::from(RenderDoubt::RatesDiffer {
             target_hz: rate.hz(),
             transfer_hz: function.rate.hz(),
-        });
+        }));
     }
     if function.drive.is_none() {
-        doubts.push(Doubt::DeviceNotDescribed);
+        doubts.push(Doubt::from(RenderDoubt::DeviceNotDescribed));
     }
     if !inverse.bands.given_up.is_empty() {
-        doubts.push(Doubt::GivenUp {
+        doubts.push(Doubt::from(RenderDoubt::GivenUp {
             bands: inverse.bands.given_up.clone(),
             share: inverse.given_up_share,
-        });
+        }));
     }
     let coverage = match turned_down {
         Some((doubt, coverage)) => {
@@ -193,10 +202,10 @@ pub fn render<O: Quantity>(
                 for sample in &mut samples {
                     *sample = sample.clamp(-1.0, 1.0);
                 }
-                doubts.push(Doubt::Clipped {
-                    what: format!("the drive ({})", headroom.limited_by),
+                doubts.push(Doubt::from(ClippingDoubt::DriveClipped {
+                    limited_by: headroom.limited_by.to_string(),
                     fraction: headroom.clipped_fraction,
-                });
+                }));
             }
         }
     }

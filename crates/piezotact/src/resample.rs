@@ -4,6 +4,10 @@
 //! as short as that band allows: a drive that ends at 1 kHz needs 15 taps where a resampler that must keep
 //! everything needs hundreds.
 
+mod doubt;
+
+pub use doubt::ResampleDoubt;
+
 use std::f64::consts::PI;
 
 use crate::doubt::Doubt;
@@ -264,11 +268,11 @@ pub fn to_common_rate<Q: Quantity>(
     let ((first_name, first), (second_name, second)) = (first, second);
     let (from, to) = (first.rate(), second.rate());
     let converted = |what: &str, from: SampleRate, to: SampleRate| {
-        Some(Doubt::RateConverted {
+        Some(Doubt::from(ResampleDoubt::RateConverted {
             what: what.into(),
             from_hz: from.hz(),
             to_hz: to.hz(),
-        })
+        }))
     };
     if from.hz() > to.hz() {
         Ok(CommonRate {

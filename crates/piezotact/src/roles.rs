@@ -1,5 +1,6 @@
 //! Which channel of a recording is the vibration, which the forces, which the motion.
 
+use crate::recording::RecordingDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
@@ -81,13 +82,9 @@ impl Roles {
             .map(|c| c.name.as_str())
             .collect();
         if normals.len() > 1 {
-            doubts.push(Doubt::Guessed {
-                what: format!(
-                    "there are {} normal forces ({}) and one is used: add the cells of one platform together first, or name one with --normal-force",
-                    normals.len(),
-                    normals.join(", ")
-                ),
-            });
+            doubts.push(Doubt::from(RecordingDoubt::SeveralForces {
+                channels: normals.iter().map(|name| (*name).to_owned()).collect(),
+            }));
         }
         let tangential_force: Vec<String> = forces
             .iter()
@@ -96,13 +93,9 @@ impl Roles {
             .take(2)
             .collect();
         if normal_force.is_none() && !forces.is_empty() {
-            let names: Vec<&str> = forces.iter().map(|c| c.name.as_str()).collect();
-            doubts.push(Doubt::Guessed {
-                what: format!(
-                    "{} in N, and none is known by its name as the normal force: name it with --normal-force",
-                    names.join(", ")
-                ),
-            });
+            doubts.push(Doubt::from(RecordingDoubt::NoNormalForce {
+                channels: forces.iter().map(|c| c.name.clone()).collect(),
+            }));
         }
         let pick = |unit: &Unit, doubts: &mut Vec<Doubt>| -> Option<String> {
             let all = of(unit);
@@ -110,13 +103,11 @@ impl Roles {
                 |c: &&&Channel| named(c, &["speed", "platform", "encoder", "stage"], &["v"]);
             let chosen = all.iter().find(known).or(all.first())?;
             if all.len() > 1 {
-                doubts.push(Doubt::Guessed {
-                    what: format!(
-                        "of {} motions in {unit} `{}` is taken (--motion names another)",
-                        all.len(),
-                        chosen.name
-                    ),
-                });
+                doubts.push(Doubt::from(RecordingDoubt::SeveralMotions {
+                    taken: chosen.name.clone(),
+                    unit: unit.to_string(),
+                    count: all.len(),
+                }));
             }
             Some(chosen.name.clone())
         };
@@ -150,12 +141,11 @@ impl Roles {
                     accelerations
                 };
                 if others.len() > 1 {
-                    doubts.push(Doubt::Guessed {
-                        what: format!(
-                            "no channel is in m/s²: {} channels from `{}` to `{}` are taken as the vibration (--vibration names others)",
-                            others.len(), others[0], others[others.len() - 1]
-                        ),
-                    });
+                    doubts.push(Doubt::from(RecordingDoubt::VibrationAssumed {
+                        first: others[0].clone(),
+                        last: others[others.len() - 1].clone(),
+                        count: others.len(),
+                    }));
                 }
                 others
             }
@@ -165,13 +155,10 @@ impl Roles {
                     .iter()
                     .find(|c| named(c, &["nail", "fiv"], &[]))
                     .unwrap_or(&several[0]);
-                doubts.push(Doubt::Guessed {
-                    what: format!(
-                        "of {} accelerations `{}` is taken as the vibration (--vibration names another)",
-                        several.len(),
-                        chosen.name
-                    ),
-                });
+                doubts.push(Doubt::from(RecordingDoubt::SeveralAccelerations {
+                    taken: chosen.name.clone(),
+                    count: several.len(),
+                }));
                 vec![chosen.name.clone()]
             }
         };

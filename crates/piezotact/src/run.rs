@@ -3,6 +3,10 @@
 //! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
 //! four documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
+mod doubt;
+
+pub use doubt::RunDoubt;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -228,76 +232,5 @@ impl Sink for Gathered {
             RunDocument::End(end) => self.end = Some(end.clone()),
         }
         Ok(None)
-    }
-}
-
-/// What a run leaves open.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum RunDoubt {
-    /// The device lost samples; straight lines stand in their place.
-    SamplesLost {
-        /// At how many places.
-        gaps: usize,
-        /// How many samples of each channel.
-        samples: u64,
-        /// The longest gap, s.
-        longest_s: f64,
-    },
-    /// The run ended before its end.
-    EndedEarly {
-        /// How.
-        ended: Ended,
-        /// After how long, s.
-        after_s: f64,
-    },
-    /// The journal of the run is damaged; straight lines stand in the place of what was lost.
-    JournalDamaged {
-        /// At how many places.
-        places: usize,
-        /// The samples that were lost, from when to when, s; none where only what was judged or the end was lost.
-        lost_s: Vec<[f64; 2]>,
-    },
-}
-
-impl fmt::Display for RunDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SamplesLost {
-                gaps,
-                samples,
-                longest_s,
-            } => write!(
-                f,
-                "the device lost {samples} samples at {gaps} places, {:.1} ms at the longest; straight lines stand in their place: measure again with less load on the computer",
-                1e3 * longest_s
-            ),
-            Self::JournalDamaged { places, lost_s } => {
-                let lost: Vec<String> = lost_s
-                    .iter()
-                    .map(|[from, to]| format!("{from:.2}–{to:.2} s"))
-                    .collect();
-                let lost = match lost.is_empty() {
-                    true => "no samples were lost".to_owned(),
-                    false => format!(
-                        "the samples of {} were lost, and straight lines stand in their place",
-                        lost.join(", ")
-                    ),
-                };
-                write!(
-                    f,
-                    "the journal is damaged at {places} places: {lost}; leave these parts out, and check the disk"
-                )
-            }
-            Self::EndedEarly { ended, after_s } => {
-                write!(f, "the run ended early, after {after_s:.2} s: {ended}")
-            }
-        }
-    }
-}
-
-impl From<RunDoubt> for Doubt {
-    fn from(doubt: RunDoubt) -> Self {
-        Self::Run(doubt)
     }
 }

@@ -7,6 +7,7 @@ mod broken;
 mod bundle;
 mod confidence;
 mod cross;
+mod doubt;
 mod judge;
 mod multisine;
 mod periodic;
@@ -19,6 +20,7 @@ pub use bundle::{
 };
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
+pub use doubt::TransferDoubt;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
@@ -144,11 +146,11 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
             // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
-            function.doubts.push(Doubt::Unrelated {
+            function.doubts.push(Doubt::from(TransferDoubt::Unrelated {
                 coherence: relation.coherence,
                 limit: relation.limit,
                 averages: relation.averages,
-            });
+            }));
             return Ok(function);
         }
         function.doubts.extend(judge::weak(&function));
@@ -216,10 +218,10 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let mut doubts = coherence_doubts(&coherence, resolution_hz);
         // 0 stands for a number that the file does not say.
         if averages > 0 && averages < RECOMMENDED_SEGMENTS {
-            doubts.push(Doubt::FewAverages {
+            doubts.push(Doubt::from(TransferDoubt::FewAverages {
                 averages,
                 recommended: RECOMMENDED_SEGMENTS,
-            });
+            }));
         }
         Ok(Self {
             response,
@@ -386,11 +388,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .filter(|(coherence, _)| *coherence < least_coherence)
             .count();
         let (lowest, at_hz) = lines.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (below > 0).then(|| Doubt::LowCoherence {
-            asked: least_coherence,
-            lowest,
-            at_hz,
-            share: below as f64 / lines.len() as f64,
+        (below > 0).then(|| {
+            Doubt::from(TransferDoubt::LowCoherence {
+                asked: least_coherence,
+                lowest,
+                at_hz,
+                share: below as f64 / lines.len() as f64,
+            })
         })
     }
 }
@@ -407,10 +411,12 @@ fn coherence_doubts(coherence: &[f64], resolution_hz: f64) -> Vec<Doubt> {
         .iter()
         .max_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
     worst
-        .map(|(line, found)| Doubt::ImpossibleCoherence {
-            at_hz: *line as f64 * resolution_hz,
-            found: *found,
-            lines: impossible.len(),
+        .map(|(line, found)| {
+            Doubt::from(TransferDoubt::ImpossibleCoherence {
+                at_hz: *line as f64 * resolution_hz,
+                found: *found,
+                lines: impossible.len(),
+            })
         })
         .into_iter()
         .collect()

@@ -6,9 +6,9 @@
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
+use piezotact::transfer::TransferDoubt;
 use std::f64::consts::TAU;
 
-use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Drive, Quantity, SampleRate};
 use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, Window};
@@ -49,13 +49,13 @@ fn function(x: &[f64], y: &[f64], config: &WelchConfig) -> TransferFunction<Driv
 
 fn unrelated(function: &TransferFunction<Drive, Acceleration>) -> bool {
     let mut doubts = function.doubts.iter();
-    doubts.any(|doubt| matches!(doubt, Doubt::Unrelated { .. }))
+    doubts.any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })))
 }
 
 fn delay_said(function: &TransferFunction<Drive, Acceleration>) -> Option<f64> {
-    function.doubts.iter().find_map(|doubt| match doubt {
-        Doubt::LateResponse { delay_s, .. } => Some(*delay_s),
-        Doubt::Acausal { lead_s, .. } => Some(-lead_s),
+    function.doubts.iter().find_map(|doubt| match doubt.kind() {
+        Some(TransferDoubt::LateResponse { delay_s, .. }) => Some(delay_s),
+        Some(TransferDoubt::Acausal { lead_s, .. }) => Some(-lead_s),
         _ => None,
     })
 }

@@ -6,6 +6,7 @@
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
+use piezotact::transfer::TransferDoubt;
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -235,7 +236,7 @@ fn a_weak_relation_and_a_tone_are_named() {
     let function = function_of(drive, response, 2048);
     named(
         &function,
-        |d| matches!(d, Doubt::LowCoherence { share, .. } if *share > 0.5),
+        |d| matches!(d.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share > 0.5),
     );
     let tone: Vec<f64> = (0..100_000)
         .map(|i| 0.5 * (TAU * 100.0 * f64::from(i) / RATE_HZ).sin())
@@ -247,7 +248,7 @@ fn a_weak_relation_and_a_tone_are_named() {
     let function = function_of(tone, response, 2048);
     named(
         &function,
-        |d| matches!(d, Doubt::NotDriven { share, .. } if *share > 0.9),
+        |d| matches!(d.kind(), Some(TransferDoubt::NotDriven { share, .. }) if share > 0.9),
     );
 }
 
@@ -269,8 +270,10 @@ fn a_measurement_as_it_should_be_has_no_doubt() {
         function.not_driven(Band::new(Hertz(10.0), Hertz(950.0)).unwrap()),
         None
     );
-    let Some(Doubt::NotDriven { bands, share }) =
-        function.not_driven(Band::new(Hertz(10.0), Hertz(2_000.0)).unwrap())
+    let Some(TransferDoubt::NotDriven { bands, share }) = function
+        .not_driven(Band::new(Hertz(10.0), Hertz(2_000.0)).unwrap())
+        .as_ref()
+        .and_then(Doubt::kind)
     else {
         panic!("half of this band is not driven")
     };
@@ -286,14 +289,15 @@ fn swapped_channels_are_named() {
     let plant = [vec![0.0; 8], resonator(200.0, 0.2, 0.1)].concat();
     let response = filtered(&plant, &drive);
     let function = function_of(response, drive, 2048);
-    let Some(Doubt::Acausal { lead_s, .. }) = function
+    let Some(TransferDoubt::Acausal { lead_s, .. }) = function
         .doubts
         .iter()
-        .find(|d| matches!(d, Doubt::Acausal { .. }))
+        .filter(|d| matches!(d.kind(), Some(TransferDoubt::Acausal { .. })))
+        .find_map(Doubt::kind)
     else {
         panic!("{:?}", function.doubts)
     };
-    assert!((1e-3..5e-3).contains(lead_s), "{lead_s}");
+    assert!((1e-3..5e-3).contains(&lead_s), "{lead_s}");
 }
 
 #[test]
@@ -307,12 +311,13 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
             &drive[..drive.len() - late],
         ));
         let function = function_of(drive.clone(), response, 1024);
-        let Some(Doubt::LateResponse {
+        let Some(TransferDoubt::LateResponse {
             delay_s, segment_s, ..
         }) = function
             .doubts
             .iter()
-            .find(|d| matches!(d, Doubt::LateResponse { .. }))
+            .filter(|d| matches!(d.kind(), Some(TransferDoubt::LateResponse { .. })))
+            .find_map(Doubt::kind)
         else {
             panic!("{late_s}: {:?}", function.doubts)
         };
@@ -320,25 +325,23 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
             (delay_s - late_s).abs() < 2e-3 && delay_s > segment_s,
             "{delay_s}"
         );
-        assert!(
-            !function
-                .doubts
-                .iter()
-                .any(|d| matches!(d, Doubt::Unrelated { .. } | Doubt::Acausal { .. }))
-        );
+        assert!(!function.doubts.iter().any(|d| matches!(
+            d.kind(),
+            Some(TransferDoubt::Unrelated { .. } | TransferDoubt::Acausal { .. })
+        )));
     }
 }
 
 #[test]
 fn signals_without_anything_in_common_are_not_called_late() {
     let function = function_of(band_limited(100_000, 1), band_limited(100_000, 2), 1024);
-    named(&function, |d| matches!(d, Doubt::Unrelated { .. }));
-    assert!(
-        !function
-            .doubts
-            .iter()
-            .any(|d| matches!(d, Doubt::LateResponse { .. } | Doubt::Acausal { .. }))
-    );
+    named(&function, |d| {
+        matches!(d.kind(), Some(TransferDoubt::Unrelated { .. }))
+    });
+    assert!(!function.doubts.iter().any(|d| matches!(
+        d.kind(),
+        Some(TransferDoubt::LateResponse { .. } | TransferDoubt::Acausal { .. })
+    )));
 }
 
 /// From force to acceleration a passive finger takes power in; with one sign reversed it would give some.
@@ -359,8 +362,16 @@ fn inverted_polarity_is_named() {
         )
         .unwrap()
     };
-    assert!(!of(1.0).doubts.contains(&Doubt::PolarityInverted));
-    assert!(of(-1.0).doubts.contains(&Doubt::PolarityInverted));
+    assert!(
+        !of(1.0)
+            .doubts
+            .contains(&Doubt::from(TransferDoubt::PolarityInverted))
+    );
+    assert!(
+        of(-1.0)
+            .doubts
+            .contains(&Doubt::from(TransferDoubt::PolarityInverted))
+    );
 }
 
 #[test]
@@ -384,10 +395,11 @@ fn a_gap_in_the_drive_is_named() {
         *sample += 0.01 * noise;
     }
     let function = function_of(drive, response, 2048);
-    let Some(Doubt::NotDriven { bands, .. }) = function
+    let Some(TransferDoubt::NotDriven { bands, .. }) = function
         .doubts
         .iter()
-        .find(|d| matches!(d, Doubt::NotDriven { .. }))
+        .filter(|d| matches!(d.kind(), Some(TransferDoubt::NotDriven { .. })))
+        .find_map(Doubt::kind)
     else {
         panic!("{:?}", function.doubts)
     };
@@ -407,7 +419,7 @@ fn a_clipped_response_is_named() {
         .collect();
     named(
         &function_of(drive, response, 2048),
-        |d| matches!(d, Doubt::Signal(SignalDoubt::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
+        |d| matches!(d.kind(), Some(SignalDoubt::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
     );
 }
 
@@ -426,14 +438,14 @@ fn a_resonance_that_segments_do_not_resolve_is_named() {
         !fine
             .doubts
             .iter()
-            .any(|d| matches!(d, Doubt::UnresolvedResonance { .. })),
+            .any(|d| matches!(d.kind(), Some(TransferDoubt::UnresolvedResonance { .. }))),
         "{:?}",
         fine.doubts
     );
     let (height, coarse) = peak(2_048);
     named(
         &coarse,
-        |d| matches!(d, Doubt::UnresolvedResonance { at_hz, .. } if (at_hz - 200.0).abs() < 3.0),
+        |d| matches!(d.kind(), Some(TransferDoubt::UnresolvedResonance { at_hz, .. }) if (at_hz - 200.0).abs() < 3.0),
     );
     let lost_db = 20.0 * (true_height / height).log10();
     assert!(

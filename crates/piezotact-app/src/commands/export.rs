@@ -1,5 +1,7 @@
 //! `piezotact export`: textures, drives and transfer functions for other devices and programs.
 
+use piezotact::recording::RecordingDoubt;
+use piezotact::resample::ResampleDoubt;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -230,11 +232,11 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     let rate = rate.filter(|rate| *rate != signal.rate());
     let at_its_rate = |signal: Series<Uncalibrated>, doubts: &mut Vec<Doubt>| match rate {
         Some(rate) => {
-            doubts.push(Doubt::RateConverted {
+            doubts.push(Doubt::from(ResampleDoubt::RateConverted {
                 what: format!("`{}`", channel.name),
                 from_hz: signal.rate().hz(),
                 to_hz: rate.hz(),
-            });
+            }));
             resample(&signal, rate).map_err(|error| named(error.into()))
         }
         None => Ok(signal),
@@ -277,10 +279,10 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         };
         // What a converter's last bit leaves of a mean is nobody's loss.
         if mean.abs() > 1e-2 * full_scale {
-            doubts.push(Doubt::FormatLoses {
+            doubts.push(Doubt::from(RecordingDoubt::FormatLoses {
                 format: format.name(),
                 what: format!("the mean of {} {}", digits(mean), channel.unit),
-            });
+            }));
         }
         let full_scale = Measure {
             value: full_scale,
@@ -330,13 +332,12 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
             };
             let clip = clip_of(&shares, &full_scale, &EnvelopeConfig::texture()?, metadata)
                 .map_err(|error| named(error.into()))?;
-            doubts.extend(clip.losses.into_iter().map(|mut loss| {
-                if let Doubt::FormatLoses { format: lossy, .. } = &mut loss
-                    && format == Format::Ahap
-                {
-                    *lossy = "AHAP".into();
+            doubts.extend(clip.losses.into_iter().map(|loss| match loss.kind() {
+                Some(RecordingDoubt::FormatLoses { what, .. }) if format == Format::Ahap => {
+                    let format = "AHAP".into();
+                    RecordingDoubt::FormatLoses { format, what }.into()
                 }
-                loss
+                _ => loss,
             }));
             Written {
                 full_scale: Some(full_scale),

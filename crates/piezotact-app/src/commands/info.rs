@@ -11,6 +11,7 @@ use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfe
 use serde_json::json;
 
 use super::read;
+use crate::advice::merged_text;
 use crate::cli::Info;
 use crate::failure::Outcome;
 use crate::output::{digits, doubts_json, print, print_json};
@@ -116,7 +117,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     let of_the_drive = contents.rendering.iter().flat_map(|r| &r.doubts);
     let of_the_drive = of_the_drive.filter(|doubt| !recording.doubts.contains(doubt));
     for doubt in merged(recording.doubts.iter().chain(of_the_drive)) {
-        let _never_fails = write!(text, "\n  doubt: {doubt}");
+        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     print(&text)
 }
@@ -197,7 +198,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
         );
     }
     for doubt in merged(&function.doubts) {
-        let _never_fails = write!(text, "\n  doubt: {doubt}");
+        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     print(&text)
 }

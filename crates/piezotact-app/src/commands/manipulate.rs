@@ -1,5 +1,7 @@
 //! `piezotact manipulate`: a texture made otherwise on purpose, with what was done to it.
 
+use piezotact::recording::RecordingDoubt;
+use piezotact::resample::ResampleDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -176,12 +178,7 @@ pub(super) fn open(
 fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
     let (roles, _) = Roles::guess(recording);
     let of_touch = roles.normal_force.is_some() || roles.motion.is_some();
-    of_touch.then(|| Doubt::Guessed {
-        what: format!(
-            "all of {} is taken as the texture, with gesture and pauses, though it is a recording of touch (--stroke N takes one stroke)",
-            name(path)
-        ),
-    })
+    of_touch.then(|| Doubt::from(RecordingDoubt::TakenWhole { file: name(path) }))
 }
 
 type Stroke = (Series<Acceleration>, Recording, Option<Step>, Vec<Doubt>);
@@ -313,11 +310,11 @@ fn at_the_rate_of(
         other.series = resample(&other.series, x.rate()).map_err(|error| {
             Failure::Data(anyhow::Error::new(error).context(path.display().to_string()))
         })?;
-        other.doubts.push(Doubt::RateConverted {
+        other.doubts.push(Doubt::from(ResampleDoubt::RateConverted {
             what: name(path),
             from_hz: from.hz(),
             to_hz: x.rate().hz(),
-        });
+        }));
     }
     Ok(other)
 }
@@ -358,11 +355,13 @@ fn at_a_whole_rate(mut texture: Texture<Acceleration>) -> Outcome<Texture<Accele
     // Time stamps give rates that are whole but for their last digits.
     if (from.hz() - to.hz()).abs() > 1e-5 * from.hz() {
         texture.series = resample(&texture.series, to)?;
-        texture.doubts.push(Doubt::RateConverted {
-            what: "the texture".into(),
-            from_hz: from.hz(),
-            to_hz: to.hz(),
-        });
+        texture
+            .doubts
+            .push(Doubt::from(ResampleDoubt::RateConverted {
+                what: "the texture".into(),
+                from_hz: from.hz(),
+                to_hz: to.hz(),
+            }));
     }
     Ok(texture)
 }

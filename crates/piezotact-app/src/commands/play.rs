@@ -1,5 +1,6 @@
 //! `piezotact play`: plays a drive and records what the finger does.
 
+use piezotact::clipping::ClippingDoubt;
 use std::path::Path;
 
 use anyhow::anyhow;
@@ -77,10 +78,11 @@ pub(crate) fn run(args: &Play) -> Outcome {
     recording.doubts.extend(broken);
     let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
     if clipped > 0.0 {
-        recording.doubts.push(Doubt::Clipped {
-            what: "the drive that was played".into(),
-            fraction: clipped,
-        });
+        recording
+            .doubts
+            .push(Doubt::from(ClippingDoubt::PlayedDriveClipped {
+                fraction: clipped,
+            }));
     }
     if let Some(rendering) = &contents.rendering {
         recording.doubts.extend(

@@ -1,5 +1,7 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
+use piezotact::integrity::SignalDoubt;
+use piezotact::transfer::TransferDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -84,7 +86,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     // The channels here have names and units, not types.
     function
         .doubts
-        .retain(|doubt| !matches!(doubt, Doubt::Signal(_)));
+        .retain(|doubt| !doubt.kind::<SignalDoubt>().is_some());
     let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
     let broken = transfer_doubts(&Pair {
         drive: drive.samples(),
@@ -97,10 +99,12 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function.doubts.extend(broken.iter().cloned());
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     if drive_unit == Unit::MetrePerSecondSquared && sends(&response_channel.unit) {
-        function.doubts.push(Doubt::SwappedUnits {
-            drive: drive_unit.to_string(),
-            response: response_channel.unit.to_string(),
-        });
+        function
+            .doubts
+            .push(Doubt::from(TransferDoubt::SwappedUnits {
+                drive: drive_unit.to_string(),
+                response: response_channel.unit.to_string(),
+            }));
     }
     if drive_unit == Unit::Newton && response_channel.unit == Unit::MetrePerSecondSquared {
         function.doubts.extend(function.inverted_polarity());

@@ -1,5 +1,7 @@
 //! `piezotact verify`: how close a measurement came to its target.
 
+use piezotact::clipping::ClippingDoubt;
+use piezotact::verify::VerifyDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -20,6 +22,7 @@ use serde_json::{Value, json};
 
 use super::manipulate::Chosen;
 use super::{inspected, manipulate, outputs, rate_option, read, texture};
+use crate::advice::text;
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{difference_db, doubts_json, print, print_json, say, say_doubts, write_text};
@@ -167,7 +170,7 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         say_doubts(&judged.verification.doubts);
         for (also, name) in also.iter().zip(&names[1..]) {
             for doubt in also.doubts_of_its_own(&target) {
-                say(&format!("{name}: doubt: {doubt}"));
+                say(&format!("{name}: doubt: {}", text(doubt)));
             }
         }
         for (earlier, name) in before.iter().zip(&names_before) {
@@ -261,10 +264,10 @@ fn judge(
             .doubts_when_measured(&measured.recording.condition));
         let compared = report::name(&args.target);
         if !rendering.target.is_empty() && rendering.target != compared {
-            add(vec![Doubt::OtherTarget {
+            add(vec![Doubt::from(VerifyDoubt::OtherTarget {
                 rendered: rendering.target.clone(),
                 compared,
-            }]);
+            })]);
         }
         add(rendering.doubts.clone());
     }
@@ -304,13 +307,13 @@ fn judge(
     let verification = verification.map_err(|error| refused(path, error))?;
     let mut verification = with_felt_difference(verification);
     // What clipped is said by the verification, with what was measured of it.
-    let said = |what: &str| {
-        verification
-            .doubts
-            .iter()
-            .any(|doubt| matches!(doubt, Doubt::Clipped { what: other, .. } if other == what))
-    };
-    doubts.retain(|doubt| !matches!(doubt, Doubt::Clipped { what, .. } if what.starts_with("the drive") || said(what)));
+    doubts.retain(|doubt| match doubt.kind() {
+        Some(ClippingDoubt::Clipped { .. }) => {
+            let same = |other: &Doubt| (&other.code, &other.about) == (&doubt.code, &doubt.about);
+            !verification.doubts.iter().any(same)
+        }
+        of_the_drive => of_the_drive.is_none(),
+    });
     doubts.retain(|doubt| !verification.doubts.contains(doubt));
     verification.doubts.splice(0..0, doubts);
     Ok(Judged {

@@ -14,6 +14,7 @@ use plotters::style::RGBColor;
 use super::axis::Axis;
 use super::chart::{Chart, Corner, HEIGHT, Line, range};
 use super::{document, figure};
+use crate::advice::merged_text;
 use crate::commands::manipulate::lines_5_hz_apart;
 use crate::failure::Outcome;
 use crate::output::digits;
@@ -142,7 +143,7 @@ fn doubts(doubts: &[Doubt]) -> Markup {
             @if doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in merged(doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     }

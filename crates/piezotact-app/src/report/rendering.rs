@@ -12,6 +12,7 @@ use piezotact::statistics::mean;
 use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 use crate::output::{difference_db, headroom_text};
 use crate::wording;
@@ -328,7 +329,7 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
             (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
             (figure(&figures::error(row.looped.told())?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
             @if !row.drive.doubts.is_empty() {
-                ul.doubts { @for doubt in merged(&row.drive.doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&row.drive.doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     })

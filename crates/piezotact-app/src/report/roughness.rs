@@ -12,6 +12,7 @@ use super::axis::Axis;
 use super::chart::{Chart, HEIGHT, Line, Mark};
 use super::heatmap::Heatmap;
 use super::{document, figure, name};
+use crate::advice::merged_text;
 use crate::commands::roughness::{Evaluated, Surface, how, length_text, short, size, unit_for};
 use crate::failure::Outcome;
 
@@ -69,7 +70,7 @@ fn doubts(surface: &Surface) -> Markup {
             @if surface.doubts.is_empty() {
                 p.soft { "None: nothing had to be guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in merged(&surface.doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&surface.doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     }

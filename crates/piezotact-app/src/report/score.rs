@@ -11,6 +11,7 @@ use plotters::style::RGBColor;
 use super::axis::Axis;
 use super::chart::{Chart, HEIGHT, Line, Mark, range};
 use super::{document, figure};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 
 const REFERENCE: RGBColor = RGBColor(30, 30, 30);
@@ -132,7 +133,7 @@ fn doubts(s: &Score) -> Markup {
             @if s.doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in merged(&s.doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&s.doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     }

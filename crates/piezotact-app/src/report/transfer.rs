@@ -7,6 +7,7 @@ use piezotact::quantity::{Band, Hertz, Quantity};
 use piezotact::transfer::{Distortion, TransferFunction};
 
 use super::{document, figure, figures};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 
 /// What magnitude, phase and coherence say.
@@ -138,7 +139,7 @@ fn doubts(doubts: &[Doubt], refused: &[String]) -> Markup {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
                 ul.doubts {
-                    @for doubt in merged(doubts) { li { (doubt) } }
+                    @for doubt in merged(doubts) { li { (merged_text(&doubt)) } }
                     @for refusal in refused { li { (refusal) } }
                 }
             }

@@ -4,7 +4,10 @@ use piezotact::Doubt;
 use piezotact::convolve::Convolver;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity};
+use piezotact::recording::RecordingDoubt;
 use piezotact::recording::{BenchKind, Condition};
+use piezotact::render::RenderDoubt;
+use piezotact::run::RunDoubt;
 use piezotact::statistics::rms;
 
 use super::{MeasuredBench, output_rate};
@@ -100,11 +103,11 @@ impl World for MeasuredBench {
     }
 
     fn doubts(&self) -> Vec<Doubt> {
-        let mut doubts = vec![Doubt::Rehearsed {
+        let mut doubts = vec![Doubt::from(RunDoubt::Rehearsed {
             through: self.through(),
             answers_hz: self.answers,
             own_doubts: self.function.doubts.len(),
-        }];
+        })];
         let Condition {
             load_n, angle_deg, ..
         } = self.function.condition;
@@ -114,14 +117,14 @@ impl World for MeasuredBench {
             (Some(_), None) => Some("angle"),
             (Some(_), Some(_)) => None,
         };
-        doubts.extend(unknown.map(|what| Doubt::Guessed {
+        doubts.extend(unknown.map(|what| Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "{} does not say the {what} at which it was measured: whatever was asked for, none is recorded",
                 self.called
             ),
-        }));
+        })));
         if self.function.drive.is_none() {
-            doubts.push(Doubt::DeviceNotDescribed);
+            doubts.push(Doubt::from(RenderDoubt::DeviceNotDescribed));
         }
         doubts
     }

@@ -1,5 +1,6 @@
 //! Repeats of a characterisation, each judged while it runs and asked for again when it does not pass.
 
+use piezotact::transfer::TransferDoubt;
 use std::fmt;
 
 use piezotact::Doubt;
@@ -165,7 +166,7 @@ pub fn repeated(
     function.doubts.extend(
         apart_db
             .filter(|db| *db > MOST_APART_DB)
-            .map(|db_rms| Doubt::RepeatsScatter { db_rms }),
+            .map(|db_rms| Doubt::from(TransferDoubt::RepeatsScatter { db_rms })),
     );
     if !refused.is_empty() {
         function.provenance = function.provenance.then(format!(

@@ -136,11 +136,11 @@ pub fn play_and_record(
     doubts.extend(run_of.force_doubt(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
     if played < expected || progress.underruns > 0 {
-        doubts.push(Doubt::PlaybackIncomplete {
+        doubts.push(Doubt::from(RunDoubt::PlaybackIncomplete {
             played,
             expected,
             underruns: progress.underruns,
-        });
+        }));
     }
     run_of.end(outcome, &bench.stop, run, (provenance, doubts))?;
     drop(run_of);
@@ -366,12 +366,12 @@ impl<'a> Run<'a> {
     fn force_doubt(&self, run: &RunPlan) -> Option<Doubt> {
         if self.force.1.is_none() {
             let load_n = self.start.condition.load_n?.0;
-            return Some(Doubt::ForceNotMeasured { load_n });
+            return Some(Doubt::from(RunDoubt::ForceNotMeasured { load_n }));
         }
         let target_n = run.load?.0;
         let mean_n = mean(&self.force.0);
         ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
-            .then_some(Doubt::LoadOffTarget { mean_n, target_n })
+            .then_some(Doubt::from(RunDoubt::LoadOffTarget { mean_n, target_n }))
     }
 
     /// Emits the end document, whatever came before it; the number of samples where all is well.

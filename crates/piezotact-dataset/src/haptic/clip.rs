@@ -2,6 +2,8 @@
 //!
 //! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
+use piezotact::clipping::ClippingDoubt;
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -301,20 +303,20 @@ fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticC
                 }
             }
             if placed < levels.len() {
-                doubts.push(Doubt::Guessed {
+                doubts.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
                         "{} of {} transients lie at no breakpoint of the amplitude and are left out",
                         levels.len() - placed,
                         levels.len()
                     ),
-                });
+                }));
             }
             if raised > 0 {
-                doubts.push(Doubt::Guessed {
+                doubts.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
                         "{raised} transients are weaker than the envelope around them and were raised to it"
                     ),
-                });
+                }));
             }
         }
         lists => {
@@ -406,10 +408,10 @@ pub fn clip_of<Q: Quantity>(
     let points = envelopes.amplitude();
     let full = points.iter().filter(|point| point.amplitude >= 1.0).count();
     if full > 0 {
-        losses.push(Doubt::Clipped {
+        losses.push(Doubt::from(ClippingDoubt::Clipped {
             what: "the amplitude envelope".into(),
             fraction: full as f64 / points.len() as f64,
-        });
+        }));
     }
     if full_scale.unit != Unit::FullScale {
         losses.push(loses(".haptic", scale_text(full_scale)));

@@ -1,7 +1,7 @@
 //! Files for consumer haptic devices: `.haptic` clips, Apple's AHAP, and the interchange format of MPEG, HJIF.
 //!
 //! None of them holds what a texture is here, a waveform in m/s². What each leaves out is handed back as
-//! [`Doubt::FormatLoses`], so that nobody takes a file for more than it is.
+//! [`Doubt::from(RecordingDoubt::FormatLoses)`], so that nobody takes a file for more than it is.
 
 mod ahap;
 mod clip;
@@ -10,6 +10,7 @@ mod hjif_check;
 mod hjif_write;
 mod target;
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -110,10 +111,10 @@ pub fn read_haptic(path: &Path) -> Result<HapticClip, ReadError> {
 
 /// The loss of `what` by `format`.
 fn loses(format: &str, what: impl Into<String>) -> Doubt {
-    Doubt::FormatLoses {
+    Doubt::from(RecordingDoubt::FormatLoses {
         format: format.into(),
         what: what.into(),
-    }
+    })
 }
 
 /// The bytes without the mark that some editors put before UTF-8.

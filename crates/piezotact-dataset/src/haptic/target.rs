@@ -1,5 +1,6 @@
 //! Haptic files as recordings that can be rendered: played at a stated rate by the science, and scaled here.
 
+use piezotact::recording::RecordingDoubt;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -40,12 +41,12 @@ pub(crate) fn recording_of_clip(
     })?;
     let played = synthesise(&clip.envelopes, range, rate).map_err(|error| broken(path, error))?;
     let mut doubts = clip.doubts;
-    doubts.push(Doubt::Guessed {
+    doubts.push(Doubt::from(RecordingDoubt::Guessed {
         what: format!(
             "the clip holds envelopes and no waveform: it is played as one sine with frequencies 0–1 on {} (logarithmic) at {rate}",
             range.band()
         ),
-    });
+    }));
     let step = format!("haptic clip of version {}", clip.version);
     let named = vec![("signal".to_owned(), played.into_samples())];
     recording(path, named, rate, options, doubts, step)
@@ -169,7 +170,7 @@ pub(crate) fn recording_of_hjif(
     }
     let doubts = notes
         .into_iter()
-        .map(|what| Doubt::Guessed { what })
+        .map(|what| Doubt::from(RecordingDoubt::Guessed { what }))
         .collect();
     let step = format!(
         "MPEG haptics JSON, profile {}, level {}",
@@ -223,9 +224,9 @@ fn recording(
         .into_iter()
         .map(|(name, mut samples)| {
             if options.scale.is_none() {
-                doubts.push(Doubt::Uncalibrated {
+                doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
                     channel: name.clone(),
-                });
+                }));
             }
             for sample in &mut samples {
                 *sample *= factor;

@@ -1,5 +1,6 @@
 //! Reads the journals of runs, as far as they are whole.
 
+use piezotact::recording::RecordingDoubt;
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read as _};
 use std::path::Path;
@@ -97,9 +98,11 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         })
     }));
     if !whole {
-        recording.doubts.push(Doubt::Interrupted {
-            read_s: recording.duration().0,
-        });
+        recording
+            .doubts
+            .push(Doubt::from(RecordingDoubt::Interrupted {
+                read_s: recording.duration().0,
+            }));
     }
     Ok(Stored {
         recording,

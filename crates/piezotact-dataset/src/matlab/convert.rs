@@ -1,5 +1,6 @@
 //! From the variables of a MATLAB file to recordings and transfer functions.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use num_complex::Complex;
@@ -156,9 +157,9 @@ pub(crate) fn recording_of(
             && !is_called(name, &TIMES)
         {
             if !numbers.exact {
-                about.push(Doubt::Guessed {
+                about.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!("`{name}` holds integers beyond ±2⁵³, which were rounded"),
-                });
+                }));
             }
             columns.extend(columns_of(name, numbers));
         }
@@ -186,13 +187,13 @@ pub(crate) fn recording_of(
     }
     if before > columns.len() {
         left_out.truncate(6);
-        about.push(Doubt::Guessed {
+        about.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "{} vectors are not as long as the time ({length}) and were left out: {}",
                 before - columns.len(),
                 left_out.join(", ")
             ),
-        });
+        }));
     }
     let scalar = scalar_rate(path, &variables)?;
     let found = match (&time, scalar) {
@@ -201,12 +202,12 @@ pub(crate) fn recording_of(
             if let (Ok(found), Some((name, stated))) = (&found, scalar)
                 && (found.hz() / stated.hz() - 1.0).abs() > 0.01
             {
-                about.push(Doubt::Guessed {
+                about.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
                         "`{name}` says {stated}, `{}` says {found}: the second was used",
                         time.name
                     ),
-                });
+                }));
             }
             Some(found)
         }

@@ -2,6 +2,7 @@
 //!
 //! Source of the layout: NumPy, *NEP 1: A simple file format for NumPy arrays*.
 
+use piezotact::recording::RecordingDoubt;
 use std::io::{Cursor, Read as _};
 use std::path::Path;
 
@@ -155,7 +156,8 @@ impl Parts {
     }
 
     fn guess(&mut self, what: String) {
-        self.doubts.push(Doubt::Guessed { what });
+        self.doubts
+            .push(Doubt::from(RecordingDoubt::Guessed { what }));
     }
 }
 

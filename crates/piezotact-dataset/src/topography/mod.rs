@@ -15,6 +15,7 @@ mod table;
 mod text;
 mod x3p;
 
+use piezotact::surface::SurfaceDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -276,7 +277,7 @@ impl Read {
             let map = HeightMap::new(heights_m, columns, step_x_m, step_y_m).map_err(surface)?;
             let share = map.missing_share();
             if share > 0.0 {
-                doubts.push(Doubt::MissingPoints { share });
+                doubts.push(Doubt::from(SurfaceDoubt::MissingPoints { share }));
             }
             Topography::Map(map)
         };

@@ -1,6 +1,7 @@
 //! PLU of Sensofar's profilers: a fixed header without a magic word, then layers of 32-bit floats in µm.
 
 use piezotact::Doubt;
+use piezotact::recording::RecordingDoubt;
 
 use super::source::{Number, Order, Source};
 use super::{Read, TopographyKind};
@@ -50,9 +51,9 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     }
     let mut doubts = Vec::new();
     if layers > 1 {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!("the file holds {layers} layers and the first was read"),
-        });
+        }));
     }
     let columns = source.u32(COLUMNS, little)? as usize;
     let points = source.points(columns, source.u32(ROWS, little)? as usize)?;

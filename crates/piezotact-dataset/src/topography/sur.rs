@@ -1,6 +1,7 @@
 //! SUR of Digital Surf's Mountains and of many instruments: a header of 512 bytes, a comment, a private part,
 //! then the heights as whole numbers of 16 or 32 bits. Read plain and compressed, written plain.
 
+use piezotact::recording::RecordingDoubt;
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 
@@ -58,9 +59,9 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     let mut doubts = Vec::new();
     let (object, objects) = (source.u16(TYPE, order)?, source.u16(OBJECTS, order)?);
     if SURFACE_WITH_PICTURE.contains(&object) {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!("the file holds {objects} objects and the first was read as the heights"),
-        });
+        }));
     } else if ![PROFILE, SURFACE].contains(&object) {
         return Err(source.wrong(
             "a profile or a surface (type 1 or 2)",
@@ -68,9 +69,9 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
             "export the one surface as SUR",
         ));
     } else if objects > 1 {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!("the file holds {objects} objects and the first was read"),
-        });
+        }));
     }
     let count = |offset| -> Result<usize, ReadError> {
         Ok(usize::try_from(source.i32(offset, order)?).unwrap_or(0))
@@ -184,9 +185,9 @@ fn turn_back(flag: u16, heights_m: &mut [f64], columns: usize, doubts: &mut Vec<
         3 => " and mirrored top to bottom",
         _ => return,
     };
-    doubts.push(Doubt::Guessed {
+    doubts.push(Doubt::from(RecordingDoubt::Guessed {
         what: format!("the header says that the heights were inverted{how}, and this was undone"),
-    });
+    }));
     for z in heights_m.iter_mut() {
         *z = -*z;
     }

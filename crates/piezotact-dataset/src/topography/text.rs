@@ -2,6 +2,8 @@
 //! How many numbers stand in a row says which; a matrix of two or three columns must say so in its header.
 
 use piezotact::Doubt;
+use piezotact::recording::RecordingDoubt;
+use piezotact::surface::SurfaceDoubt;
 
 use super::grid::{Axis, EVEN, GAP};
 use super::source::{Source, unit_m};
@@ -119,11 +121,11 @@ impl Scale<'_> {
         if let Some(person) = person
             && (person / scale - 1.0).abs() > SAME
         {
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
                     "the stated {what} of {person:e} m was not used, the file says {scale:e} m"
                 ),
-            });
+            }));
         }
         Ok(scale)
     }
@@ -254,7 +256,7 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     }
     let worst = x.worst.max(y.worst);
     if worst > EVEN {
-        doubts.push(Doubt::UnevenSteps { worst });
+        doubts.push(Doubt::from(SurfaceDoubt::UnevenSteps { worst }));
     }
     Ok(Read {
         kind: TopographyKind::PointText,
@@ -299,7 +301,7 @@ fn profile(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         worst = worst.max(off);
     }
     if worst > EVEN {
-        doubts.push(Doubt::UnevenSteps { worst });
+        doubts.push(Doubt::from(SurfaceDoubt::UnevenSteps { worst }));
     }
     let columns = heights.len();
     Ok(Read {

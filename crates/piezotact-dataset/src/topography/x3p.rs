@@ -1,5 +1,6 @@
 //! X3P of ISO 25178-72: a zip with `main.xml`, the heights as a binary file in m, and checksums.
 
+use piezotact::recording::RecordingDoubt;
 use std::io::{Cursor, Read as _};
 
 use md5::{Digest as _, Md5};
@@ -81,9 +82,9 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         && let Some(stated) = checksum(&String::from_utf8_lossy(&line))
         && stated != digest(&main)
     {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: "the checksum of `main.xml` does not match, it was changed after the file was written; its steps and units were believed".into(),
-        });
+        }));
     }
 
     let feature = description.text("FeatureType").unwrap_or("SUR");

@@ -1,5 +1,6 @@
 //! From functions of dataset 58 to recordings and transfer functions.
 
+use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use num_complex::Complex;
@@ -87,21 +88,21 @@ pub(crate) fn recording_of(
         }
         let name = unique(name(signal), &columns);
         if signal.kind != UffKind::Time {
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
                     "`{name}` is marked as a {} and lies over time: it is read as a time response",
                     signal.kind
                 ),
-            });
+            }));
         }
         if signal.data.len() < signal.promised {
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
                     "the header promises {} samples of `{name}` and {} follow: the file was cut, what is there was read",
                     signal.promised,
                     signal.data.len()
                 ),
-            });
+            }));
         }
         if let UffData::Real(values) = &signal.data {
             columns.push(Column {
@@ -289,9 +290,9 @@ fn to_hz(path: &Path, response: &UffFunction, doubts: &mut Vec<Doubt>) -> Result
         "khz" => Ok(1e3),
         "rad/s" => Ok(0.5 / std::f64::consts::PI),
         "" if axis.quantity != TIME => {
-            doubts.push(Doubt::Guessed {
+            doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: "the abscissa names no unit and is read as Hz".into(),
-            });
+            }));
             Ok(1.0)
         }
         found => Err(ReadError::content(
@@ -367,11 +368,11 @@ fn coherence(
         }
     }
     if others > 0 {
-        doubts.push(Doubt::Guessed {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
                 "the file holds {others} coherence(s), but of other points or on another axis than the frequency response: not used"
             ),
-        });
+        }));
     }
     None
 }

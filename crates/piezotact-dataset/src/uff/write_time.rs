@@ -1,5 +1,6 @@
 //! Writes the channels of a recording as time responses of dataset 58.
 
+use piezotact::recording::RecordingDoubt;
 use std::io::Write;
 use std::path::Path;
 
@@ -70,8 +71,8 @@ pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Dou
         }
         Ok(())
     })?;
-    Ok(vec![Doubt::FormatLoses {
+    Ok(vec![Doubt::from(RecordingDoubt::FormatLoses {
         format: "a universal file".into(),
         what: "the condition, the provenance and the doubts of a recording".into(),
-    }])
+    })])
 }

@@ -3,6 +3,7 @@
 mod panels;
 
 use panels::Panels;
+use piezotact::panel::PanelDoubt;
 use piezotact::panel::{
     Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, Panel, artefact_of, repeatability,
 };
@@ -173,7 +174,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
 
 /// The doubts of a panel itself: those of its members are said one by one.
 fn of_panel(doubts: &[piezotact::Doubt]) -> impl Iterator<Item = &piezotact::Doubt> {
-    let of_members = |d: &&piezotact::Doubt| matches!(d, piezotact::Doubt::OfMembers { .. });
+    let of_members = |d: &&piezotact::Doubt| matches!(d.kind(), Some(PanelDoubt::OfMembers { .. }));
     doubts.iter().filter(move |d| !of_members(d))
 }
 

@@ -1,10 +1,12 @@
 //! How much of a signal stands at a limit: of a sensor, a converter or a drive.
 
+mod doubt;
 mod limit;
 
 use crate::doubt::Doubt;
 use crate::quantity::{Drive, Quantity};
 use crate::series::Series;
+pub use doubt::ClippingDoubt;
 
 pub(crate) use limit::step;
 pub use limit::{Limited, limited};
@@ -41,17 +43,19 @@ pub fn clipping<Q: Quantity>(
     });
     let device = rendered_fraction.unwrap_or(0.0).max(played);
     let sensor = flat_top_fraction(response.samples());
-    let found = [
-        (sensor, format!("the measured {}", Q::NAME)),
-        (device, "the drive that was played".into()),
-    ];
+    let of_sensor = ClippingDoubt::Clipped {
+        what: format!("the measured {}", Q::NAME),
+        fraction: sensor,
+    };
+    let of_drive = ClippingDoubt::PlayedDriveClipped { fraction: device };
+    let found = [(sensor, of_sensor), (device, of_drive)];
     Clipping {
         fraction: sensor.max(device),
         of_the_drive: device,
         doubts: found
             .into_iter()
             .filter(|(fraction, _)| *fraction > 0.0)
-            .map(|(fraction, what)| Doubt::Clipped { what, fraction })
+            .map(|(_, doubt)| doubt.into())
             .collect(),
     }
 }

@@ -1,5 +1,6 @@
 //! Which samples a finger could tell apart by their vibration, from the strokes of each.
 
+use crate::doubt::Doubt;
 use serde::{Deserialize, Serialize};
 
 use super::telling::{Groups, Pair, PairCriterion, Sampled, Telling};
@@ -88,7 +89,7 @@ pub struct AcrossSamples {
     /// How it was done.
     pub config: DiscriminationConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<DiscriminationDoubt>,
+    pub doubts: Vec<Doubt>,
 }
 
 /// Why it is not said which samples can be told apart.
@@ -209,7 +210,9 @@ pub fn discriminate(
     let apart = recordings_differ(strokes.iter().flatten(), &config);
     let units = match apart {
         Some(p_value) if p_value < POOLED_FROM => {
-            doubts.push(DiscriminationDoubt::RecordingsDiffer { p_value });
+            doubts.push(Doubt::from(DiscriminationDoubt::RecordingsDiffer {
+                p_value,
+            }));
             Sampled::Recordings
         }
         _ => Sampled::Strokes,
@@ -502,7 +505,7 @@ fn about_units(
     units: Sampled,
     family: usize,
     alpha: f64,
-) -> Vec<DiscriminationDoubt> {
+) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     let names = |of: &dyn Fn(&Texture) -> bool| -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
@@ -516,11 +519,15 @@ fn about_units(
     let strokes = |t: &Texture| t.recordings.iter().map(Vec::len).sum::<usize>();
     let single = names(&|t| strokes(t) == 1);
     if !single.is_empty() {
-        doubts.push(DiscriminationDoubt::OneStroke { samples: single });
+        doubts.push(Doubt::from(DiscriminationDoubt::OneStroke {
+            samples: single,
+        }));
     }
     let alone = names(&|t| t.recordings.len() == 1 && strokes(t) > 1);
     if !alone.is_empty() {
-        doubts.push(DiscriminationDoubt::OneRecording { samples: alone });
+        doubts.push(Doubt::from(DiscriminationDoubt::OneRecording {
+            samples: alone,
+        }));
     }
     // Pairs of several units each that no division could show anything of.
     let pairs = found
@@ -531,12 +538,12 @@ fn about_units(
         .map(|[a, b]| a.min(b))
         .min();
     if let Some(found) = mute {
-        doubts.push(DiscriminationDoubt::TooFewUnits {
+        doubts.push(Doubt::from(DiscriminationDoubt::TooFewUnits {
             unit: units.word().into(),
             found,
             needed: units_needed(family, alpha),
             pairs: family,
-        });
+        }));
     }
     doubts
 }

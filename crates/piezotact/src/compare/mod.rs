@@ -1,5 +1,6 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
+mod doubt;
 mod groups;
 mod lines;
 mod period;
@@ -7,6 +8,7 @@ mod summary;
 mod telling;
 mod trends;
 
+pub use doubt::CompareDoubt;
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, Withheld, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{

@@ -1,5 +1,6 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
+use crate::compare::CompareDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
@@ -318,13 +319,15 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         doubts: Vec::new(),
     };
     if found.outcome() != Outcome::Met {
-        found.doubts.push(Doubt::NoCommonPeriod { prominence_db });
+        found
+            .doubts
+            .push(Doubt::from(CompareDoubt::NoCommonPeriod { prominence_db }));
     }
     if interval_m.is_none() {
-        found.doubts.push(Doubt::NoInterval {
+        found.doubts.push(Doubt::from(CompareDoubt::NoInterval {
             what: "the spatial period".into(),
             groups: units.len(),
-        });
+        }));
     }
     Some(found)
 }

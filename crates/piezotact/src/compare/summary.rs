@@ -1,5 +1,6 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
+use crate::compare::CompareDoubt;
 use serde::Serialize;
 
 use super::CompareError;
@@ -180,23 +181,23 @@ pub fn summarise(
     };
     let mut doubts = Vec::new();
     if strokes.len() < RECOMMENDED_STROKES {
-        doubts.push(Doubt::FewStrokes {
+        doubts.push(Doubt::from(CompareDoubt::FewStrokes {
             what: name.into(),
             kept: strokes.len(),
             recommended: RECOMMENDED_STROKES,
-        });
+        }));
     }
     doubts.extend(pooled(name, members, speed_m_s));
     let rms = over(&|s| s.rms)?;
     if rms.sd > 0.5 * rms.mean
         && doubts
             .iter()
-            .all(|doubt| !matches!(doubt, Doubt::Pooled { .. }))
+            .all(|doubt| !matches!(doubt.kind(), Some(CompareDoubt::Pooled { .. })))
     {
-        doubts.push(Doubt::Scattered {
+        doubts.push(Doubt::from(CompareDoubt::Scattered {
             group: name.into(),
             share: rms.sd / rms.mean,
-        });
+        }));
     }
     Ok(Summary {
         name: name.into(),
@@ -238,9 +239,11 @@ fn pooled(
     members: &[(&Analysis, &Condition)],
     speed_m_s: Option<Statistics>,
 ) -> Vec<Doubt> {
-    let differ = |what: &str| Doubt::Pooled {
-        group: name.into(),
-        what: what.into(),
+    let differ = |what: &str| {
+        Doubt::from(CompareDoubt::Pooled {
+            group: name.into(),
+            what: what.into(),
+        })
     };
     let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
     stated.sort_by(f64::total_cmp);

@@ -2,74 +2,92 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use crate::doubt::{Advice, DoubtKind, doubts};
 
-/// One thing to know before relying on a difference in JND.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum DiscriminationDoubt {
-    /// Thresholds of skin displacement are applied to the acceleration of a nail.
-    ThresholdsOfSkin,
-    /// A nail-to-skin map that was not measured over all of the band.
-    ContactMapEnds {
-        /// Where it was measured, Hz.
-        measured_hz: [f64; 2],
-    },
-    /// All strokes of a sample come from one recording.
-    OneRecording {
-        /// The samples.
-        samples: Vec<String>,
-    },
-    /// A sample of one stroke.
-    OneStroke {
-        /// The samples.
-        samples: Vec<String>,
-    },
-    /// Recordings of one sample differ by more than strokes do: they, and not strokes, are what is compared.
-    RecordingsDiffer {
-        /// The probability of such differences were they strokes of one recording.
-        p_value: f64,
-    },
-    /// Too few strokes or recordings for a permutation test to show anything.
-    TooFewUnits {
-        /// "strokes" or "recordings".
-        unit: String,
-        /// How many the smallest sample has.
-        found: usize,
-        /// How many of each sample it takes.
-        needed: usize,
-        /// Pairs that are compared.
-        pairs: usize,
-    },
-    /// Levels within a recording wander by more than noise does.
-    NotStationary,
+doubts! {
+    /// One thing to know before relying on a difference in JND.
+    pub enum DiscriminationDoubt {
+        /// Thresholds of skin displacement are applied to the acceleration of a nail.
+        ThresholdsOfSkin("thresholds_of_skin"),
+        /// A nail-to-skin map that was not measured over all of the band.
+        ContactMapEnds("contact_map_ends") {
+            /// Where it was measured, Hz.
+            measured_hz: [f64; 2],
+        },
+        /// All strokes of a sample come from one recording.
+        OneRecording("one_recording") {
+            /// The samples.
+            samples: Vec<String>,
+        },
+        /// A sample of one stroke.
+        OneStroke("one_stroke") {
+            /// The samples.
+            samples: Vec<String>,
+        },
+        /// Recordings of one sample differ by more than strokes do: they, and not strokes, are what is compared.
+        RecordingsDiffer("recordings_differ") {
+            /// The probability of such differences were they strokes of one recording.
+            p_value: f64,
+        },
+        /// Too few strokes or recordings for a permutation test to show anything.
+        TooFewUnits("too_few_units") {
+            /// "strokes" or "recordings".
+            unit: String,
+            /// How many the smallest sample has.
+            found: usize,
+            /// How many of each sample it takes.
+            needed: usize,
+            /// Pairs that are compared.
+            pairs: usize,
+        },
+        /// Levels within a recording wander by more than noise does.
+        NotStationary("not_stationary"),
+    }
+}
+
+impl DoubtKind for DiscriminationDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::ThresholdsOfSkin | Self::ContactMapEnds { .. } => vec![Advice::GiveContactMap],
+            Self::OneRecording { .. } | Self::RecordingsDiffer { .. } => {
+                vec![Advice::RecordEachSampleAgain]
+            }
+            Self::OneStroke { .. } => vec![Advice::RecordMore { count: 10 }],
+            Self::TooFewUnits { needed, .. } => vec![Advice::RecordMore { count: *needed }],
+            Self::NotStationary => vec![Advice::RecordEachSampleAgain],
+        }
+    }
 }
 
 impl fmt::Display for DiscriminationDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ThresholdsOfSkin => f.write_str(
-                "detection thresholds and JND are those of skin displacement under a large contact, and are applied to the acceleration that was measured as if the skin moved as the nail does; published thresholds differ by 15 to 35 dB at 250 Hz; give a nail-to-skin map where one was measured",
+                "detection thresholds and JND are those of skin displacement under a large contact, and are applied to the acceleration that was measured as if the skin moved as the nail does; published thresholds differ by 15 to 35 dB at 250 Hz",
             ),
             Self::ContactMapEnds {
                 measured_hz: [low_hz, high_hz],
             } => write!(
                 f,
-                "the nail-to-skin map was measured from {low_hz:.0} to {high_hz:.0} Hz: beyond, its last values are held; measure it over the band"
+                "the nail-to-skin map was measured from {low_hz:.0} to {high_hz:.0} Hz: beyond, its last values are held"
             ),
             Self::OneRecording { samples } => write!(
                 f,
-                "{}: all strokes are from one recording; what changes from one placement, session or day to the next is not in the distance within a sample; record each sample several times",
+                "{}: all strokes are from one recording; what changes from one placement, session or day to the next is not in the distance within a sample",
                 samples.join(", ")
             ),
             Self::OneStroke { samples } => write!(
                 f,
-                "{}: one stroke, so nothing says how strokes of it differ, and nothing is decided about it; record ten strokes",
+                "{}: one stroke, so nothing says how strokes of it differ, and nothing is decided about it",
                 samples.join(", ")
             ),
             Self::RecordingsDiffer { p_value } => write!(
                 f,
-                "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings, not strokes, are the units that are compared; record each sample more often"
+                "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings, not strokes, are the units that are compared"
             ),
             Self::TooFewUnits {
                 unit,

@@ -9,6 +9,7 @@ mod doubt;
 mod evidence;
 mod excitation;
 
+use crate::doubt::Doubt;
 use serde::{Deserialize, Serialize};
 
 pub use contact::{ContactMap, ContactMapError};
@@ -114,12 +115,15 @@ impl Model {
 
     /// What is in doubt of the model itself.
     #[must_use]
-    pub fn doubts(&self) -> Vec<DiscriminationDoubt> {
+    pub fn doubts(&self) -> Vec<Doubt> {
         match &self.contact {
-            None => vec![DiscriminationDoubt::ThresholdsOfSkin],
-            Some(map) if !map.covers(self.band) => vec![DiscriminationDoubt::ContactMapEnds {
-                measured_hz: map.measured_hz(),
-            }],
+            None => vec![DiscriminationDoubt::ThresholdsOfSkin.into()],
+            Some(map) if !map.covers(self.band) => vec![
+                DiscriminationDoubt::ContactMapEnds {
+                    measured_hz: map.measured_hz(),
+                }
+                .into(),
+            ],
             Some(_) => Vec::new(),
         }
     }

@@ -4,9 +4,8 @@
 use std::fmt;
 
 use serde::Serialize;
-use serde_json::Value;
 
-use super::Doubt;
+use super::{About, Doubt, Value};
 
 /// As many names are written out.
 const NAMED: usize = 3;
@@ -14,10 +13,8 @@ const NAMED: usize = 3;
 /// Doubts of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
-    /// The first of them.
+    /// The first of them, with how many there are.
     pub doubt: Doubt,
-    /// How many there are.
-    pub count: usize,
     /// The names of the recordings, files or groups that they are about, each once; empty where none was given.
     pub about: Vec<String>,
     /// What they name themselves (groups, channels, measurements), each once; empty where that is one or none.
@@ -53,21 +50,16 @@ pub fn merged<'a>(doubts: impl IntoIterator<Item = &'a Doubt>) -> Vec<Merged> {
 pub fn merged_of<'a>(
     doubts: impl IntoIterator<Item = (Option<&'a str>, &'a Doubt)>,
 ) -> Vec<Merged> {
-    let mut kinds: Vec<(Option<Value>, Merged)> = Vec::new();
+    let mut kinds: Vec<(Kind<'a>, Merged)> = Vec::new();
     for (name, doubt) in doubts {
-        let Kind {
-            kind,
-            subject,
-            numbers,
-        } = Kind::of(doubt);
-        let place = kinds.iter().position(|(other, merged)| match &kind {
-            Some(_) => *other == kind,
-            None => merged.doubt == *doubt,
-        });
+        let kind = Kind::of(doubt);
+        let place = kinds.iter().position(|(other, _)| *other == kind);
         let place = place.unwrap_or_else(|| {
             let first = Merged {
-                doubt: doubt.clone(),
-                count: 0,
+                doubt: Doubt {
+                    seen: 0,
+                    ..doubt.clone()
+                },
                 about: Vec::new(),
                 subjects: Vec::new(),
                 ranges: Vec::new(),
@@ -76,22 +68,24 @@ pub fn merged_of<'a>(
             kinds.len() - 1
         });
         let one = &mut kinds[place].1;
-        one.count += 1;
-        for (new, known) in [
-            (name.map(str::to_owned), &mut one.about),
-            (subject, &mut one.subjects),
-        ] {
+        one.doubt.seen += doubt.seen;
+        let subject = doubt.about.as_ref().and_then(About::name);
+        for (new, known) in [(name, &mut one.about), (subject, &mut one.subjects)] {
+            let new = new.map(str::to_owned);
             known.extend(new.filter(|new| !known.contains(new)));
         }
-        for (field, value) in numbers {
-            match one.ranges.iter_mut().find(|range| range.field == field) {
+        for (field, value) in &doubt.values {
+            let Value::Number(value) = value else {
+                continue;
+            };
+            match one.ranges.iter_mut().find(|range| range.field == *field) {
                 Some(range) => {
-                    (range.low, range.high) = (range.low.min(value), range.high.max(value));
+                    (range.low, range.high) = (range.low.min(*value), range.high.max(*value));
                 }
                 None => one.ranges.push(Range {
-                    field,
-                    low: value,
-                    high: value,
+                    field: field.clone(),
+                    low: *value,
+                    high: *value,
                 }),
             }
         }
@@ -107,107 +101,69 @@ pub fn merged_of<'a>(
 }
 
 /// What makes a doubt the same as another, and what may differ.
-struct Kind {
-    /// The doubt without its numbers and its subject; `None` for one that cannot be written as fields.
-    kind: Option<Value>,
-    subject: Option<String>,
-    numbers: Vec<(String, f64)>,
+#[derive(PartialEq)]
+struct Kind<'a> {
+    code: &'a str,
+    /// What kind of thing it is about.
+    about: Option<About>,
+    /// Its values, `None` for one that may differ.
+    values: Vec<(&'a str, Option<&'a Value>)>,
 }
 
-impl Kind {
-    fn of(doubt: &Doubt) -> Self {
-        let mut bare = doubt.clone();
-        let subject = bare.take_subject();
-        let mut kind = serde_json::to_value(&bare).ok();
-        let mut numbers = Vec::new();
-        if let Some(fields) = kind.as_mut().and_then(Value::as_object_mut) {
-            for (field, value) in fields {
-                match value {
-                    Value::Number(number) => {
-                        numbers.extend(number.as_f64().map(|number| (field.clone(), number)));
-                        *value = Value::Null;
-                    }
-                    // The parts of a band.
-                    Value::Array(parts) if parts.iter().all(Value::is_array) => {
-                        *value = Value::Null;
-                    }
-                    _ => {}
-                }
-            }
-        }
+impl<'a> Kind<'a> {
+    fn of(doubt: &'a Doubt) -> Self {
+        let about = doubt.about.as_ref();
+        let values = doubt.values.iter().map(|(name, value)| {
+            let differs = match value {
+                Value::Number(_) | Value::Example(_) | Value::Doubt(_) => true,
+                // The parts of a band, or of a recording.
+                Value::List(parts) => parts
+                    .iter()
+                    .all(|part| matches!(part, Value::Band(_) | Value::List(_))),
+                Value::Text(_) | Value::Band(_) | Value::Other(_) => false,
+            };
+            (name.as_str(), (!differs).then_some(value))
+        });
         Self {
-            kind,
-            subject,
-            numbers,
-        }
-    }
-}
-
-impl Doubt {
-    /// Takes away what the doubt names as its subject, and returns it; what it names as an example goes with it.
-    fn take_subject(&mut self) -> Option<String> {
-        match self {
-            Self::OddOneOut { at: example, .. }
-            | Self::OppositeSign {
-                such_as: example, ..
-            }
-            | Self::OtherParticipant { found: example, .. }
-            | Self::OfMembers { example, .. }
-            | Self::Rejected {
-                reasons: example, ..
-            } => example.clear(),
-            _ => {}
-        }
-        match self {
-            Self::Uncalibrated { channel: subject }
-            | Self::CoarseQuantisation {
-                channel: subject, ..
-            }
-            | Self::DeadChannel { channel: subject }
-            | Self::SignReversed { channel: subject }
-            | Self::InterruptedLater { journal: subject }
-            | Self::CutsNotApplied { file: subject, .. }
-            | Self::FewStrokes { what: subject, .. }
-            | Self::Scattered { group: subject, .. }
-            | Self::Pooled { group: subject, .. }
-            | Self::NoInterval { what: subject, .. }
-            | Self::NotFelt { what: subject, .. }
-            | Self::OddOneOut {
-                participant: subject,
-                ..
-            }
-            | Self::MixedRepeats { of: subject, .. }
-            | Self::OppositeSign {
-                measurement: subject,
-                ..
-            }
-            | Self::OtherParticipant {
-                measurement: subject,
-                ..
-            } => Some(std::mem::take(subject)),
-            _ => None,
+            code: &doubt.code,
+            about: about.map(|about| about.nameless().unwrap_or_else(|| about.clone())),
+            values: values.collect(),
         }
     }
 }
 
 impl Merged {
-    /// What it tells a person where `all` recordings (or whatever `called` says, in the plural) could be doubted: that it is
-    /// all of them, or which.
+    /// What it tells a person, with `words` for the sentence of the first.
     #[must_use]
-    pub fn text_of(&self, all: usize, called: &str) -> String {
-        if all > NAMED && self.about.len() == all {
-            return format!("all {all} {called}: {}", self.sentence());
+    pub fn text_with(&self, words: &dyn Fn(&Doubt) -> String) -> String {
+        match self.about.as_slice() {
+            [] => self.sentence(words),
+            about => format!("{}: {}", listed(about), self.sentence(words)),
         }
-        self.to_string()
     }
 
-    fn sentence(&self) -> String {
+    /// As [`Self::text_with`], where `all` recordings (or whatever `called` says, in the plural) could be doubted: that it is
+    /// all of them, or which.
+    #[must_use]
+    pub fn text_of(
+        &self,
+        (all, called): (usize, &str),
+        words: &dyn Fn(&Doubt) -> String,
+    ) -> String {
+        if all > NAMED && self.about.len() == all {
+            return format!("all {all} {called}: {}", self.sentence(words));
+        }
+        self.text_with(words)
+    }
+
+    fn sentence(&self, words: &dyn Fn(&Doubt) -> String) -> String {
         let more = [self.likewise(), self.numbers()];
         let more: Vec<String> = more.into_iter().flatten().collect();
+        let sentence = words(&self.doubt);
         if more.is_empty() {
-            return self.doubt.to_string();
+            return sentence;
         }
-        format!("{} ({})", self.doubt, more.join("; "))
+        format!("{sentence} ({})", more.join("; "))
     }
 
     fn likewise(&self) -> Option<String> {
@@ -222,7 +178,7 @@ impl Merged {
         let ranges: Vec<String> = self.ranges.iter().map(ToString::to_string).collect();
         Some(format!(
             "{} of this kind: {}",
-            self.count,
+            self.doubt.seen,
             ranges.join(", ")
         ))
     }
@@ -230,10 +186,7 @@ impl Merged {
 
 impl fmt::Display for Merged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.about.is_empty() {
-            write!(f, "{}: ", listed(&self.about))?;
-        }
-        f.write_str(&self.sentence())
+        f.write_str(&self.text_with(&Doubt::to_string))
     }
 }
 
@@ -310,11 +263,16 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::CompareDoubt;
     use crate::quantity::{Band, Hertz};
+    use crate::recording::RecordingDoubt;
+    use crate::render::RenderDoubt;
+    use crate::stroke::ForceDoubt;
+    use crate::stroke::StrokeDoubt;
 
     fn outside(share: f64) -> Doubt {
         let band = Band::new(Hertz(20.0), Hertz(500.0)).unwrap();
-        Doubt::PowerOutsideBand { share, band }
+        Doubt::from(RenderDoubt::PowerOutsideBand { share, band })
     }
 
     /// Fifty doubts that differ in a number are one with its range, about all fifty files.
@@ -326,10 +284,10 @@ mod tests {
             .collect();
         let told = merged_of(files.iter().map(|file| Some(file.as_str())).zip(&doubts));
         assert_eq!(
-            (told.len(), told[0].count, told[0].about.len()),
+            (told.len(), told[0].doubt.seen, told[0].about.len()),
             (1, 50, 50)
         );
-        let text = told[0].text_of(50, "recordings");
+        let text = told[0].text_of((50, "recordings"), &Doubt::to_string);
         assert!(
             text.starts_with("all 50 recordings: 20 % of the texture's power"),
             "{text}"
@@ -340,7 +298,10 @@ mod tests {
         );
         // Another band is another doubt.
         let band = Band::new(Hertz(20.0), Hertz(900.0)).unwrap();
-        let other = [outside(0.2), Doubt::PowerOutsideBand { share: 0.2, band }];
+        let other = [
+            outside(0.2),
+            Doubt::from(RenderDoubt::PowerOutsideBand { share: 0.2, band }),
+        ];
         assert_eq!(merged(&other).len(), 2);
     }
 
@@ -348,14 +309,14 @@ mod tests {
     #[test]
     fn every_file_is_counted_whatever_else_is_doubted_of_it() {
         let names: Vec<String> = (0..20).map(|k| format!("{k}.vav")).collect();
-        let both = [outside(0.3), Doubt::ZeroUnknown];
+        let both = [outside(0.3), Doubt::from(ForceDoubt::ZeroUnknown)];
         let all = names
             .iter()
             .flat_map(|name| both.iter().map(move |d| (Some(name.as_str()), d)));
         for one in merged_of(all) {
             assert_eq!(one.about.len(), 20);
             assert!(
-                one.text_of(20, "recordings")
+                one.text_of((20, "recordings"), &Doubt::to_string)
                     .starts_with("all 20 recordings: ")
             );
             assert!(one.to_string().starts_with("0.vav, 1.vav and 18 more: "));
@@ -363,7 +324,7 @@ mod tests {
         let two = names[..2]
             .iter()
             .map(|name| (Some(name.as_str()), &both[1]));
-        let text = merged_of(two)[0].text_of(20, "recordings");
+        let text = merged_of(two)[0].text_of((20, "recordings"), &Doubt::to_string);
         assert!(
             text.starts_with("0.vav and 1.vav: the finger never leaves"),
             "{text}"
@@ -372,12 +333,19 @@ mod tests {
 
     #[test]
     fn what_a_doubt_names_is_listed() {
-        let few = |what: &str, kept| Doubt::FewStrokes {
-            what: what.into(),
-            kept,
-            recommended: 15,
+        let few = |what: &str, kept| {
+            Doubt::from(CompareDoubt::FewStrokes {
+                what: what.into(),
+                kept,
+                recommended: 15,
+            })
         };
-        let told = merged(&[few("S1", 3), few("S2", 3), Doubt::NothingCut, few("S3", 5)]);
+        let told = merged(&[
+            few("S1", 3),
+            few("S2", 3),
+            Doubt::from(StrokeDoubt::NothingCut),
+            few("S3", 5),
+        ]);
         let text: Vec<String> = told.iter().map(ToString::to_string).collect();
         assert_eq!(text.len(), 2);
         assert!(
@@ -385,10 +353,10 @@ mod tests {
                 && text[0].ends_with("(likewise S2 and S3; 3 of this kind: kept 3 to 5)"),
             "{text:?}"
         );
-        let guessed = |what: &str| Doubt::Guessed { what: what.into() };
+        let guessed = |what: &str| Doubt::from(RecordingDoubt::Guessed { what: what.into() });
         assert_eq!(merged(&[guessed("a"), guessed("b"), guessed("a")]).len(), 2);
         assert_eq!(
-            merged(&[outside(0.3), outside(0.3)])[0].sentence(),
+            merged(&[outside(0.3), outside(0.3)])[0].to_string(),
             outside(0.3).to_string()
         );
     }

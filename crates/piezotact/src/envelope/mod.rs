@@ -212,7 +212,7 @@ pub enum EnvelopeError {
     },
     /// More samples than are made.
     #[error(
-        "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower --rate, or a shorter file"
+        "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower rate, or a shorter file"
     )]
     TooMany {
         /// What was found.

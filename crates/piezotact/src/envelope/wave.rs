@@ -517,6 +517,6 @@ mod tests {
             crate::envelope::Envelopes::new(vec![point(0.0, 0.0), point(3600.0, 1.0)], vec![]);
         let range = crate::envelope::FrequencyRange::texture().unwrap();
         let error = crate::envelope::synthesise(&clip.unwrap(), range, rate).unwrap_err();
-        assert!(error.to_string().contains("lower --rate"), "{error}");
+        assert!(error.to_string().contains("lower rate"), "{error}");
     }
 }

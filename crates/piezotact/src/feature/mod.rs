@@ -1,10 +1,15 @@
 //! What the strokes of a recording say: level, spectrum, friction, and what a person can feel of them.
 
+mod doubt;
 mod peaks;
 mod plan;
 mod statistics;
 mod weighting;
 
+use crate::clipping::ClippingDoubt;
+use crate::integrity::SignalDoubt;
+use crate::spectrum::SpectrumDoubt;
+pub use doubt::FeatureDoubt;
 use serde::{Deserialize, Serialize};
 
 pub use peaks::{Peak, peaks};
@@ -232,10 +237,10 @@ pub fn analyse(
         .cloned()
         .partition(|stroke| stroke.steady.len() >= config.welch.segment);
     if !short.is_empty() && !long.is_empty() {
-        doubts.push(Doubt::ShortStrokes {
+        doubts.push(Doubt::from(FeatureDoubt::ShortStrokes {
             count: short.len(),
             needed_s: config.welch.segment as f64 / recording.rate().hz(),
-        });
+        }));
     }
     let segmentation = &match long.as_slice() {
         // Then the first is refused with its length.
@@ -257,12 +262,12 @@ pub fn analyse(
         let known = recording
             .doubts
             .iter()
-            .any(|doubt| matches!(doubt, Doubt::Clipped { .. }));
+            .any(|doubt| matches!(doubt.kind(), Some(ClippingDoubt::Clipped { .. })));
         if fraction > 0.0 && !known {
-            doubts.push(Doubt::Clipped {
+            doubts.push(Doubt::from(ClippingDoubt::Clipped {
                 what: format!("`{name}` in a stroke"),
                 fraction,
-            });
+            }));
         }
     }
     let mut plan = FeaturePlan::new(config, recording.rate(), unit.clone())?;
@@ -281,9 +286,9 @@ pub fn analyse(
         .map(|s| segments_in(s.steady.len(), config.welch.segment, hop))
         .sum();
     if segments < RECOMMENDED_SEGMENTS {
-        doubts.push(Doubt::ShortSignal {
+        doubts.push(Doubt::from(SpectrumDoubt::ShortSignal {
             segments: segments.max(1),
-        });
+        }));
     }
     if config.high_pass.is_none() {
         doubts.extend(gesture_kept(&vibrations, segmentation, recording.rate()));
@@ -334,9 +339,9 @@ pub fn vibrations(
             .map_err(FeatureError::Recording)?;
         let first = channel.samples.first().copied().unwrap_or(0.0);
         if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
-            doubts.push(Doubt::DeadChannel {
+            doubts.push(Doubt::from(SignalDoubt::DeadChannel {
                 channel: name.clone(),
-            });
+            }));
             continue;
         }
         match &unit {
@@ -383,10 +388,10 @@ fn gesture_kept(
         }
     }
     let share = 1.0 - fast / all;
-    (share > GESTURE_SHARE).then_some(Doubt::GestureKept {
+    (share > GESTURE_SHARE).then_some(Doubt::from(FeatureDoubt::GestureKept {
         share,
         below_hz: high_pass.cutoff_hz.0,
-    })
+    }))
 }
 
 fn variance(samples: &[f64]) -> f64 {
@@ -443,12 +448,12 @@ pub enum FeatureError {
     NoStroke,
     /// There is no vibration.
     #[error(
-        "expected a channel that vibrates, found none that changes; name one with --vibration or check its cable"
+        "expected a channel that vibrates, found none that changes; name one or check its cable"
     )]
     NoVibration,
     /// Channels of several quantities.
     #[error(
-        "expected vibrations in one unit, found {first} and `{channel}` in {found}; name channels of one kind with --vibration"
+        "expected vibrations in one unit, found {first} and `{channel}` in {found}; name channels of one kind"
     )]
     Units {
         /// The unit of the first channel.

@@ -2,98 +2,124 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 
-/// One thing that broke a signal on its way from the sensor to the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum SignalDoubt {
-    /// A channel holds one value while it should not.
-    Frozen {
-        /// The channel.
-        channel: String,
-        /// How often.
-        count: usize,
-        /// Where the longest begins, s.
-        at_s: f64,
-        /// How long the longest lasts, s.
-        longest_s: f64,
-        /// The share of the recording, 0–1.
-        share: f64,
-    },
-    /// A channel falls to its floor at once and comes back at once.
-    DropOuts {
-        /// The channel.
-        channel: String,
-        /// How often.
-        count: usize,
-        /// Where the longest begins, s.
-        at_s: f64,
-        /// How long the longest lasts, s.
-        longest_s: f64,
-        /// The share of the recording, 0–1.
-        share: f64,
-    },
-    /// Lines of the mains and their harmonics.
-    MainsHum {
-        /// The channel.
-        channel: String,
-        /// The frequency of the mains as found, Hz.
-        mains_hz: f64,
-        /// The lines found, as multiples of it.
-        harmonics: Vec<usize>,
-        /// Their share of the power, 0–1.
-        share: f64,
-        /// How far the strongest stands above the lines around it, dB.
-        above_db: f64,
-    },
-    /// Two channels are one signal.
-    Copied {
-        /// The channel that is a copy.
-        channel: String,
-        /// Of which.
-        of: String,
-        /// The copy over the original.
-        factor: f64,
-        /// How much later it is, s.
-        delay_s: f64,
-    },
-    /// A drive beyond what can be played.
-    DriveBeyondLimit {
-        /// The channel.
-        channel: String,
-        /// Its largest magnitude, of full scale.
-        peak: f64,
-        /// The limit, of full scale.
-        limit: f64,
-        /// The share of samples beyond it, 0–1.
-        share: f64,
-        /// How much less than this drive was played, dB.
-        lost_db: f64,
-    },
-    /// A response that is dead while the drive goes on.
-    ResponseDead {
-        /// The channel.
-        channel: String,
-        /// How often.
-        count: usize,
-        /// How long the longest lasts, s.
-        longest_s: f64,
-        /// The share of the drive's power that was played meanwhile, 0–1.
-        share: f64,
-        /// How far the transfer function is too low, dB.
-        low_db: f64,
-    },
-    /// Clipping of a drive or a response behind a transfer function.
-    ClippedTransfer {
-        /// The channel.
-        channel: String,
-        /// The share of samples at the limit, 0–1.
-        fraction: f64,
-        /// How far the transfer function is off at most, dB; below zero where it is too low. Absent where it cannot be said.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
-        off_db: Option<f64>,
-    },
+doubts! {
+    /// One thing that broke a signal on its way from the sensor to the file.
+    pub enum SignalDoubt {
+        /// A channel that never changes.
+        DeadChannel("dead_channel") of Channel(channel) {
+            /// The channel.
+            channel: String,
+        },
+        /// A channel holds one value while it should not.
+        Frozen("frozen") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// How often.
+            count: usize,
+            /// Where the longest begins, s.
+            at_s: f64,
+            /// How long the longest lasts, s.
+            longest_s: f64,
+            /// The share of the recording, 0–1.
+            share: f64,
+        },
+        /// A channel falls to its floor at once and comes back at once.
+        DropOuts("drop_outs") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// How often.
+            count: usize,
+            /// Where the longest begins, s.
+            at_s: f64,
+            /// How long the longest lasts, s.
+            longest_s: f64,
+            /// The share of the recording, 0–1.
+            share: f64,
+        },
+        /// Lines of the mains and their harmonics.
+        MainsHum("mains_hum") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// The frequency of the mains as found, Hz.
+            mains_hz: f64,
+            /// The lines found, as multiples of it.
+            harmonics: Vec<usize>,
+            /// Their share of the power, 0–1.
+            share: f64,
+            /// How far the strongest stands above the lines around it, dB.
+            above_db: f64,
+        },
+        /// Two channels are one signal.
+        Copied("copied") of Channel(channel) {
+            /// The channel that is a copy.
+            channel: String,
+            /// Of which.
+            of: String,
+            /// The copy over the original.
+            factor: f64,
+            /// How much later it is, s.
+            delay_s: f64,
+        },
+        /// A drive beyond what can be played.
+        DriveBeyondLimit("drive_beyond_limit") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// Its largest magnitude, of full scale.
+            peak: f64,
+            /// The limit, of full scale.
+            limit: f64,
+            /// The share of samples beyond it, 0–1.
+            share: f64,
+            /// How much less than this drive was played, dB.
+            lost_db: f64,
+        },
+        /// A response that is dead while the drive goes on.
+        ResponseDead("response_dead") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// How often.
+            count: usize,
+            /// How long the longest lasts, s.
+            longest_s: f64,
+            /// The share of the drive's power that was played meanwhile, 0–1.
+            share: f64,
+            /// How far the transfer function is too low, dB.
+            low_db: f64,
+        },
+        /// Clipping of a drive or a response behind a transfer function.
+        ClippedTransfer("clipped_transfer") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// The share of samples at the limit, 0–1.
+            fraction: f64,
+            /// How far the transfer function is off at most, dB; below zero where it is too low. Absent where it cannot be said.
+            off_db: Option<f64>,
+        },
+    }
+}
+
+impl DoubtKind for SignalDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        use Advice::{Check, LeaveOut, LowerLevel, RecordAgain};
+        match self {
+            Self::DeadChannel { .. } => vec![Check(Subject::CableAndRange)],
+            Self::Frozen { .. } => vec![RecordAgain, LeaveOut],
+            Self::DropOuts { .. } => vec![Check(Subject::CableAndRange), RecordAgain],
+            Self::MainsHum { .. } => vec![Check(Subject::ShieldAndEarth), RecordAgain],
+            Self::Copied { .. } => vec![Check(Subject::Wiring)],
+            Self::DriveBeyondLimit { .. } => {
+                vec![Check(Subject::UnitAndScale), LowerLevel { to_db: None }]
+            }
+            Self::ResponseDead { .. } => vec![RecordAgain],
+            Self::ClippedTransfer { .. } => vec![LowerLevel { to_db: None }, RecordAgain],
+        }
+    }
 }
 
 /// A share as a person says it.
@@ -128,6 +154,9 @@ fn times(count: usize) -> String {
 impl fmt::Display for SignalDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::DeadChannel { channel } => {
+                write!(f, "`{channel}` never changes and says nothing")
+            }
             Self::Frozen {
                 channel,
                 count,
@@ -136,7 +165,7 @@ impl fmt::Display for SignalDoubt {
                 share,
             } => write!(
                 f,
-                "`{channel}` holds one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection froze; record again, or leave these parts out",
+                "`{channel}` holds one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection froze",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -149,7 +178,7 @@ impl fmt::Display for SignalDoubt {
                 share,
             } => write!(
                 f,
-                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls to its floor at once and comes back at once; check the cable, and record again",
+                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls to its floor at once and comes back at once",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -169,7 +198,7 @@ impl fmt::Display for SignalDoubt {
                 let more = if harmonics.len() > 4 { ", …" } else { "" };
                 write!(
                     f,
-                    "`{channel}` holds lines of constant phase at {}{more} Hz, {} of its power and up to {above_db:.0} dB above their surroundings: this is how mains hum looks; check shield and earth, and record again",
+                    "`{channel}` holds lines of constant phase at {}{more} Hz, {} of its power and up to {above_db:.0} dB above their surroundings: this is how mains hum looks",
                     lines.join(", "),
                     percent(*share)
                 )
@@ -186,7 +215,7 @@ impl fmt::Display for SignalDoubt {
                     write!(f, ", {:.2} ms {side}", delay_s.abs() * 1e3)?;
                 }
                 f.write_str(
-                    ": one signal was recorded twice and nothing was measured between the two; check the wiring and the names of the channels",
+                    ": one signal was recorded twice and nothing was measured between the two",
                 )
             }
             Self::DriveBeyondLimit {
@@ -204,7 +233,7 @@ impl fmt::Display for SignalDoubt {
                 if *lost_db >= 0.05 {
                     write!(f, ", and {lost_db:.1} dB less than it says can be played")?;
                 }
-                f.write_str("; check its unit, or lower the level")
+                Ok(())
             }
             Self::ResponseDead {
                 channel,
@@ -214,7 +243,7 @@ impl fmt::Display for SignalDoubt {
                 low_db,
             } => write!(
                 f,
-                "`{channel}` is dead {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low; record again",
+                "`{channel}` is dead {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -228,14 +257,14 @@ impl fmt::Display for SignalDoubt {
                 match off_db {
                     Some(off_db) if *off_db < 0.0 => write!(
                         f,
-                        ": the transfer function is up to {:.1} dB too low; lower the level, and record again",
+                        ": the transfer function is up to {:.1} dB too low",
                         -off_db
                     ),
                     Some(off_db) => write!(
                         f,
-                        ": the transfer function is up to {off_db:.1} dB too high; lower the level, and record again"
+                        ": the transfer function is up to {off_db:.1} dB too high"
                     ),
-                    None => f.write_str(": lower the level, and record again"),
+                    None => Ok(()),
                 }
             }
         }

@@ -12,6 +12,7 @@ pub use doubt::SignalDoubt;
 pub use hum::{Hum, mains_hum};
 pub use pair::{Pair, said_of_a_pair, transfer_doubts};
 
+use crate::clipping::ClippingDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::clipping::limited;
@@ -90,7 +91,7 @@ impl Defects {
     pub fn doubts(&self, channel: &str) -> Vec<Doubt> {
         let channel = || channel.to_owned();
         if self.dead {
-            return vec![Doubt::DeadChannel { channel: channel() }];
+            return vec![Doubt::from(SignalDoubt::DeadChannel { channel: channel() })];
         }
         let mut doubts = Vec::new();
         let share = |spans: &[Span]| {
@@ -99,7 +100,7 @@ impl Defects {
         let seconds = |samples: usize| self.rate.duration_of(samples).0;
         let longest = |spans: &[Span]| spans.iter().copied().max_by_key(|s| s.len());
         if let Some(most) = longest(&self.frozen) {
-            doubts.push(Doubt::Signal(SignalDoubt::Frozen {
+            doubts.push(Doubt::from(SignalDoubt::Frozen {
                 channel: channel(),
                 count: self.frozen.len(),
                 at_s: seconds(most.from),
@@ -108,7 +109,7 @@ impl Defects {
             }));
         }
         if let Some(most) = longest(&self.gaps) {
-            doubts.push(Doubt::Signal(SignalDoubt::DropOuts {
+            doubts.push(Doubt::from(SignalDoubt::DropOuts {
                 channel: channel(),
                 count: self.gaps.len(),
                 at_s: seconds(most.from),
@@ -117,15 +118,15 @@ impl Defects {
             }));
         }
         if self.clipped_fraction > 0.0 {
-            doubts.push(Doubt::Clipped {
+            doubts.push(Doubt::from(ClippingDoubt::Clipped {
                 what: channel(),
                 fraction: self.clipped_fraction,
-            });
+            }));
         }
         doubts.extend(
             self.hum
                 .as_ref()
-                .map(|hum| Doubt::Signal(hum.doubt(channel()))),
+                .map(|hum| Doubt::from(hum.doubt(channel()))),
         );
         doubts
     }
@@ -203,7 +204,7 @@ pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Vec<Doubt> {
         doubts.extend(inspect_samples(samples, recording.rate(), &channel.unit).doubts(name));
         if channel.unit == Unit::FullScale {
             let beyond = pair::beyond(samples, name, limit_fraction);
-            doubts.extend(beyond.map(Doubt::Signal));
+            doubts.extend(beyond.map(Doubt::from));
         }
     }
     doubts.extend(pair::copies_in(recording));

@@ -4,6 +4,7 @@ use super::copied::copied;
 use super::hum::hum_beside;
 use super::level::{Usual, abrupt, at_the_floor};
 use super::{SignalDoubt, Span, inspect_samples, never_changes};
+use crate::clipping::ClippingDoubt;
 use crate::clipping::limited;
 use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds, Unit};
@@ -26,7 +27,7 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
             Some((of, copied(&of.samples, &copy.samples)?))
         });
         if let Some((of, found)) = found {
-            doubts.push(Doubt::Signal(SignalDoubt::Copied {
+            doubts.push(Doubt::from(SignalDoubt::Copied {
                 channel: copy.name.clone(),
                 of: of.name.clone(),
                 factor: found.factor,
@@ -118,7 +119,7 @@ pub fn transfer_doubts(pair: &Pair<'_>) -> Vec<Doubt> {
         pair.drive_limit
             .and_then(|limit| beyond(drive, &drive_name, limit)),
     );
-    doubts.into_iter().map(Doubt::Signal).collect()
+    doubts.into_iter().map(Doubt::from).collect()
 }
 
 /// The doubt about a drive beyond `limit`.
@@ -187,32 +188,32 @@ pub fn said_of_a_pair(doubt: &Doubt, broken: &[Doubt]) -> bool {
     use SignalDoubt::{
         ClippedTransfer, Copied, DriveBeyondLimit, DropOuts, Frozen, MainsHum, ResponseDead,
     };
-    broken.iter().any(|other| {
-        let Doubt::Signal(other) = other else {
-            return false;
-        };
-        match (doubt, other) {
-            (Doubt::Clipped { what, .. }, ClippedTransfer { channel, .. }) => what == channel,
-            (Doubt::Signal(one), other) => match (one, other) {
-                (
-                    Frozen { channel, .. } | DropOuts { channel, .. },
-                    ResponseDead { channel: other, .. },
-                )
-                | (MainsHum { channel, .. }, MainsHum { channel: other, .. })
-                | (DriveBeyondLimit { channel, .. }, DriveBeyondLimit { channel: other, .. }) => {
-                    channel == other
-                }
-                (
-                    Copied { channel, of, .. },
-                    Copied {
-                        channel: other,
-                        of: original,
-                        ..
-                    },
-                ) => (channel == other && of == original) || (channel == original && of == other),
-                _ => false,
-            },
+    let clipped = match doubt.kind() {
+        Some(ClippingDoubt::Clipped { what, .. }) => Some(what),
+        _ => None,
+    };
+    let one: Option<SignalDoubt> = doubt.kind();
+    broken
+        .iter()
+        .filter_map(Doubt::kind)
+        .any(|other| match (&one, other) {
+            (None, ClippedTransfer { channel, .. }) => clipped.as_ref() == Some(&channel),
+            (
+                Some(Frozen { channel, .. } | DropOuts { channel, .. }),
+                ResponseDead { channel: other, .. },
+            )
+            | (Some(MainsHum { channel, .. }), MainsHum { channel: other, .. })
+            | (Some(DriveBeyondLimit { channel, .. }), DriveBeyondLimit { channel: other, .. }) => {
+                *channel == other
+            }
+            (
+                Some(Copied { channel, of, .. }),
+                Copied {
+                    channel: other,
+                    of: original,
+                    ..
+                },
+            ) => (*channel == other && *of == original) || (*channel == original && *of == other),
             _ => false,
-        }
-    })
+        })
 }

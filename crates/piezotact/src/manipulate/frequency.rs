@@ -98,7 +98,7 @@ pub fn warp<Q: Quantity>(
         x.duration().0 / ratio.max(f64::MIN_POSITIVE),
         (0.0, longest_s(rate).max(x.duration().0)),
         " s",
-        "cut the texture first (--loop), or take a warp closer to 1",
+        "cut the texture first, or take a warp closer to 1",
     )?;
     let (_, changing) = about_mean(x)?;
     let at_ratio = |why| ManipulateError::Ratio { found: ratio, why };

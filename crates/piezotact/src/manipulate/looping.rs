@@ -1,5 +1,6 @@
 //! Textures of any length: one end is faded into a stretch that resembles it, with the power kept.
 
+use crate::manipulate::ManipulateDoubt;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -129,11 +130,11 @@ pub fn looped<Q: Quantity>(
         || join.spectrum_db > SPECTRUM_TOLD_DB
         || join.correlation < OPPOSITE_TOLD
     {
-        doubts.push(Doubt::JoinShows {
+        doubts.push(Doubt::from(ManipulateDoubt::JoinShows {
             correlation: join.correlation,
             step_ratio: join.step_ratio,
             spectrum_db: join.spectrum_db,
-        });
+        }));
     }
     let window = (LEVEL_S * rate.hz()) as usize;
     doubts.extend(level_jumps(&samples, period, fade, window));
@@ -173,7 +174,8 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
         .step_by((window / 8).max(1))
         .map(|from| (level_db(from + apart) - level_db(from)).abs())
         .fold(0.0, f64::max);
-    (jump_db.abs() > own_db + LEVEL_TOLD_DB).then_some(Doubt::LevelJumps { jump_db, own_db })
+    (jump_db.abs() > own_db + LEVEL_TOLD_DB)
+        .then_some(Doubt::from(ManipulateDoubt::LevelJumps { jump_db, own_db }))
 }
 
 /// One way of joining.

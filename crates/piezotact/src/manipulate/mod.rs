@@ -4,6 +4,7 @@
 //! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
 //! it later knows what it was. Levels are rms about the mean, since a mean is nothing that is felt.
 
+mod doubt;
 mod error;
 mod frequency;
 mod level;
@@ -11,6 +12,7 @@ mod looping;
 mod spectral;
 
 // What is public in each of them: a new manipulation is a function in one file.
+pub use doubt::*;
 pub use error::*;
 pub use frequency::*;
 pub use level::*;
@@ -174,9 +176,9 @@ fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt
     if share <= SHARE_TOLD {
         return Vec::new();
     }
-    vec![Doubt::LeftTheBand {
+    vec![Doubt::from(ManipulateDoubt::LeftTheBand {
         operation: operation.to_string(),
         share,
         nyquist_hz: nyquist.0,
-    }]
+    })]
 }

@@ -1,5 +1,6 @@
 //! All that a panel says, as one value.
 
+use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::average::{averages, of_members};
@@ -155,10 +156,10 @@ pub fn analyse<I: Quantity, O: Quantity>(
     let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
     let mut doubts = panel.doubts.clone();
     if people < ENOUGH_FOR_RESAMPLES {
-        doubts.push(Doubt::FewPeople {
+        doubts.push(Doubt::from(PanelDoubt::FewPeople {
             participants: people,
             recommended: ENOUGH_FOR_RESAMPLES,
-        });
+        }));
     }
     let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;

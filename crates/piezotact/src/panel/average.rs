@@ -1,12 +1,14 @@
 //! The average over people: by both means, what it costs a new person, and whether it will do.
 
+use crate::compare::CompareDoubt;
+use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::level_db;
@@ -466,10 +468,11 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
         .into_iter()
         .filter(|doubt| {
             let inside = |e: &super::Entry<I, O>| e.filing.cell.is(cell);
-            let names = |e: &super::Entry<I, O>| match doubt {
-                Doubt::OppositeSign { measurement, .. } => *measurement == e.filing.to_string(),
-                _ => false,
+            let named = match doubt.kind() {
+                Some(PanelDoubt::OppositeSign { measurement, .. }) => measurement,
+                _ => return false,
             };
+            let names = |e: &super::Entry<I, O>| named == e.filing.to_string();
             panel.entries().iter().any(|e| inside(e) && names(e))
         })
         .collect();
@@ -514,18 +517,18 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             Criterion::thesis_2024(),
         )
         .map_err(named)?;
-        averaged.doubts.push(Doubt::Averaged {
+        averaged.doubts.push(Doubt::from(PanelDoubt::Averaged {
             participants: people.len(),
             penalty_db_rms: costs.mean_db_rms,
             interval_db_rms: costs.interval_db_rms,
             worst: costs.worst.participant,
             worst_db_rms: costs.worst.db_rms,
-        });
+        }));
     } else {
-        averaged.doubts.push(Doubt::NoInterval {
+        averaged.doubts.push(Doubt::from(CompareDoubt::NoInterval {
             what: "the average over people".into(),
             groups: 1,
-        });
+        }));
     }
     Ok(averaged)
 }
@@ -539,8 +542,15 @@ pub(super) fn of_members<'a>(
         of += 1;
         if let Some(first) = doubts.first() {
             count += 1;
-            example.get_or_insert_with(|| format!("{name}: {first}"));
+            example.get_or_insert_with(|| (name, first.clone()));
         }
     }
-    example.map(|example| Doubt::OfMembers { count, of, example })
+    let (measurement, example) = example?;
+    let measurement = Some(Example(measurement));
+    Some(Doubt::from(PanelDoubt::OfMembers {
+        count,
+        of,
+        measurement,
+        example,
+    }))
 }

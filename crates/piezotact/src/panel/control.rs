@@ -1,5 +1,6 @@
 //! The bench's own narrow resonances, as a control measurement without a finger shows them, taken out of fingers.
 
+use crate::panel::PanelDoubt;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex;
@@ -206,11 +207,11 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
     );
     let seen = inner.ok().and_then(|band| control.coherence_in(band));
     if let Some(seen) = seen.filter(|seen| seen.lowest < config.least_coherence) {
-        doubts.push(Doubt::ControlIncoherent {
+        doubts.push(Doubt::from(PanelDoubt::ControlIncoherent {
             lowest: seen.lowest,
             at_hz: seen.lowest_at_hz,
             asked: config.least_coherence,
-        });
+        }));
     }
     let window_hz = Band::new(
         Hertz(at_hz / config.outer_ratio),

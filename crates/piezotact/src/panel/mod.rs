@@ -7,6 +7,7 @@
 mod analysis;
 mod average;
 mod control;
+mod doubt;
 mod learning;
 mod levels;
 mod placement;
@@ -22,6 +23,7 @@ pub use average::{
     average_of_panel, cell_averages, share_interval,
 };
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use doubt::PanelDoubt;
 pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
 pub use placement::{PlacementSpread, SpreadOf, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
@@ -267,10 +269,12 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             .filter(|(who, cell)| self.of(who, *cell).next().is_none())
             .map(|(who, cell)| format!("{who} at {cell}"))
             .collect();
-        (!missing.is_empty()).then(|| Doubt::IncompletePanel {
-            missing,
-            complete: self.complete().len(),
-            participants: self.participants.len(),
+        (!missing.is_empty()).then(|| {
+            Doubt::from(PanelDoubt::IncompletePanel {
+                missing,
+                complete: self.complete().len(),
+                participants: self.participants.len(),
+            })
         })
     }
 }

@@ -1,5 +1,6 @@
 //! How well measurements repeat, with and without putting the finger back, and what makes them vary.
 
+use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::levels::{levels_db, robust_score};
@@ -268,11 +269,13 @@ fn distances(groups: &[Group]) -> Option<PairDistances> {
 fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt> {
     if groups.len() < ENOUGH_GROUPS {
         let far = |group: &&Group| most_apart_db.is_some_and(|most| group.largest() > most);
-        let doubt = |group: &Group| Doubt::MixedRepeats {
-            what: what.into(),
-            of: group.name.clone(),
-            db_rms: group.largest(),
-            usual_db_rms: most_apart_db.unwrap_or_default(),
+        let doubt = |group: &Group| {
+            Doubt::from(PanelDoubt::MixedRepeats {
+                what: what.into(),
+                of: group.name.clone(),
+                db_rms: group.largest(),
+                usual_db_rms: most_apart_db.unwrap_or_default(),
+            })
         };
         return groups.iter().filter(far).map(doubt).collect();
     }
@@ -286,11 +289,13 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt>
                 && **db > MIXED_RATIO * usual_db_rms
                 && robust_score(&largest, **db, 1e-3) > MIXED_SCORE
         })
-        .map(|(group, db)| Doubt::MixedRepeats {
-            what: what.into(),
-            of: group.name.clone(),
-            db_rms: *db,
-            usual_db_rms,
+        .map(|(group, db)| {
+            Doubt::from(PanelDoubt::MixedRepeats {
+                what: what.into(),
+                of: group.name.clone(),
+                db_rms: *db,
+                usual_db_rms,
+            })
         })
         .collect()
 }

@@ -1,12 +1,13 @@
 //! How far people lie apart: by cell, in the worst cell, and whether it falls with load.
 
+use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::Outcome;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{Direction, mean, rms};
 use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one_out};
@@ -266,11 +267,13 @@ fn odd_ones(people: &[PersonDistance], cell: Cell) -> Vec<Doubt> {
     people
         .iter()
         .filter(|p| robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER)
-        .map(|p| Doubt::OddOneOut {
-            participant: p.participant.clone(),
-            at: cell.to_string(),
-            db_rms: p.db_rms,
-            usual_db_rms,
+        .map(|p| {
+            Doubt::from(PanelDoubt::OddOneOut {
+                participant: p.participant.clone(),
+                at: Example(cell.to_string()),
+                db_rms: p.db_rms,
+                usual_db_rms,
+            })
         })
         .collect()
 }

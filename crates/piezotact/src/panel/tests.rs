@@ -1,5 +1,6 @@
 //! Panels of which everything is known.
 
+use crate::panel::PanelDoubt;
 use num_complex::Complex;
 
 use super::*;
@@ -241,11 +242,11 @@ fn the_complex_mean_loses_what_phases_spread() {
             .contains("participants a, b")
     );
     assert!(log.doubts.iter().any(|d| matches!(
-        d,
-        Doubt::Averaged {
+        d.kind(),
+        Some(PanelDoubt::Averaged {
             participants: 2,
             ..
-        }
+        })
     )));
 }
 
@@ -533,10 +534,9 @@ fn a_control_that_says_nothing_is_refused_or_doubted() {
         "{flat}"
     );
     let doubted = artefact_of(&plate(notch, 0.4), &config).unwrap();
-    assert!(matches!(
-        doubted.doubts[..],
-        [Doubt::ControlIncoherent { .. }]
-    ));
+    assert!(
+        matches!(&doubted.doubts[..], [doubt] if matches!(doubt.kind(), Some(PanelDoubt::ControlIncoherent { .. })))
+    );
     let rate = SampleRate::new(2_000.0).unwrap();
     let other = H::from_lines(
         vec![db(0.0); 101],

@@ -1,10 +1,12 @@
 //! Whether transfer functions belong together: what is refused, and what is doubted.
 
+use crate::panel::PanelDoubt;
+use crate::transfer::TransferDoubt;
 use std::collections::BTreeMap;
 
 use super::{Cell, Entry, Filing, Panel, PanelError, SAME};
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Quantity};
 use crate::recording::BenchKind;
 use crate::transfer::TransferFunction;
@@ -212,10 +214,10 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             let seed = entry.function.provenance.seed.unwrap_or_default();
             format!("{} is of seed {seed}", entry.filing)
         };
-        Some(Doubt::SeveralTwins {
+        Some(Doubt::from(PanelDoubt::SeveralTwins {
             one: told(first),
             other: told(other),
-        })
+        }))
     }
 
     /// The doubts about measurements whose provenance names another participant than they are filed under.
@@ -230,9 +232,11 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 Some(name.split(" at ").next()?.trim())
             });
             let other = |name: &&str| !name.is_empty() && *name != entry.filing.participant;
-            doubts.extend(named.find(other).map(|found| Doubt::OtherParticipant {
-                measurement: entry.filing.to_string(),
-                found: found.to_owned(),
+            doubts.extend(named.find(other).map(|found| {
+                Doubt::from(PanelDoubt::OtherParticipant {
+                    measurement: entry.filing.to_string(),
+                    found: Example(found.to_owned()),
+                })
             }));
         }
         doubts
@@ -260,12 +264,12 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                     .map(|(_, other)| other)
                     .collect();
                 if let Some(first) = against.first().filter(|_| 2 * against.len() > of) {
-                    doubts.push(Doubt::OppositeSign {
+                    doubts.push(Doubt::from(PanelDoubt::OppositeSign {
                         measurement: entry.filing.to_string(),
                         count: against.len(),
                         of,
-                        such_as: first.filing.to_string(),
-                    });
+                        such_as: Example(first.filing.to_string()),
+                    }));
                 }
             }
         }
@@ -280,8 +284,10 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 .iter()
                 .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
         };
-        let share = |doubt: &Doubt| match doubt {
-            Doubt::NotDriven { share, .. } | Doubt::LowCoherence { share, .. } => *share,
+        let share = |doubt: &Doubt| match doubt.kind() {
+            Some(
+                TransferDoubt::NotDriven { share, .. } | TransferDoubt::LowCoherence { share, .. },
+            ) => share,
             _ => 0.0,
         };
         let mut doubts = Vec::new();
@@ -316,10 +322,8 @@ fn low_coherence<I: Quantity, O: Quantity>(
     band: Band,
 ) -> Option<Doubt> {
     let found = function.low_coherence(band, LOW_COHERENCE)?;
-    match found {
-        Doubt::LowCoherence { share, .. } if share <= LOW_SHARE => None,
-        found => Some(found),
-    }
+    let few = matches!(found.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share <= LOW_SHARE);
+    (!few).then_some(found)
 }
 
 fn shared_power<I: Quantity, O: Quantity>(

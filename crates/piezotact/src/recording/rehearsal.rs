@@ -2,21 +2,29 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
-
 use super::Provenance;
 use crate::checksum::Checksum;
-use crate::doubt::Doubt;
+use crate::doubt::{Advice, Doubt, DoubtKind, doubts};
 
-/// What a person should know of a rehearsal before relying on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum RehearsalDoubt {
-    /// A drive was played through the very transfer function that it was rendered with or corrected on.
-    PlayedThroughItsOwn {
-        /// Its checksum.
-        transfer: Checksum,
-    },
+doubts! {
+    /// What a person should know of a rehearsal before relying on it.
+    pub enum RehearsalDoubt {
+        /// A drive was played through the very transfer function that it was rendered with or corrected on.
+        PlayedThroughItsOwn("played_through_its_own") {
+            /// Its checksum.
+            transfer: Checksum,
+        },
+    }
+}
+
+impl DoubtKind for RehearsalDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        vec![Advice::PlayThroughOtherPlacement]
+    }
 }
 
 impl fmt::Display for RehearsalDoubt {
@@ -24,7 +32,7 @@ impl fmt::Display for RehearsalDoubt {
         match self {
             Self::PlayedThroughItsOwn { transfer } => write!(
                 f,
-                "the drive was played through the very transfer function that it was rendered with or corrected on (checksum {transfer}): the target comes back whatever device and finger do, and how close it came is no proof; play it through another placement, drawn from a panel's repeats (`panel=FOLDER` behind the measured bench's file), through another person's, or on the device"
+                "the drive was played through the very transfer function that it was rendered with or corrected on (checksum {transfer}): the target comes back whatever device and finger do, and how close it came is no proof"
             ),
         }
     }
@@ -41,9 +49,7 @@ pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Opt
     drive
         .made_with
         .contains(&transfer)
-        .then_some(Doubt::Rehearsal(RehearsalDoubt::PlayedThroughItsOwn {
-            transfer,
-        }))
+        .then(|| RehearsalDoubt::PlayedThroughItsOwn { transfer }.into())
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Transfer functions inverted: the drive whose response is a target.
 
+use crate::render::RenderDoubt;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
@@ -226,7 +227,7 @@ impl InversePlan {
         // By Parseval, over all samples and in the lines of positive frequencies.
         let power = 0.5 * (target.len() as f64 * rms(target)).powi(2);
         let share = 1.0 - self.in_band / power.max(f64::MIN_POSITIVE);
-        (share >= 0.1).then_some(Doubt::PowerOutsideBand { share, band })
+        (share >= 0.1).then_some(Doubt::from(RenderDoubt::PowerOutsideBand { share, band }))
     }
 
     /// The same of a target at `rate` that was not inverted.

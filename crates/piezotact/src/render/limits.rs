@@ -1,5 +1,6 @@
 //! What a drive asks of the device, before it plays.
 
+use crate::render::RenderDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{AmplifierGain, DriveSetup};
@@ -38,10 +39,10 @@ impl Headroom {
     #[must_use]
     pub fn slew_doubt(&self, setup: Option<&DriveSetup>) -> Option<Doubt> {
         let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
-        (asked > limit).then_some(Doubt::SlewLimited {
+        (asked > limit).then_some(Doubt::from(RenderDoubt::SlewLimited {
             asked_v_per_s: asked,
             limit_v_per_s: limit,
-        })
+        }))
     }
 }
 

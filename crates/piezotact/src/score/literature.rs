@@ -1,5 +1,6 @@
 //! ST-SIM and SPQI, for comparison with the literature: locked to the waveform, and without a unit.
 
+use crate::score::ScoreDoubt;
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 
@@ -274,11 +275,11 @@ pub fn literature(
     let (r, d) = (scaled(reference)?, scaled(test)?);
     let st_sim = st_sim(&r, &d, config.curve)?;
     let doubts = match st_sim.value {
-        Some(value) if value > 1.0 => vec![Doubt::IndexBeyondRange { value }],
+        Some(value) if value > 1.0 => vec![Doubt::from(ScoreDoubt::IndexBeyondRange { value })],
         Some(_) => Vec::new(),
-        None => vec![Doubt::NoRealIndex {
+        None => vec![Doubt::from(ScoreDoubt::NoRealIndex {
             temporal: st_sim.temporal,
-        }],
+        })],
     };
     Ok(Literature {
         spqi: spqi(&r, &d, config.curve)?,

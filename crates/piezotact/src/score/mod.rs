@@ -5,12 +5,16 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. How
 //! alike the waveforms are stands beside it, and so do the indices of the literature.
 
+mod doubt;
 mod excitation;
 mod felt;
 pub mod literature;
 mod verdict;
 mod waveform;
 
+use crate::clipping::ClippingDoubt;
+use crate::spectrum::SpectrumDoubt;
+pub use doubt::ScoreDoubt;
 use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
@@ -245,9 +249,9 @@ pub fn score(
         }
         // Said below, with the name that it has here.
         Err(VerifyError::Silent { .. }) => {}
-        Err(error) => doubts.push(Doubt::WaveformNotCompared {
+        Err(error) => doubts.push(Doubt::from(ScoreDoubt::WaveformNotCompared {
             why: error.to_string(),
-        }),
+        })),
     }
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
     let (extent, reference, test) = match &shared {
@@ -295,18 +299,18 @@ pub fn score(
     } = found;
 
     doubts.extend(doubts_about([reference, test], [a, b], segments));
-    doubts.extend(model.doubts().into_iter().map(Doubt::Discrimination));
+    doubts.extend(model.doubts());
     if wanders {
-        doubts.push(Doubt::Discrimination(DiscriminationDoubt::NotStationary));
+        doubts.push(Doubt::from(DiscriminationDoubt::NotStationary));
     }
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     if let Some([reference_db, test_db]) = modulation
         && verdict::not_met(&criteria, ScoreCriterion::ShortTimeSpread)
     {
-        doubts.push(Doubt::OtherModulation {
+        doubts.push(Doubt::from(ScoreDoubt::OtherModulation {
             reference_db,
             test_db,
-        });
+        }));
     }
     let literature = match literature::literature(reference, test, config.literature) {
         Ok(literature) => {
@@ -314,9 +318,9 @@ pub fn score(
             Some(literature)
         }
         Err(error) => {
-            doubts.push(Doubt::NoIndices {
+            doubts.push(Doubt::from(ScoreDoubt::NoIndices {
                 why: error.to_string(),
-            });
+            }));
             None
         }
     };
@@ -479,21 +483,21 @@ fn doubts_about(
 ) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     if segments < RECOMMENDED_SEGMENTS {
-        doubts.push(Doubt::ShortSignal { segments });
+        doubts.push(Doubt::from(SpectrumDoubt::ShortSignal { segments }));
     }
     for (what, x, excitation) in [("the reference", reference, a), ("the test", test, b)] {
         let fraction = flat_top_fraction(x.samples());
         if fraction > 0.0 {
-            doubts.push(Doubt::Clipped {
+            doubts.push(Doubt::from(ClippingDoubt::Clipped {
                 what: what.into(),
                 fraction,
-            });
+            }));
         }
         if excitation.total() <= 1.0 {
-            doubts.push(Doubt::NotFelt {
+            doubts.push(Doubt::from(ScoreDoubt::NotFelt {
                 what: what.into(),
                 level_db: level_db(excitation.total()),
-            });
+            }));
         }
     }
     doubts
@@ -532,7 +536,7 @@ pub enum ScoreError {
     },
     /// Shorter than a segment of the spectra.
     #[error(
-        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or join it with itself (manipulate --loop)"
+        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or join it with itself"
     )]
     TooShort {
         /// Which of the two.

@@ -1,5 +1,6 @@
 //! How alike two waveforms are once their delay is taken away.
 
+use crate::verify::VerifyDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
@@ -69,16 +70,16 @@ pub(super) fn waveform(
     let nearly_all = compared.len() as f64 >= NEARLY_ALL * shorter as f64;
     let follows = correlation.abs() > if nearly_all { FOLLOWS } else { FOLLOWS_IN_PART };
     if follows && correlation < 0.0 {
-        doubts.push(Doubt::Inverted { correlation });
+        doubts.push(Doubt::from(VerifyDoubt::Inverted { correlation }));
     }
     let mut shared = None;
     if follows {
         // A hundredth is what aligning costs at the ends.
         if compared.len() * 100 < reference.samples().len() * 99 {
-            doubts.push(Doubt::Cut {
+            doubts.push(Doubt::from(VerifyDoubt::Cut {
                 compared_s,
                 target_s: reference.duration().0,
-            });
+            }));
         }
         // A delay of whole samples needs no interpolation: what is equal stays equal.
         let late = aligned.delay.0 * reference.rate().hz();

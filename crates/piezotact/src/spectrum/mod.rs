@@ -3,6 +3,7 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod butterfly;
+mod doubt;
 mod eight;
 mod kernel;
 mod lanes;
@@ -10,6 +11,7 @@ mod spectrogram;
 mod sums;
 mod window;
 
+pub use doubt::SpectrumDoubt;
 use std::marker::PhantomData;
 
 use num_complex::Complex;
@@ -339,7 +341,9 @@ impl WelchPlan {
         one_sided(&mut values, self.config.segment, scale);
         let mut doubts = Vec::new();
         if averages < RECOMMENDED_SEGMENTS {
-            doubts.push(Doubt::ShortSignal { segments: averages });
+            doubts.push(Doubt::from(SpectrumDoubt::ShortSignal {
+                segments: averages,
+            }));
         }
         Ok(Spectrum {
             values,
@@ -488,9 +492,11 @@ pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
 #[must_use]
 pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Option<Doubt> {
     let rms_in_steps = crate::statistics::rms(samples) / step_ratio;
-    (rms_in_steps < 50.0).then(|| Doubt::CoarseQuantisation {
-        channel: channel.into(),
-        rms_in_steps,
+    (rms_in_steps < 50.0).then(|| {
+        Doubt::from(SpectrumDoubt::CoarseQuantisation {
+            channel: channel.into(),
+            rms_in_steps,
+        })
     })
 }
 

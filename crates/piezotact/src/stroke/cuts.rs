@@ -1,9 +1,9 @@
 //! A person's cuts: what the rule found, kept, left out, or cut otherwise.
 
+use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::{CutBy, Interval, Reason, Rejected, Segmentation, Stroke};
-use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds};
 
 /// One decision of a person about a part of a recording.
@@ -88,9 +88,12 @@ impl Cuts {
             }
         }
         // What was in doubt about the rule's own cuts is settled by a person who looked.
-        segmentation
-            .doubts
-            .retain(|doubt| !matches!(doubt, Doubt::NothingCut | Doubt::LongStroke { .. }));
+        segmentation.doubts.retain(|doubt| {
+            !matches!(
+                doubt.kind(),
+                Some(StrokeDoubt::NothingCut | StrokeDoubt::LongStroke { .. })
+            )
+        });
         segmentation.strokes.sort_by_key(|s| s.steady.start);
         segmentation.rejected.sort_by_key(|r| r.interval.start);
         segmentation.cuts = Some(self.source.clone());

@@ -1,5 +1,6 @@
 //! Active touch: strokes by the normal force.
 
+use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
@@ -245,9 +246,9 @@ pub(super) fn oriented(
         for value in &mut force {
             *value = -*value;
         }
-        doubts.push(Doubt::SignReversed {
+        doubts.push(Doubt::from(StrokeDoubt::SignReversed {
             channel: "the normal force".into(),
-        });
+        }));
     }
     Ok((force, sign))
 }
@@ -482,14 +483,14 @@ impl Cutter<'_> {
     fn doubts(&self, strokes: &[Stroke], friction: &[f64], rejected: &[Rejected]) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         if strokes.is_empty() && rejected.is_empty() {
-            doubts.push(Doubt::NoContact {
+            doubts.push(Doubt::from(StrokeDoubt::NoContact {
                 largest_n: self.level_n.iter().copied().fold(0.0, f64::max),
                 threshold_n: self.rule.on_n.0,
-            });
+            }));
         }
         let unseen = self.floor.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
-            doubts.push(Doubt::SlidingAssumed);
+            doubts.push(Doubt::from(StrokeDoubt::SlidingAssumed));
         }
         let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
         let usual = quantile(&lengths, 0.5);
@@ -497,16 +498,16 @@ impl Cutter<'_> {
             let length = stroke.contact.len() as f64;
             let length_s = length / self.signals.rate.hz();
             if (strokes.len() > 2 && length > LONG * usual) || length_s > LONGEST_S {
-                doubts.push(Doubt::LongStroke {
+                doubts.push(Doubt::from(StrokeDoubt::LongStroke {
                     at_s: stroke.contact.start as f64 / self.signals.rate.hz(),
                     length_s,
                     usual_s: usual / self.signals.rate.hz(),
-                });
+                }));
             }
         }
         let coefficient = quantile(friction, 0.5);
         if coefficient > HIGH_FRICTION {
-            doubts.push(Doubt::HighFriction { coefficient });
+            doubts.push(Doubt::from(StrokeDoubt::HighFriction { coefficient }));
         }
         doubts
     }

@@ -3,12 +3,10 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
-
 use super::contact::Force;
 use super::frames::quantile;
 use crate::clipping::flat_top_fraction;
-use crate::doubt::Doubt;
+use crate::doubt::{Advice, Doubt, DoubtKind, Subject, doubts};
 use crate::statistics::mean;
 
 /// More than this no fingertip presses while it slides, N: surfaces are explored with 0.1 to 5 N, and as hard as they can
@@ -21,37 +19,65 @@ const LIFTS_OF_A_COURSE: usize = 4;
 /// One-sided 5 % of the standard normal distribution.
 const NORMAL: f64 = 1.645;
 
-/// What a person should know of a force before relying on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum ForceDoubt {
-    /// A normal force that no fingertip presses with.
-    ForceImplausible {
-        /// What it reaches above its zero, N.
-        level_n: f64,
-        /// What fingertips reach, N.
-        largest_n: f64,
-        /// The share of samples at the cell's limit, 0–1.
-        at_limit_share: f64,
-    },
-    /// The zero of a force cell lies farther from 0 than any fingertip presses.
-    ForceZeroFar {
-        /// The zero, N.
-        zero_n: f64,
-        /// What fingertips reach, N.
-        largest_n: f64,
-    },
-    /// The zero of a force cell differs from lift to lift, without a course.
-    ForceZeroScatters {
-        /// The lowest zero, N.
-        from_n: f64,
-        /// The highest zero, N.
-        to_n: f64,
-        /// In how many lifts.
-        lifts: usize,
-        /// What a contact needs, N.
-        threshold_n: f64,
-    },
+doubts! {
+    /// What a person should know of a force before relying on it.
+    pub enum ForceDoubt {
+        /// A normal force that no fingertip presses with.
+        ForceImplausible("force_implausible") {
+            /// What it reaches above its zero, N.
+            level_n: f64,
+            /// What fingertips reach, N.
+            largest_n: f64,
+            /// The share of samples at the cell's limit, 0–1.
+            at_limit_share: f64,
+        },
+        /// The zero of a force cell lies farther from 0 than any fingertip presses.
+        ForceZeroFar("force_zero_far") {
+            /// The zero, N.
+            zero_n: f64,
+            /// What fingertips reach, N.
+            largest_n: f64,
+        },
+        /// The zero of a force cell differs from lift to lift, without a course.
+        ForceZeroScatters("force_zero_scatters") {
+            /// The lowest zero, N.
+            from_n: f64,
+            /// The highest zero, N.
+            to_n: f64,
+            /// In how many lifts.
+            lifts: usize,
+            /// What a contact needs, N.
+            threshold_n: f64,
+        },
+        /// The forces never leave one level: their zeros are not known.
+        ZeroUnknown("zero_unknown"),
+        /// The zero of a force cell drifts.
+        ForceDrift("force_drift") {
+            /// The lowest baseline, N.
+            from_n: f64,
+            /// The highest baseline, N.
+            to_n: f64,
+            /// What a contact needs, N.
+            threshold_n: f64,
+        },
+    }
+}
+
+impl DoubtKind for ForceDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::ForceImplausible { .. } => vec![Advice::Check(Subject::UnitAndScale)],
+            Self::ForceZeroFar { .. } | Self::ForceZeroScatters { .. } => {
+                vec![Advice::Check(Subject::ForceCell)]
+            }
+            Self::ZeroUnknown => vec![Advice::RecordLift],
+            Self::ForceDrift { .. } => vec![Advice::ZeroForceCell],
+        }
+    }
 }
 
 impl fmt::Display for ForceDoubt {
@@ -63,18 +89,25 @@ impl fmt::Display for ForceDoubt {
                 at_limit_share,
             } if *at_limit_share > 0.0 => write!(
                 f,
-                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong; check them before forces and friction are used",
+                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong, and forces and friction with them",
                 100.0 * at_limit_share
             ),
             Self::ForceImplausible {
                 level_n, largest_n, ..
             } => write!(
                 f,
-                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or scale is wrong (mN, g or counts taken for N); state the right one before forces and friction are used"
+                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or scale is wrong (mN, g or counts taken for N), and forces and friction with it"
             ),
             Self::ForceZeroFar { zero_n, largest_n } => write!(
                 f,
-                "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was not zeroed, carries a weight, or its unit is wrong; check it"
+                "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was not zeroed, carries a weight, or its unit is wrong"
+            ),
+            Self::ZeroUnknown => f.write_str(
+                "the finger never leaves the surface, or never touches it: the zeros of the forces are taken as 0, and force and friction are only that right",
+            ),
+            Self::ForceDrift { from_n, to_n, threshold_n } => write!(
+                f,
+                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero"
             ),
             Self::ForceZeroScatters {
                 from_n,
@@ -83,7 +116,7 @@ impl fmt::Display for ForceDoubt {
                 threshold_n,
             } => write!(
                 f,
-                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, and no drift is shown (a contact needs {threshold_n} N): forces are only that right; lift the finger longer, and look for what pulls at the cell"
+                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, and no drift is shown (a contact needs {threshold_n} N): forces are only that right"
             ),
         }
     }
@@ -98,7 +131,7 @@ impl fmt::Display for ForceDoubt {
 pub(super) fn doubts_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> Vec<Doubt> {
     let level_n = quantile(&force.level_n, 0.99);
     if level_n > LARGEST_N {
-        return vec![Doubt::Force(ForceDoubt::ForceImplausible {
+        return vec![Doubt::from(ForceDoubt::ForceImplausible {
             level_n,
             largest_n: LARGEST_N,
             at_limit_share: flat_top_fraction(normal_n),
@@ -108,7 +141,7 @@ pub(super) fn doubts_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> Vec
     let zero_n = quantile(&zeros_n, 0.5);
     let mut doubts = Vec::new();
     if zero_n.abs() > LARGEST_N {
-        doubts.push(Doubt::Force(ForceDoubt::ForceZeroFar {
+        doubts.push(Doubt::from(ForceDoubt::ForceZeroFar {
             zero_n,
             largest_n: LARGEST_N,
         }));
@@ -120,15 +153,15 @@ pub(super) fn doubts_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> Vec
     }
     doubts.push(if force.lifts.is_empty() {
         // The lower envelope of one contact is no zero.
-        Doubt::ZeroUnknown
+        Doubt::from(ForceDoubt::ZeroUnknown)
     } else if has_a_course(&zeros_n) {
-        Doubt::ForceDrift {
+        Doubt::from(ForceDoubt::ForceDrift {
             from_n,
             to_n,
             threshold_n,
-        }
+        })
     } else {
-        Doubt::Force(ForceDoubt::ForceZeroScatters {
+        Doubt::from(ForceDoubt::ForceZeroScatters {
             from_n,
             to_n,
             lifts: zeros_n.len(),
@@ -203,7 +236,7 @@ mod tests {
 
     #[test]
     fn it_reads_back_as_it_was_written() {
-        let doubt = Doubt::Force(ForceDoubt::ForceZeroFar {
+        let doubt = Doubt::from(ForceDoubt::ForceZeroFar {
             zero_n: 30.0,
             largest_n: LARGEST_N,
         });

@@ -5,15 +5,18 @@
 
 mod contact;
 mod cuts;
+mod doubt;
 mod force;
 mod force_doubt;
 mod frames;
 mod sliding;
 mod speed;
 
+use crate::integrity::SignalDoubt;
+pub use doubt::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Example};
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::roles::{Motion, Roles};
@@ -381,10 +384,12 @@ impl Segmentation {
             .iter()
             .map(|(name, count)| format!("{name}: {count}"))
             .collect();
-        (!texts.is_empty()).then(|| Doubt::Rejected {
-            count: failed.clone().count(),
-            of: failed.count() + self.strokes.len(),
-            reasons: texts.join(", "),
+        (!texts.is_empty()).then(|| {
+            Doubt::from(StrokeDoubt::Rejected {
+                count: failed.clone().count(),
+                of: failed.count() + self.strokes.len(),
+                reasons: Example(texts.join(", ")),
+            })
         })
     }
 }
@@ -417,9 +422,9 @@ pub fn segment(
         let channel = recording.channels().iter().find(|c| c.name == *name);
         let changes = channel.is_none_or(|c| c.samples.windows(2).any(|pair| pair[0] != pair[1]));
         if !changes {
-            dead.push(Doubt::DeadChannel {
+            dead.push(Doubt::from(SignalDoubt::DeadChannel {
                 channel: name.clone(),
-            });
+            }));
         }
         changes
     });
@@ -465,7 +470,7 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
         roles: Roles::default(),
         force_zeros: None,
         cuts: None,
-        doubts: vec![Doubt::NothingCut],
+        doubts: vec![Doubt::from(StrokeDoubt::NothingCut)],
     })
 }
 
@@ -488,9 +493,7 @@ pub enum SegmentError {
         found: Unit,
     },
     /// There is nothing to cut by.
-    #[error(
-        "expected a channel of force, speed or vibration, found none; name them with --normal-force, --motion or --vibration"
-    )]
+    #[error("expected a channel of force, speed or vibration, found none; name them")]
     NothingToCutBy,
     /// The channel to cut by never changes.
     #[error("expected {what} to change, found {found} all along; check the cable and the channel")]

@@ -1,5 +1,7 @@
 //! Passive touch: strokes by the plateau of the surface's speed.
 
+use crate::stroke::ForceDoubt;
+use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
@@ -136,7 +138,7 @@ pub fn segment_by_speed(
         .collect();
     let coefficient = quantile(&friction, 0.5);
     if coefficient > HIGH_FRICTION {
-        doubts.push(Doubt::HighFriction { coefficient });
+        doubts.push(Doubt::from(StrokeDoubt::HighFriction { coefficient }));
     }
     let plateaus: Vec<f64> = strokes
         .iter()
@@ -151,10 +153,10 @@ pub fn segment_by_speed(
         && !strokes.is_empty()
         && (reached / asked_m_s - 1.0).abs() > OFF_SPEED
     {
-        doubts.push(Doubt::SpeedOffTarget {
+        doubts.push(Doubt::from(StrokeDoubt::SpeedOffTarget {
             mean_m_s: reached,
             target_m_s: asked_m_s,
-        });
+        }));
     }
     Ok(Segmentation {
         strokes,
@@ -211,7 +213,7 @@ fn held(
     doubts: &mut Vec<Doubt>,
 ) -> Result<Option<Held>, SegmentError> {
     let Some(normal_n) = signals.normal_force_n else {
-        doubts.push(Doubt::ContactAssumed);
+        doubts.push(Doubt::from(StrokeDoubt::ContactAssumed));
         return Ok(None);
     };
     let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, doubts)?;
@@ -219,7 +221,7 @@ fn held(
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
         // One level all along: the finger touches always or never, and the zeros are not known.
-        doubts.push(Doubt::ZeroUnknown);
+        doubts.push(Doubt::from(ForceDoubt::ZeroUnknown));
         return Ok(Some(Held {
             touches: events(smooth_n.iter().copied(), on_n, off_n),
             tangential: vec![Polyline(Vec::new()); signals.tangential_force_n.len()],

@@ -1,5 +1,6 @@
 //! Roughness parameters of a height map.
 
+use crate::surface::SurfaceDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::autocorrelation::{CentralLobe, LEVEL, central_lobe};
@@ -91,15 +92,15 @@ pub fn areal_roughness(
     let lobe = (heights.rms_m > 0.0).then(|| central_lobe(&surface));
     let mut doubts = Vec::new();
     if map.missing_share() > 0.0 {
-        doubts.push(Doubt::MissingPoints {
+        doubts.push(Doubt::from(SurfaceDoubt::MissingPoints {
             share: map.missing_share(),
-        });
+        }));
     }
     if let Some(CentralLobe::Open { reached_m, .. }) = lobe {
-        doubts.push(Doubt::LongCorrelation {
+        doubts.push(Doubt::from(SurfaceDoubt::LongCorrelation {
             level: LEVEL,
             reached_m,
-        });
+        }));
     }
     Ok(ArealRoughness {
         sa_m: heights.mean_absolute_m,

@@ -10,6 +10,7 @@ mod areal;
 mod autocorrelation;
 mod cutoff;
 mod distribution;
+mod doubt;
 mod filter;
 mod form;
 mod profile;
@@ -18,6 +19,7 @@ mod section;
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
 pub use distribution::{HeightDistribution, height_distribution, height_limits_m};
+pub use doubt::SurfaceDoubt;
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use form::{Form, remove_map_form, remove_profile_form};
 pub use profile::{

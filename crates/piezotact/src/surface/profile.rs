@@ -1,5 +1,6 @@
 //! Roughness parameters of a profile.
 
+use crate::surface::SurfaceDoubt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -200,10 +201,12 @@ fn by_the_table(
         Search::Settled(row) => Ok(split(row)?.evaluate(config)),
         Search::Unsettled(row) => {
             let mut roughness = split(row)?.evaluate(config);
-            roughness.doubts.push(Doubt::CutoffUnsettled {
-                used_m: TABLE[row].cutoff_m,
-                ra_m: roughness.ra_m,
-            });
+            roughness
+                .doubts
+                .push(Doubt::from(SurfaceDoubt::CutoffUnsettled {
+                    used_m: TABLE[row].cutoff_m,
+                    ra_m: roughness.ra_m,
+                }));
             Ok(roughness)
         }
     }
@@ -315,10 +318,12 @@ impl Split {
             ProfileFilter::Gauss => Ends::Dropped,
         };
         let short = self.cutoff_m.filter(|_| sections < SECTIONS);
-        let short = short.map(|cutoff_m| Doubt::ShortEvaluation {
-            sections,
-            asked: SECTIONS,
-            cutoff_m,
+        let short = short.map(|cutoff_m| {
+            Doubt::from(SurfaceDoubt::ShortEvaluation {
+                sections,
+                asked: SECTIONS,
+                cutoff_m,
+            })
         });
         let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);
         let uneven = uneven(parameters.heights.mean_absolute_m, whole);
@@ -355,10 +360,12 @@ fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Doubt> {
     };
     let (low_m, high_m) = (whole_ra_m / UNLIKE, whole_ra_m * UNLIKE);
     let unlike = !(low_m..=high_m).contains(&evaluated_ra_m);
-    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Doubt::UnevenProfile {
-        evaluated_ra_m,
-        whole_ra_m,
-    })
+    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Doubt::from(
+        SurfaceDoubt::UnevenProfile {
+            evaluated_ra_m,
+            whole_ra_m,
+        },
+    ))
 }
 
 /// The first point of every section, and the end of the last: up to five sections from the middle of
@@ -518,12 +525,10 @@ mod tests {
         let flat = HeightProfile::new(vec![3e-6; 2000], 10e-6).unwrap();
         assert_eq!(profile_roughness(&flat, &config).unwrap().doubts, []);
         let unlike = doubts(8.0);
-        let [
-            Doubt::UnevenProfile {
-                evaluated_ra_m,
-                whole_ra_m,
-            },
-        ] = unlike.as_slice()
+        let Some(SurfaceDoubt::UnevenProfile {
+            evaluated_ra_m,
+            whole_ra_m,
+        }) = unlike.first().and_then(Doubt::kind)
         else {
             panic!("{unlike:?}");
         };

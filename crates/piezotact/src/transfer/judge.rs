@@ -1,6 +1,7 @@
 //! What a transfer function gives away of how it was measured: channels that are swapped, late or inverted, resonances
 //! that the segments do not resolve, lines that nothing drove.
 
+use crate::transfer::TransferDoubt;
 use num_complex::Complex;
 
 use super::TransferFunction;
@@ -23,8 +24,12 @@ const LATE: f64 = 0.05;
 /// Whether a doubt says that the two signals are out of step.
 fn out_of_step(doubt: &Doubt) -> bool {
     matches!(
-        doubt,
-        Doubt::Unrelated { .. } | Doubt::Acausal { .. } | Doubt::LateResponse { .. }
+        doubt.kind(),
+        Some(
+            TransferDoubt::Unrelated { .. }
+                | TransferDoubt::Acausal { .. }
+                | TransferDoubt::LateResponse { .. }
+        )
     )
 }
 
@@ -65,9 +70,11 @@ pub(super) fn gaps<I: Quantity, O: Quantity>(
         )
         .ok()
     };
-    (missing > 0).then(|| Doubt::NotDriven {
-        bands: runs.into_iter().filter_map(band).collect(),
-        share: missing as f64 / lines as f64,
+    (missing > 0).then(|| {
+        Doubt::from(TransferDoubt::NotDriven {
+            bands: runs.into_iter().filter_map(band).collect(),
+            share: missing as f64 / lines as f64,
+        })
     })
 }
 
@@ -89,7 +96,7 @@ pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) 
 /// That most of the driven lines have less than half of their response from the drive: it is related to it, and little more.
 pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
     let doubt = function.low_coherence(function.driven?, HALF);
-    doubt.filter(|doubt| matches!(doubt, Doubt::LowCoherence { share, .. } if *share > 0.5))
+    doubt.filter(|doubt| matches!(doubt.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share > 0.5))
 }
 
 /// What of `asked` lies outside of `driven` by more than a line's width.
@@ -105,9 +112,11 @@ pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<D
         .filter_map(|(from, to)| Band::new(Hertz(from), Hertz(to)).ok())
         .collect();
     let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
-    (!bands.is_empty()).then(|| Doubt::NotDriven {
-        bands,
-        share: missing / (high - low),
+    (!bands.is_empty()).then(|| {
+        Doubt::from(TransferDoubt::NotDriven {
+            bands,
+            share: missing / (high - low),
+        })
     })
 }
 
@@ -116,16 +125,16 @@ pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<D
 fn out_of_step_by(delay: Delay, segment_s: f64) -> Option<Doubt> {
     let Delay { delay_s, reach_s } = delay;
     if delay_s - reach_s > LATE * segment_s {
-        return Some(Doubt::LateResponse {
+        return Some(Doubt::from(TransferDoubt::LateResponse {
             delay_s,
             segment_s,
             reach_s,
-        });
+        }));
     }
-    (delay_s < -reach_s).then_some(Doubt::Acausal {
+    (delay_s < -reach_s).then_some(Doubt::from(TransferDoubt::Acausal {
         lead_s: -delay_s,
         reach_s,
-    })
+    }))
 }
 
 /// The doubt about channels that are out of step, as far as lines show it.
@@ -188,10 +197,12 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
             narrowest = Some((lines[at].1, width));
         }
     }
-    narrowest.map(|(at_hz, lines)| Doubt::UnresolvedResonance {
-        at_hz,
-        lines,
-        resolution_hz: function.resolution_hz,
+    narrowest.map(|(at_hz, lines)| {
+        Doubt::from(TransferDoubt::UnresolvedResonance {
+            at_hz,
+            lines,
+            resolution_hz: function.resolution_hz,
+        })
     })
 }
 
@@ -215,7 +226,7 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
         net += weight * mobility.re;
         all += weight * mobility.norm();
     }
-    (net < -0.2 * all).then_some(Doubt::PolarityInverted)
+    (net < -0.2 * all).then_some(Doubt::from(TransferDoubt::PolarityInverted))
 }
 
 /// What the whole signals say where their lines are unrelated or out of step: whatever the length of segments, one delay or
@@ -234,12 +245,12 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     let unrelated = function
         .doubts
         .iter()
-        .any(|doubt| matches!(doubt, Doubt::Unrelated { .. }));
+        .any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })));
     match (whole, function.delay()) {
         // No lag stands out: there is none to speak of.
-        (None, _) => function
-            .doubts
-            .retain(|doubt| !out_of_step(doubt) || matches!(doubt, Doubt::Unrelated { .. })),
+        (None, _) => function.doubts.retain(|doubt| {
+            !out_of_step(doubt) || matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. }))
+        }),
         // Lines resolve a delay within their segment better than the signals do, which may be of few frequencies.
         (Some(whole), Some(of_lines)) if !unrelated && whole.agrees(&of_lines) => {}
         (Some(whole), _) => {

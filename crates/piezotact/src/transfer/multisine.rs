@@ -3,6 +3,7 @@
 //! What differs from period to period is noise. What repeats with every period and is not the answer to the drive is
 //! distortion: it stands on lines that are not driven, on even ones by even powers, on odd ones by odd powers.
 
+use crate::transfer::TransferDoubt;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -227,7 +228,10 @@ const LOUD_DISTORTION_DB: f64 = -20.0;
 
 fn distortion_doubt(distortion: &Distortion) -> Option<crate::Doubt> {
     let (level_db, band_hz) = distortion.worst()?;
-    (level_db > LOUD_DISTORTION_DB).then_some(crate::Doubt::Nonlinear { level_db, band_hz })
+    (level_db > LOUD_DISTORTION_DB).then_some(crate::Doubt::from(TransferDoubt::Nonlinear {
+        level_db,
+        band_hz,
+    }))
 }
 
 fn mean(periods: &[Vec<Complex<f64>>]) -> Vec<Complex<f64>> {

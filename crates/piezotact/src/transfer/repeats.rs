@@ -1,5 +1,6 @@
 //! Repeats of one measurement: one estimate of all, and how far they lie apart.
 
+use crate::transfer::TransferDoubt;
 use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
@@ -81,10 +82,12 @@ pub fn pooled<I: Quantity, O: Quantity>(
     // What follows from the estimate is judged anew.
     let own = |doubt: &&Doubt| {
         !matches!(
-            doubt,
-            Doubt::FewAverages { .. }
-                | Doubt::LowCoherence { .. }
-                | Doubt::ImpossibleCoherence { .. }
+            doubt.kind(),
+            Some(
+                TransferDoubt::FewAverages { .. }
+                    | TransferDoubt::LowCoherence { .. }
+                    | TransferDoubt::ImpossibleCoherence { .. }
+            )
         )
     };
     for doubt in repeats.iter().flat_map(|r| &r.doubts).filter(own) {

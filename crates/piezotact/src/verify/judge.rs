@@ -1,8 +1,6 @@
 //! The criteria of a verification, from what was found of target and measurement.
 
-use std::fmt;
-
-use serde::{Deserialize, Serialize};
+use crate::verify::VerifyDoubt;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::clock::Clock;
@@ -13,67 +11,6 @@ use crate::criterion::{Criterion, Limit};
 use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
-
-/// What a person should know of how a measurement was compared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "doubt", rename_all = "snake_case")]
-pub enum VerifyDoubt {
-    /// The clocks of playback and recording differ, and the measurement was compared after correcting for it.
-    ClockDrift {
-        /// By how much, parts per million.
-        ppm: f64,
-    },
-    /// The recording lost samples, and was compared after correcting for it.
-    LostSamples {
-        /// How many.
-        samples: f64,
-        /// At how many places.
-        places: usize,
-    },
-    /// The delay changes over time as neither two clocks nor lost samples explain.
-    DelayWanders {
-        /// The rms of the delay about a steady one, s.
-        rms_s: f64,
-    },
-    /// Part of the target's lines is hidden by the sensor's noise and was not compared.
-    HiddenByNoise {
-        /// Their share of the lines, 0–1.
-        line_share: f64,
-        /// Their share of the target's power, 0–1.
-        power_share: f64,
-    },
-    /// The measurement equals the target.
-    CopyOfTarget,
-}
-
-impl fmt::Display for VerifyDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::ClockDrift { ppm } => write!(
-                f,
-                "the clocks of playback and recording differ by {ppm:+.1} ppm: compared after correcting for it; drive both from one clock, or keep to short textures"
-            ),
-            Self::LostSamples { samples, places } => write!(
-                f,
-                "the recording lost {samples:.0} samples at {places} place(s): compared after correcting for it; look for an overload of the recorder, and record again"
-            ),
-            Self::DelayWanders { rms_s } => write!(
-                f,
-                "the delay of the measurement wanders by {:.2} ms rms, as neither two clocks nor lost samples explain: look for a sound output that changes its rate, or a sensor that moves",
-                rms_s * 1e3
-            ),
-            Self::HiddenByNoise { line_share, power_share } => write!(
-                f,
-                "the sensor's noise hides {:.0} % of the target's lines, which hold {:.2} % of its power: they are not compared; take a quieter sensor to judge them",
-                line_share * 100.0,
-                power_share * 100.0
-            ),
-            Self::CopyOfTarget => f.write_str(
-                "the measurement equals the target: it is a copy and shows nothing of a device; give what was recorded while the drive was played",
-            ),
-        }
-    }
-}
 
 /// What is known of a target and its measurement.
 #[derive(Clone, Copy)]
@@ -188,7 +125,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     criteria.extend(extent(evidence, &lines));
     let correlation = all.correlation();
     if all.plain_correlation() >= COPY {
-        more.push(Doubt::Verification(VerifyDoubt::CopyOfTarget));
+        more.push(Doubt::from(VerifyDoubt::CopyOfTarget));
         criteria.push(Criterion {
             found: Some(correlation),
             ..Criterion::unmeasured(Aspect::Independent, "", Limit::at_most(COPY))
@@ -225,7 +162,7 @@ fn of_clock(clock: &Clock) -> Vec<Doubt> {
     [drift, lost, wanders]
         .into_iter()
         .flatten()
-        .map(Doubt::Verification)
+        .map(Doubt::from)
         .collect()
 }
 
@@ -316,7 +253,7 @@ fn spectrum(
     }
     let all = lines.compared.len() + lines.hidden;
     if lines.hidden > 0 {
-        more.push(Doubt::Verification(VerifyDoubt::HiddenByNoise {
+        more.push(Doubt::from(VerifyDoubt::HiddenByNoise {
             line_share: lines.hidden as f64 / all.max(1) as f64,
             power_share: lines.hidden_power / in_band.max(f64::MIN_POSITIVE),
         }));

@@ -8,6 +8,7 @@ mod beside;
 mod changed;
 mod clock;
 mod config;
+mod doubt;
 mod error;
 mod events;
 mod judge;
@@ -22,8 +23,8 @@ pub use beside::{Beside, beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
+pub use doubt::VerifyDoubt;
 pub use error::VerifyError;
-pub use judge::VerifyDoubt;
 pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
 pub use straight::{PredictedStraight, predicted_straight};
@@ -301,38 +302,38 @@ pub fn verify<Q: Quantity>(
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut doubts = target_psd.doubts.clone();
     if judged_share < 1.0 - TOLD_SHARE {
-        doubts.push(Doubt::PartJudged {
+        doubts.push(Doubt::from(VerifyDoubt::PartJudged {
             share: judged_share,
             judged: config.reached.clone(),
             band: config.band,
-        });
+        }));
     }
     if added_power > ADDED_TOLD {
-        doubts.push(Doubt::PowerAdded { ratio: added_power });
+        doubts.push(Doubt::from(VerifyDoubt::PowerAdded { ratio: added_power }));
     }
     if config.level.0 != 0.0 {
-        doubts.push(Doubt::LevelChanged {
+        doubts.push(Doubt::from(VerifyDoubt::LevelChanged {
             level_db: config.level.0,
-        });
+        }));
     }
     if lines.without_target > 0 {
         let all = lines.without_target + lines.compared.len();
-        doubts.push(Doubt::NoTargetPower {
+        doubts.push(Doubt::from(VerifyDoubt::NoTargetPower {
             share: lines.without_target as f64 / all as f64,
-        });
+        }));
     }
     // A hundredth is what aligning costs at the ends.
     if compared.len() * 100 < target.samples().len() * 99 {
-        doubts.push(Doubt::Cut {
+        doubts.push(Doubt::from(VerifyDoubt::Cut {
             compared_s: rate.duration_of(compared.len()).0,
             target_s: target.duration().0,
-        });
+        }));
     }
     doubts.extend(measured.clipping.doubts);
     if waveform_correlation < -0.5 {
-        doubts.push(Doubt::Inverted {
+        doubts.push(Doubt::from(VerifyDoubt::Inverted {
             correlation: waveform_correlation,
-        });
+        }));
     }
     let floor = meant::floor(&meant, response, &aligned, config.band);
     let judged_bands: Vec<Band> = if config.reached.is_empty() {

@@ -1,5 +1,6 @@
 //! What a verification concludes, and from which criteria.
 
+use crate::recording::RehearsalDoubt;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -338,7 +339,7 @@ impl Verification {
             }
             _ => "",
         };
-        let own = |doubt: &Doubt| matches!(doubt, Doubt::Rehearsal(_));
+        let own = |doubt: &Doubt| doubt.kind::<RehearsalDoubt>().is_some();
         let rehearsed = if self.doubts.iter().any(own) {
             "; a rehearsal through the drive's own transfer function, which is no proof"
         } else {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::advice::text;
 use crate::benches::BenchSpec;
 use piezotact::correct::CorrectConfig;
 use piezotact::lineage::Mode;
@@ -54,7 +55,7 @@ pub(super) fn run(
     let here = bench.acquirer.condition(&run);
     // Before anything plays.
     for doubt in asked.function.condition.doubts_when_measured(&here) {
-        say(&format!("doubt: {doubt}"));
+        say(&format!("doubt: {}", text(&doubt)));
     }
     let loop_config = LoopConfig {
         render: asked.config.clone(),

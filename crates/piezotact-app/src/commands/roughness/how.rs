@@ -1,6 +1,6 @@
 //! How a roughness was computed: said in a line, and stated in JSON.
 
-use piezotact::Doubt;
+use piezotact::surface::SurfaceDoubt;
 use piezotact::surface::{
     ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard,
 };
@@ -78,7 +78,7 @@ fn of_profile(r: &ProfileRoughness) -> String {
     let unsettled = r
         .doubts
         .iter()
-        .any(|doubt| matches!(doubt, Doubt::CutoffUnsettled { .. }));
+        .any(|doubt| matches!(doubt.kind(), Some(SurfaceDoubt::CutoffUnsettled { .. })));
     let why = match r.config.cutoff {
         Cutoff::Stated(_) => "stated",
         _ if unsettled => "the nearest that the table of ISO 4288 offers for this length",

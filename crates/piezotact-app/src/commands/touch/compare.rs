@@ -19,6 +19,7 @@ use super::{
     Cell, Comparison, Take, analyse_all, both_ways, cells, comparisons, differ_in, doubts_once,
     left_out, lines_of_all, ridge_m, sample_sets, tables, take_all,
 };
+use crate::advice::text;
 use crate::cli::{By, Compare};
 use crate::failure::{Outcome, usage};
 use crate::output::{digits, doubts_json, print, print_json, say, write_text};
@@ -97,7 +98,7 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         say(&format!("doubt: {doubt}"));
     }
     for doubt in &of_pairs {
-        say(&format!("doubt: {doubt}"));
+        say(&format!("doubt: {}", text(doubt)));
     }
     for result in &results {
         print(&result.text)?;
@@ -151,7 +152,7 @@ fn doubts_in_words(results: &[Compared]) -> Vec<String> {
     });
     merged_of(all)
         .iter()
-        .map(|doubt| doubt.text_of(results.len(), "settings"))
+        .map(|doubt| doubt.text_of((results.len(), "settings"), &text))
         .collect()
 }
 

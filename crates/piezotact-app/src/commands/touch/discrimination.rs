@@ -62,7 +62,7 @@ impl Discrimination {
 
     pub(crate) fn doubts(&self) -> Vec<Doubt> {
         let doubts = self.found.iter().flat_map(|found| &found.doubts);
-        doubts.cloned().map(Doubt::Discrimination).collect()
+        doubts.cloned().collect()
     }
 
     /// How it was found, or why it is withheld, in a line.

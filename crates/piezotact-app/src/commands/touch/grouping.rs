@@ -1,5 +1,6 @@
 //! Which recordings belong together.
 
+use piezotact::compare::CompareDoubt;
 use std::cmp::Ordering;
 
 use anyhow::anyhow;
@@ -267,8 +268,10 @@ pub(crate) fn left_out(takes: &[Take], compared: &[Comparison<'_>]) -> Option<Do
         .filter(|take| !held(take))
         .map(|take| take.name.as_str())
         .collect();
-    (!names.is_empty()).then(|| Doubt::NotCompared {
-        recordings: names.join(", "),
+    (!names.is_empty()).then(|| {
+        Doubt::from(CompareDoubt::NotCompared {
+            recordings: names.join(", "),
+        })
     })
 }
 

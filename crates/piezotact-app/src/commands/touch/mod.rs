@@ -7,6 +7,7 @@ mod grouping;
 pub(crate) mod segment;
 mod tables;
 
+use piezotact::stroke::StrokeDoubt;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,7 @@ use piezotact_dataset::{
 };
 
 use super::{place, read};
+use crate::advice::text;
 use crate::cli::{Computing, Takes, TouchName};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
@@ -84,7 +86,7 @@ pub(crate) fn doubts_once(takes: &[Take], groups: &[Cell<'_>]) -> Vec<String> {
         .flat_map(|group| group.summary.doubts.iter().map(|doubt| (None, doubt)));
     merged_of(of_takes.chain(of_groups))
         .iter()
-        .map(|doubt| doubt.text_of(takes.len(), "recordings"))
+        .map(|doubt| doubt.text_of((takes.len(), "recordings"), &text))
         .collect()
 }
 
@@ -176,10 +178,12 @@ fn take(path: &Path, args: &Takes) -> Outcome<Take> {
         let (cut, outside) = cuts.apply(segmentation, recording.len(), recording.rate());
         segmentation = cut;
         if !outside.is_empty() {
-            segmentation.doubts.push(Doubt::CutsNotApplied {
-                file: cuts.source.clone(),
-                count: outside.len(),
-            });
+            segmentation
+                .doubts
+                .push(Doubt::from(StrokeDoubt::CutsNotApplied {
+                    file: cuts.source.clone(),
+                    count: outside.len(),
+                }));
         }
     }
     segmentation.doubts.extend(segmentation.rejection_doubt());
@@ -306,17 +310,19 @@ pub(crate) fn analyse_all(takes: &mut [Take], computing: &Computing) -> Outcome 
         for doubt in doubts_once(takes, &[]) {
             say(&format!("doubt: {doubt}"));
         }
-        let first = takes
-            .iter()
-            .flat_map(Take::doubts)
-            .find(|doubt| matches!(doubt, Doubt::NoContact { .. } | Doubt::Rejected { .. }));
+        let first = takes.iter().flat_map(Take::doubts).find(|doubt| {
+            matches!(
+                doubt.kind(),
+                Some(StrokeDoubt::NoContact { .. } | StrokeDoubt::Rejected { .. })
+            )
+        });
         return Err(anyhow!(
             "expected strokes, found none in {}{}",
             match takes {
                 [only] => only.name.clone(),
                 all => format!("all {} recordings", all.len()),
             },
-            first.map_or(String::new(), |doubt| format!(": {doubt}"))
+            first.map_or(String::new(), |doubt| format!(": {}", text(&doubt)))
         )
         .into());
     }

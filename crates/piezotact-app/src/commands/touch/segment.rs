@@ -8,6 +8,7 @@ use piezotact_dataset::{cuts_path, cuts_text};
 use serde_json::{Value, json};
 
 use super::{Take, tables, take_all};
+use crate::advice::merged_text;
 use crate::cli::{Segment, Takes};
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
@@ -54,7 +55,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
     }
     for take in &takes {
         for doubt in merged(&take.doubts()) {
-            say(&format!("doubt: {}: {doubt}", take.name));
+            say(&format!("doubt: {}: {}", take.name, merged_text(&doubt)));
         }
         print(&summary(take))?;
     }

@@ -1,5 +1,6 @@
 //! The figures of a report on a panel, one function for each.
 
+use piezotact::panel::PanelDoubt;
 use piezotact::panel::{Cell, CellAverage, CellSpread, PanelAnalysis};
 use piezotact::quantity::{Band, Decibels, Degrees, Newtons, Quantity, Unit};
 use piezotact::transfer::{BundleAverage, TransferFunction};
@@ -105,8 +106,7 @@ fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Outcome<String> {
     let odd = |who: &str| {
         page.said.doubts.iter().any(|doubt| {
-            matches!(doubt, piezotact::Doubt::OddOneOut { participant, at, .. }
-                if participant == who && *at == spread.cell.to_string())
+            matches!(doubt.kind(), Some(PanelDoubt::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
         })
     };
     let mut lines = Vec::new();

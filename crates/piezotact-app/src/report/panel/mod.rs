@@ -18,6 +18,7 @@ use piezotact::transfer::{BundleAverage, TransferFunction};
 use piezotact_dataset::{PanelFolder, PanelKind};
 
 use super::{broad_document, figure};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 use crate::wording;
 
@@ -522,7 +523,7 @@ fn doubts(said: &PanelAnalysis) -> Markup {
             @if said.doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in merged(&said.doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(&said.doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     }

@@ -5,7 +5,7 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
-use piezotact::Doubt;
+use piezotact::compare::CompareDoubt;
 use piezotact::compare::{
     SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
 };
@@ -16,6 +16,7 @@ use piezotact::stroke::{Judging, Rule};
 use piezotact::surface::SampleSet;
 
 use super::{document, figure};
+use crate::advice::text;
 use crate::cli::By;
 use crate::commands::touch::compare::{
     active_passive as active_passive_lines, one_stroke_each, period, touch,
@@ -358,9 +359,11 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
             setting => setting,
         };
         for doubt in found.iter().flat_map(|period| &period.doubts) {
-            match doubt {
-                Doubt::NoCommonPeriod { .. } if all.len() > 1 => aperiodic.push(setting.to_owned()),
-                doubt => doubts.push(format!("{setting}: {doubt}")),
+            match doubt.kind() {
+                Some(CompareDoubt::NoCommonPeriod { .. }) if all.len() > 1 => {
+                    aperiodic.push(setting.to_owned())
+                }
+                _ => doubts.push(format!("{setting}: {}", text(doubt))),
             }
         }
         rows.push(speed_row(
@@ -395,7 +398,7 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
                         li { (wording::power_law("rms", "speed", &fit, "speeds")) }
                     }
                     @if let Some(period) = &found {
-                        @for doubt in &period.doubts { li.doubt { (doubt) } }
+                        @for doubt in &period.doubts { li.doubt { (text(doubt)) } }
                         li { (wording::spatial_period(period)) (format!(", {:.1} dB above the background in the mean over speeds", period.prominence_db)) }
                     }
                 }

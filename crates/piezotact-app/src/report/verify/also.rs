@@ -6,6 +6,7 @@ use piezotact::doubt::merged;
 use piezotact::verify::Verification;
 
 use super::Page;
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 use crate::output::difference_db;
 use crate::report::{figure, figures};
@@ -85,7 +86,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
             h3 { "Doubts about them" }
             @for also in page.also {
                 p { b { (also.label) } @if also.doubts.is_empty() { ": none beside those about the target." } }
-                @if !also.doubts.is_empty() { ul.doubts { @for doubt in merged(also.doubts.iter().copied()) { li { (doubt) } } } }
+                @if !also.doubts.is_empty() { ul.doubts { @for doubt in merged(also.doubts.iter().copied()) { li { (merged_text(&doubt)) } } } }
             }
         }
     })

@@ -17,6 +17,7 @@ use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyE
 use piezotact_dataset::sidecar::Rendering;
 
 use super::{UNKNOWN_BENCH, bench_told, document, figure, figures, transfer};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 
 pub(crate) use also::{Also, Told};
@@ -184,7 +185,7 @@ fn doubts(page: &Page<'_>) -> Markup {
             @if doubts.is_empty() {
                 p.soft { "None: nothing had to be clamped, guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in merged(doubts) { li { (doubt) } } }
+                ul.doubts { @for doubt in merged(doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     }

@@ -5,7 +5,9 @@ use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
 use piezotact::recording::Recording;
+use piezotact::recording::RecordingDoubt;
 use piezotact::resample::resample_over;
+use piezotact::run::RunDoubt;
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
@@ -173,10 +175,8 @@ impl Listener<'_> {
     /// Whether a run went as it should, whatever was felt of it.
     fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
         let incomplete = |doubt: &&Doubt| {
-            matches!(
-                doubt,
-                Doubt::PlaybackIncomplete { .. } | Doubt::Interrupted { .. }
-            )
+            matches!(doubt.kind(), Some(RunDoubt::PlaybackIncomplete { .. }))
+                || matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. }))
         };
         if let Some(doubt) = recording.doubts.iter().find(incomplete) {
             return Err(Mishap::Playback {

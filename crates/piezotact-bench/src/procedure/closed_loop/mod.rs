@@ -3,6 +3,11 @@
 mod measured;
 mod outcome;
 
+use piezotact::clipping::ClippingDoubt;
+use piezotact::correct::LoopDoubt;
+use piezotact::render::RenderDoubt;
+use piezotact::resample::ResampleDoubt;
+use piezotact::verify::VerifyDoubt;
 use std::fmt;
 
 use piezotact::Doubt;
@@ -132,7 +137,7 @@ pub fn closed_loop(
         // What a lower rate leaves out is part of the texture all the same.
         first
             .doubts
-            .retain(|doubt| !matches!(doubt, Doubt::PowerOutsideBand { .. }));
+            .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::PowerOutsideBand { .. })));
         first
             .doubts
             .extend(power_outside(recorded, &config.render)?);
@@ -145,7 +150,7 @@ pub fn closed_loop(
         if function.drive.is_some() {
             first
                 .doubts
-                .retain(|doubt| !matches!(doubt, Doubt::DeviceNotDescribed));
+                .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::DeviceNotDescribed)));
         }
     }
     first.setup.clone_from(&function.drive);
@@ -305,10 +310,10 @@ pub fn closed_loop(
             (Some(verification), felt.recording)
         }
         Err(broken) => {
-            rendered.doubts.push(Doubt::LoopStopped {
+            rendered.doubts.push(Doubt::from(LoopDoubt::LoopStopped {
                 best: best.number,
                 why: format!("the drive that is kept could not be measured once more: {broken}"),
-            });
+            }));
             (None, best.felt.recording)
         }
     };
@@ -322,9 +327,11 @@ pub fn closed_loop(
         .as_ref()
         .unwrap_or(&iterations[best.number].verification);
     let limit_db = shown.limits.error_db_rms;
-    let missed = (shown.judged_error_db() > limit_db).then(|| Doubt::TargetMissed {
-        error_db_rms: shown.judged_error_db(),
-        limit_db,
+    let missed = (shown.judged_error_db() > limit_db).then(|| {
+        Doubt::from(LoopDoubt::TargetMissed {
+            error_db_rms: shown.judged_error_db(),
+            limit_db,
+        })
     });
     let new = function
         .condition
@@ -446,17 +453,21 @@ impl Fit {
     /// What is to be said of it; `fits_at` is the level at which nothing has to be turned down.
     fn doubts(&self, fits_at: Option<Decibels>) -> Vec<Doubt> {
         let turned_down = self.turned_down.clone().zip(fits_at);
-        let turned_down = turned_down.map(|((bands, share), fits_at)| Doubt::TurnedDown {
-            bands,
-            share,
-            fits_at_db: fits_at.0,
+        let turned_down = turned_down.map(|((bands, share), fits_at)| {
+            Doubt::from(RenderDoubt::TurnedDown {
+                bands,
+                share,
+                fits_at_db: fits_at.0,
+            })
         });
-        let pressed = (self.likeness < UNLIKE).then_some(Doubt::CrestsPressed {
+        let pressed = (self.likeness < UNLIKE).then_some(Doubt::from(LoopDoubt::CrestsPressed {
             correlation: self.likeness,
-        });
-        let held = (self.held > HELD_TOLD).then(|| Doubt::Clipped {
-            what: "the corrected drive".into(),
-            fraction: self.held,
+        }));
+        let held = (self.held > HELD_TOLD).then(|| {
+            Doubt::from(ClippingDoubt::Clipped {
+                what: "the corrected drive".into(),
+                fraction: self.held,
+            })
         });
         turned_down.into_iter().chain(pressed).chain(held).collect()
     }
@@ -481,11 +492,11 @@ fn at_a_common_rate(
         return Ok((target.clone(), None));
     }
     let lower = brought_to(target, to, config)?;
-    let doubt = Doubt::RateConverted {
+    let doubt = Doubt::from(ResampleDoubt::RateConverted {
         what: "the target".into(),
         from_hz: from.hz(),
         to_hz: to.hz(),
-    };
+    });
     Ok((lower, Some(doubt)))
 }
 
@@ -503,9 +514,10 @@ fn opened(
     let mut first = render(target, function, &open)?;
     first.config = config.render.clone();
     // What clipped while the transfer function was measured stays.
-    first.doubts.retain(|doubt| match doubt {
-        Doubt::Clipped { what, .. } => !what.starts_with("the drive ("),
-        other => !matches!(other, Doubt::SlewLimited { .. }),
+    first.doubts.retain(|doubt| {
+        let clipped = matches!(doubt.kind(), Some(ClippingDoubt::DriveClipped { .. }));
+        let slewed = matches!(doubt.kind(), Some(RenderDoubt::SlewLimited { .. }));
+        !clipped && !slewed
     });
     Ok(first)
 }
@@ -553,7 +565,12 @@ fn judged(
     };
     let verification = verify(target, measured, &verify_config)
         .map_err(|error| impossible("a measurement that can be compared", &error))?;
-    let wrong = |doubt: &&Doubt| matches!(doubt, Doubt::Inverted { .. } | Doubt::Cut { .. });
+    let wrong = |doubt: &&Doubt| {
+        matches!(
+            doubt.kind(),
+            Some(VerifyDoubt::Inverted { .. } | VerifyDoubt::Cut { .. })
+        )
+    };
     match verification.doubts.iter().find(wrong) {
         Some(doubt) => Err(Broken::Unbelievable(Mishap::Response {
             doubt: Box::new(doubt.clone()),
@@ -575,10 +592,10 @@ fn finished(
     doubts.extend(fit);
     doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
     if matches!(end, LoopEnd::Worse | LoopEnd::Broken(_)) {
-        doubts.push(Doubt::LoopStopped {
+        doubts.push(Doubt::from(LoopDoubt::LoopStopped {
             best: best.number,
             why: end.to_string(),
-        });
+        }));
     }
     RenderedDrive {
         drive,

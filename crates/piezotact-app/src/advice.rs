@@ -1,0 +1,62 @@
+//! Advice of the science as options of the command line.
+
+use std::error::Error;
+
+use piezotact::Doubt;
+use piezotact::doubt::{Advice, ChannelRole, Merged};
+use piezotact::wording;
+
+/// The option with which advice is followed on the command line; `None` where there is none.
+fn option(advice: &Advice) -> Option<String> {
+    let option = match advice {
+        Advice::NameChannel { role } => match role {
+            ChannelRole::NormalForce => "--normal-force",
+            ChannelRole::Motion => "--motion",
+            ChannelRole::Vibration => "--vibration",
+            ChannelRole::Signal => "--channel",
+        },
+        Advice::StateScale => "--scale",
+        Advice::OmitRate => "without --rate",
+        Advice::LowerRate => "--rate",
+        Advice::StateLoad => "--load",
+        Advice::CutByHand => "--cuts",
+        Advice::TakeStroke => "--stroke N",
+        Advice::StateHighPass { at_hz } => return Some(format!("--high-pass {at_hz}")),
+        Advice::StateCutoff => "--cutoff",
+        Advice::ShorterSegments { .. } | Advice::LongerSegments => "--segment",
+        Advice::ExchangeDriveAndResponse => "--drive and --response",
+        Advice::NarrowBand | Advice::WidenBand => "--band",
+        Advice::GiveContactMap => "--contact-map",
+        Advice::DescribeDevice => "--gain and --volts-per-full-scale",
+        Advice::JoinWithItself => "manipulate --loop",
+        Advice::ShowDoubts => "piezotact info",
+        Advice::PlayThroughOtherPlacement => "panel=FOLDER behind the measured bench's file",
+        _ => return None,
+    };
+    Some(option.to_owned())
+}
+
+/// Advice in words, with its option.
+fn words(advice: &Advice) -> String {
+    match option(advice) {
+        Some(option) => format!("{advice} ({option})"),
+        None => advice.to_string(),
+    }
+}
+
+/// A doubt in words: what was found, and what to do on the command line.
+pub(crate) fn text(doubt: &Doubt) -> String {
+    wording::text_with(doubt, &words)
+}
+
+/// Doubts of one kind in words.
+pub(crate) fn merged_text(doubts: &Merged) -> String {
+    doubts.text_with(&text)
+}
+
+/// The options that help with an error of the science.
+pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<String> {
+    let advice = wording::advice_of_error(error);
+    let options: Vec<String> = advice.iter().filter_map(option).collect();
+    (!options.is_empty()).then(|| options.join(", "))
+}

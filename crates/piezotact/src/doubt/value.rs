@@ -1,0 +1,295 @@
+//! What a doubt is about, and the values that it holds.
+
+use serde::{Deserialize, Serialize};
+
+use super::Doubt;
+use crate::checksum::Checksum;
+use crate::quantity::{Band, Hertz};
+
+/// What a doubt is about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum About {
+    /// A channel, by its name.
+    Channel(String),
+    /// A signal that is no channel of a recording: "the target".
+    Signal(String),
+    /// A file, by its name.
+    File(String),
+    /// A group of recordings.
+    Group(String),
+    /// A participant of a panel.
+    Participant(String),
+    /// A measurement of a panel.
+    Measurement(String),
+    /// A value that was computed.
+    Result(String),
+    /// What a newer version writes.
+    #[serde(untagged)]
+    Other(serde_json::Value),
+}
+
+impl About {
+    /// Its name; `None` for what a newer version writes.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Channel(name)
+            | Self::Signal(name)
+            | Self::File(name)
+            | Self::Group(name)
+            | Self::Participant(name)
+            | Self::Measurement(name)
+            | Self::Result(name) => Some(name),
+            Self::Other(_) => None,
+        }
+    }
+
+    /// The same kind of thing without its name; `None` for what a newer version writes.
+    pub(super) fn nameless(&self) -> Option<Self> {
+        Some(match self {
+            Self::Channel(_) => Self::Channel(String::new()),
+            Self::Signal(_) => Self::Signal(String::new()),
+            Self::File(_) => Self::File(String::new()),
+            Self::Group(_) => Self::Group(String::new()),
+            Self::Participant(_) => Self::Participant(String::new()),
+            Self::Measurement(_) => Self::Measurement(String::new()),
+            Self::Result(_) => Self::Result(String::new()),
+            Self::Other(_) => return None,
+        })
+    }
+}
+
+/// A value of a doubt.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, in the unit that its name ends with.
+    Number(f64),
+    /// A name or a text.
+    Text(String),
+    /// One of several: two doubts that differ in it say the same.
+    Example(String),
+    /// A band of frequencies.
+    Band(Band),
+    /// Several values.
+    List(Vec<Value>),
+    /// A doubt of something that the result was made from, as an example.
+    Doubt(Box<Doubt>),
+    /// What a newer version writes.
+    Other(serde_json::Value),
+}
+
+/// One of several, by its name: two doubts that differ in it say the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Example(pub String);
+
+impl std::fmt::Display for Example {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// What can stand in a field of a doubt.
+pub trait FieldValue: Sized {
+    /// The value; `None` where there is nothing to hold.
+    fn into_value(self) -> Option<Value>;
+    /// The field; `None` where `value` is no such field.
+    fn from_value(value: Option<&Value>) -> Option<Self>;
+}
+
+impl FieldValue for f64 {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Number(self))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Number(number) => Some(*number),
+            // JSON has no other word for a number that is none.
+            Value::Other(serde_json::Value::Null) => Some(Self::NAN),
+            _ => None,
+        }
+    }
+}
+
+/// The integer that a number is; `None` for a fraction, a negative one, and one beyond 2⁵³.
+fn whole(number: f64) -> Option<u64> {
+    const MOST: f64 = 9_007_199_254_740_992.0;
+    ((0.0..=MOST).contains(&number) && number.fract() == 0.0).then_some(number as u64)
+}
+
+impl FieldValue for u64 {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Number(self as f64))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        whole(f64::from_value(value)?)
+    }
+}
+
+impl FieldValue for usize {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Number(self as f64))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        Self::try_from(u64::from_value(value)?).ok()
+    }
+}
+
+impl FieldValue for String {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Text(self))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Text(text) => Some(text.clone()),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValue for Example {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Example(self.0))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Example(text) => Some(Self(text.clone())),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValue for Checksum {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Text(self.to_string()))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Text(text) => serde_json::from_value(text.clone().into()).ok(),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValue for Band {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Band(self))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Band(band) => Some(*band),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValue for Doubt {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Doubt(Box::new(self)))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Doubt(doubt) => Some((**doubt).clone()),
+            _ => None,
+        }
+    }
+}
+
+impl<T: FieldValue> FieldValue for Vec<T> {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::List(
+            self.into_iter().filter_map(T::into_value).collect(),
+        ))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::List(values) => values.iter().map(|v| T::from_value(Some(v))).collect(),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValue for [f64; 2] {
+    fn into_value(self) -> Option<Value> {
+        self.to_vec().into_value()
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        Vec::from_value(value)?.try_into().ok()
+    }
+}
+
+impl<T: FieldValue> FieldValue for Option<T> {
+    fn into_value(self) -> Option<Value> {
+        self.and_then(T::into_value)
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value {
+            None => Some(None),
+            some => T::from_value(some).map(Some),
+        }
+    }
+}
+
+impl From<Value> for serde_json::Value {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Number(number) => match whole(number) {
+                Some(whole) => whole.into(),
+                None => number.into(),
+            },
+            Value::Text(text) => text.into(),
+            Value::Example(text) => serde_json::json!({ "example": text }),
+            Value::Band(band) => {
+                serde_json::json!({ "low_hz": band.low().0, "high_hz": band.high().0 })
+            }
+            Value::List(values) => values.into_iter().map(Self::from).collect(),
+            Value::Doubt(doubt) => serde_json::to_value(&*doubt).unwrap_or_default(),
+            Value::Other(other) => other,
+        }
+    }
+}
+
+impl From<serde_json::Value> for Value {
+    fn from(json: serde_json::Value) -> Self {
+        use serde_json::Value as Json;
+        match json {
+            Json::Number(number) => match number.as_f64() {
+                Some(number) => Self::Number(number),
+                None => Self::Other(number.into()),
+            },
+            Json::String(text) => Self::Text(text),
+            Json::Array(values) => Self::List(values.into_iter().map(Self::from).collect()),
+            Json::Object(fields) => {
+                let number = |name: &str| fields.get(name).and_then(Json::as_f64).map(Hertz);
+                let known = match fields.len() {
+                    1 => fields
+                        .get("example")
+                        .and_then(Json::as_str)
+                        .map(|text| Self::Example(text.to_owned())),
+                    2 => number("low_hz")
+                        .zip(number("high_hz"))
+                        .and_then(|(low, high)| Band::new(low, high).ok())
+                        .map(Self::Band),
+                    _ if fields.contains_key("code") => {
+                        let doubt = serde_json::from_value(Json::Object(fields.clone()));
+                        doubt.ok().map(|doubt| Self::Doubt(Box::new(doubt)))
+                    }
+                    _ => None,
+                };
+                known.unwrap_or(Self::Other(Json::Object(fields)))
+            }
+            other => Self::Other(other),
+        }
+    }
+}

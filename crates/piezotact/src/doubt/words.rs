@@ -1,0 +1,33 @@
+//! Parts of the sentences of doubts.
+
+use crate::quantity::Band;
+
+/// As many of a list are named.
+const LISTED: usize = 4;
+
+/// A share in per cent.
+pub(crate) fn percent(share: f64) -> String {
+    let p = share * 100.0;
+    if p >= 1.0 || p <= 0.0 {
+        format!("{p:.0} %")
+    } else {
+        format!("{p:.2} %")
+    }
+}
+
+/// The first four of `bands`, and how many there are beside them.
+pub(crate) fn bands(bands: &[Band]) -> String {
+    let names: Vec<String> = bands.iter().map(ToString::to_string).collect();
+    first_of(&names, ", ")
+}
+
+/// The first four of `names`, and how many there are beside them.
+pub(crate) fn first_of(names: &[String], between: &str) -> String {
+    let named = names.iter().take(LISTED).map(String::as_str);
+    let named: Vec<&str> = named.collect();
+    let more = match names.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    named.join(between) + &more
+}

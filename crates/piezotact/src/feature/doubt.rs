@@ -1,0 +1,55 @@
+//! What the features of strokes leave open.
+
+use std::fmt;
+
+use crate::doubt::words::percent;
+use crate::doubt::{Advice, DoubtKind, doubts};
+
+doubts! {
+    /// What the features of strokes leave open.
+    pub enum FeatureDoubt {
+        /// Strokes too short for a spectrum with the lines of the others.
+        ShortStrokes("short_strokes") {
+            /// How many.
+            count: usize,
+            /// What is needed, s.
+            needed_s: f64,
+        },
+        /// Much of the power lies below the band of vibration, and was not filtered out.
+        GestureKept("gesture_kept") {
+            /// The share of the power, 0–1.
+            share: f64,
+            /// Below this frequency, Hz.
+            below_hz: f64,
+        },
+    }
+}
+
+impl DoubtKind for FeatureDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::ShortStrokes { .. } => vec![Advice::ShorterSegments { to_s: None }],
+            Self::GestureKept { below_hz, .. } => vec![Advice::StateHighPass { at_hz: *below_hz }],
+        }
+    }
+}
+
+impl fmt::Display for FeatureDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ShortStrokes { count, needed_s } => write!(
+                f,
+                "{count} stroke(s) shorter than a segment of {needed_s:.3} s are left out"
+            ),
+            Self::GestureKept { share, below_hz } => write!(
+                f,
+                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept (only accelerations are filtered unasked)",
+                percent(*share)
+            ),
+        }
+    }
+}

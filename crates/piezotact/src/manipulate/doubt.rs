@@ -1,0 +1,79 @@
+//! What a manipulation of a texture leaves open.
+
+use std::fmt;
+
+use crate::doubt::words::percent;
+use crate::doubt::{Advice, DoubtKind, doubts};
+
+doubts! {
+    /// What a manipulation of a texture leaves open.
+    pub enum ManipulateDoubt {
+        /// Part of a texture was moved beyond what its rate holds.
+        LeftTheBand("left_the_band") {
+            /// What was done.
+            operation: String,
+            /// The share of the power, 0–1.
+            share: f64,
+            /// Half the rate, Hz.
+            nyquist_hz: f64,
+        },
+        /// A texture joined with itself shows where.
+        JoinShows("join_shows") {
+            /// How alike the two ends are, −1 to 1.
+            correlation: f64,
+            /// The largest step between two samples at the join, relative to the largest of the texture.
+            step_ratio: f64,
+            /// The strongest short-time spectrum at the join, relative to the strongest of the texture, dB.
+            spectrum_db: f64,
+        },
+        /// The level of a texture jumps where it is joined with itself.
+        LevelJumps("level_jumps") {
+            /// The change of its short-time level there, dB.
+            jump_db: f64,
+            /// The largest within the texture, dB.
+            own_db: f64,
+        },
+    }
+}
+
+impl DoubtKind for ManipulateDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::LeftTheBand { .. } => vec![Advice::SmallerChange],
+            Self::JoinShows { .. } => vec![Advice::LongerStroke],
+            Self::LevelJumps { .. } => vec![Advice::SteadyStroke],
+        }
+    }
+}
+
+impl fmt::Display for ManipulateDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeftTheBand {
+                operation,
+                share,
+                nyquist_hz,
+            } => write!(
+                f,
+                "{operation}: {} of the power would leave 0 to {nyquist_hz} Hz and is gone",
+                percent(*share)
+            ),
+            Self::JoinShows {
+                correlation,
+                step_ratio,
+                spectrum_db,
+            } => write!(
+                f,
+                "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: the join may be felt"
+            ),
+            Self::LevelJumps { jump_db, own_db } => write!(
+                f,
+                "where the texture is joined with itself its level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere: it may be felt as a beat"
+            ),
+        }
+    }
+}

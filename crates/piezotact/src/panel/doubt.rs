@@ -1,0 +1,252 @@
+//! What a panel of people leaves open.
+
+use std::fmt;
+
+use crate::Doubt;
+use crate::doubt::words::first_of;
+use crate::doubt::{Advice, DoubtKind, Example, Subject, doubts};
+
+doubts! {
+    /// What a panel of people leaves open.
+    pub enum PanelDoubt {
+        /// A panel in which somebody was not measured in every cell.
+        IncompletePanel("incomplete_panel") {
+            /// Who and where.
+            missing: Vec<String>,
+            /// How many people are complete.
+            complete: usize,
+            /// Of how many.
+            participants: usize,
+        },
+        /// Fewer people than a panel needs to say how sure it is.
+        FewPeople("few_people") {
+            /// How many.
+            participants: usize,
+            /// What is recommended.
+            recommended: usize,
+        },
+        /// A person whose transfer function is unlike everybody else's.
+        OddOneOut("odd_one_out") of Participant(participant) {
+            /// The pseudonym.
+            participant: String,
+            /// Load and angle.
+            at: Example,
+            /// How far it is from the mean curve, dB rms.
+            db_rms: f64,
+            /// How far the usual person is, dB rms.
+            usual_db_rms: f64,
+        },
+        /// Repeats of one person that differ as those of different people do.
+        MixedRepeats("mixed_repeats") of Participant(of) {
+            /// Repeats or placements.
+            what: String,
+            /// Who and where.
+            of: String,
+            /// How far two of them are apart, dB rms.
+            db_rms: f64,
+            /// How far they usually are, dB rms.
+            usual_db_rms: f64,
+        },
+        /// A measurement whose sign is opposite to most others' of the same load and angle.
+        OppositeSign("opposite_sign") of Measurement(measurement) {
+            /// Which.
+            measurement: String,
+            /// To how many of the others it is opposite.
+            count: usize,
+            /// How many others there are.
+            of: usize,
+            /// One of them.
+            such_as: Example,
+        },
+        /// A measurement whose provenance names another participant.
+        OtherParticipant("other_participant") of Measurement(measurement) {
+            /// Under what it is filed.
+            measurement: String,
+            /// Whom it names.
+            found: Example,
+        },
+        /// Measurements of digital twins of different seeds.
+        SeveralTwins("several_twins") {
+            /// One, with its seed.
+            one: String,
+            /// Another.
+            other: String,
+        },
+        /// Measurements that carry doubts of their own.
+        OfMembers("of_members") {
+            /// How many.
+            count: usize,
+            /// Of how many.
+            of: usize,
+            /// One of the measurements; absent where a file does not say.
+            measurement: Option<Example>,
+            /// One of its doubts.
+            example: Doubt,
+        },
+        /// A transfer function that is an average over people.
+        Averaged("averaged") {
+            /// How many.
+            participants: usize,
+            /// What it costs a new person, dB rms.
+            penalty_db_rms: f64,
+            /// The 95 % confidence interval of its mean, dB rms.
+            interval_db_rms: Option<[f64; 2]>,
+            /// Whom it costs most.
+            worst: String,
+            /// How much, dB rms.
+            worst_db_rms: f64,
+        },
+        /// A control measurement that was not measured well where it counts.
+        ControlIncoherent("control_incoherent") {
+            /// The lowest coherence.
+            lowest: f64,
+            /// Where, Hz.
+            at_hz: f64,
+            /// The level asked for.
+            asked: f64,
+        },
+        /// Transfer functions in the folder of a panel that its index does not list.
+        NotListed("not_listed") {
+            /// Their names.
+            files: Vec<String>,
+        },
+        /// Measurements that a panel plans and lacks.
+        NotMeasured("not_measured") {
+            /// How many.
+            count: usize,
+            /// The first of them.
+            first: String,
+        },
+    }
+}
+
+impl DoubtKind for PanelDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        use Advice::{Check, MeasureAgain};
+        match self {
+            Self::IncompletePanel { .. } => vec![Advice::MeasureOthers],
+            Self::FewPeople { recommended, .. } => vec![Advice::MeasureParticipants {
+                count: *recommended,
+            }],
+            Self::OddOneOut { .. } | Self::MixedRepeats { .. } => {
+                vec![Check(Subject::Measurement), MeasureAgain]
+            }
+            Self::OppositeSign { .. } => vec![Advice::InvertChannel],
+            Self::OtherParticipant { found, .. } => vec![Advice::FileUnder {
+                participant: found.0.clone(),
+            }],
+            Self::SeveralTwins { .. } => vec![Advice::SeparatePanels],
+            Self::OfMembers { .. } => Vec::new(),
+            Self::Averaged { .. } => vec![Advice::CharacterisePerson],
+            Self::ControlIncoherent { .. } => vec![Advice::MeasureControl],
+            Self::NotListed { .. } | Self::NotMeasured { .. } => vec![Advice::ContinueCampaign],
+        }
+    }
+}
+
+impl fmt::Display for PanelDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::IncompletePanel {
+                missing,
+                complete,
+                participants,
+            } => write!(
+                f,
+                "{complete} of {participants} participants were measured at every load and angle; missing: {}: comparisons take only those who are in both sides",
+                first_of(missing, "; ")
+            ),
+            Self::FewPeople { participants, .. } => write!(
+                f,
+                "{participants} participants do not show what another panel would find: how sure the worst case is stays open"
+            ),
+            Self::OddOneOut {
+                participant,
+                at,
+                db_rms,
+                usual_db_rms,
+            } => write!(
+                f,
+                "{participant} at {at} is {db_rms:.1} dB rms from the mean curve, the usual person {usual_db_rms:.1} dB"
+            ),
+            Self::MixedRepeats {
+                what,
+                of,
+                db_rms,
+                usual_db_rms,
+            } => write!(
+                f,
+                "{what} of {of} are up to {db_rms:.1} dB rms apart, usual are {usual_db_rms:.1} dB: they may be of different people, or the sensor came loose"
+            ),
+            Self::OppositeSign {
+                measurement,
+                count,
+                of,
+                such_as,
+            } => write!(
+                f,
+                "{measurement} has the opposite sign of {count} of the {of} others at that load and angle, such as {such_as}: one of its channels may be inverted"
+            ),
+            Self::OtherParticipant { measurement, found } => write!(
+                f,
+                "{measurement} comes from a measurement of participant {found}"
+            ),
+            Self::SeveralTwins { one, other } => write!(
+                f,
+                "the measurements are of digital twins of different seeds: {one}, {other}"
+            ),
+            Self::OfMembers {
+                count,
+                of,
+                measurement,
+                example,
+            } => {
+                write!(
+                    f,
+                    "{count} of {of} measurements carry doubts of their own, such as "
+                )?;
+                if let Some(measurement) = measurement {
+                    write!(f, "{measurement}: ")?;
+                }
+                write!(f, "{example}")
+            }
+            Self::Averaged {
+                participants,
+                penalty_db_rms,
+                interval_db_rms,
+                worst,
+                worst_db_rms,
+            } => {
+                write!(
+                    f,
+                    "the average of {participants} people: for somebody who is not in it, it is {penalty_db_rms:.1} dB rms off"
+                )?;
+                if let Some([low, high]) = interval_db_rms {
+                    write!(f, " (95 %: {low:.1} to {high:.1})")?;
+                }
+                write!(f, ", for {worst} {worst_db_rms:.1} dB")
+            }
+            Self::ControlIncoherent {
+                lowest,
+                at_hz,
+                asked,
+            } => write!(
+                f,
+                "the control's coherence falls to {lowest:.2} at {at_hz:.0} Hz, below {asked}: what is taken out there is partly noise"
+            ),
+            Self::NotListed { files } => write!(
+                f,
+                "the folder holds transfer functions that panel.json does not list and that are left out: {}",
+                first_of(files, ", ")
+            ),
+            Self::NotMeasured { count, first } => write!(
+                f,
+                "{count} planned measurements are missing, the first is {first}"
+            ),
+        }
+    }
+}

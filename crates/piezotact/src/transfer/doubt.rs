@@ -1,0 +1,190 @@
+//! What a transfer function leaves open.
+
+use std::fmt;
+
+use crate::doubt::words::{bands as list, percent};
+use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::quantity::Band;
+
+doubts! {
+    /// What a transfer function leaves open.
+    pub enum TransferDoubt {
+        /// Coherence is below what the estimate needs in part of the band.
+        LowCoherence("low_coherence") {
+            /// The level asked for.
+            asked: f64,
+            /// The lowest coherence in the band.
+            lowest: f64,
+            /// Where it is lowest, in Hz.
+            at_hz: f64,
+            /// The share of the band's lines below the level, 0–1.
+            share: f64,
+        },
+        /// A coherence outside 0–1, which no pair of signals can have.
+        ImpossibleCoherence("impossible_coherence") {
+            /// The frequency of the worst line, Hz.
+            at_hz: f64,
+            /// The value found there.
+            found: f64,
+            /// The number of such lines.
+            lines: usize,
+        },
+        /// Few averages: the estimate scatters.
+        FewAverages("few_averages") {
+            /// The number of segments averaged.
+            averages: usize,
+            /// The number recommended.
+            recommended: usize,
+        },
+        /// The response comes so late after the drive that segments no longer hold the same event.
+        LateResponse("late_response") {
+            /// The delay in s.
+            delay_s: f64,
+            /// The length of a segment in s.
+            segment_s: f64,
+            /// How far the delay may be off, s.
+            reach_s: f64,
+        },
+        /// The response comes before the drive.
+        Acausal("acausal") {
+            /// How much before, s.
+            lead_s: f64,
+            /// How far that may be off, s.
+            reach_s: f64,
+        },
+        /// The drive has the unit of a response, and the response that of a drive.
+        SwappedUnits("swapped_units") {
+            /// The drive's unit.
+            drive: String,
+            /// The response's unit.
+            response: String,
+        },
+        /// Part of the band was not driven.
+        NotDriven("not_driven") {
+            /// The parts.
+            bands: Vec<Band>,
+            /// Their share of the band, 0–1.
+            share: f64,
+        },
+        /// A resonance that is narrower than segments of this length resolve.
+        UnresolvedResonance("unresolved_resonance") {
+            /// Where, Hz.
+            at_hz: f64,
+            /// The lines within its half-power bandwidth.
+            lines: f64,
+            /// The step between lines, Hz.
+            resolution_hz: f64,
+        },
+        /// Repeats of one measurement differ.
+        RepeatsScatter("repeats_scatter") {
+            /// How far the two that differ most lie apart, dB rms.
+            db_rms: f64,
+        },
+        /// The device distorts.
+        Nonlinear("nonlinear") {
+            /// Distortion re the response, dB.
+            level_db: f64,
+            /// Where it is loudest.
+            band_hz: Band,
+        },
+        /// The force takes power out of the finger: one of two channels has the wrong sign.
+        PolarityInverted("polarity_inverted"),
+        /// Drive and response are no more alike than two unrelated signals.
+        Unrelated("unrelated") {
+            /// The mean coherence of the lines that are driven.
+            coherence: f64,
+            /// What it exceeds in 5 % of unrelated pairs; 0 where a file does not say.
+            limit: f64,
+            /// Independent averages; 0 where a file does not say.
+            averages: f64,
+        },
+    }
+}
+
+impl DoubtKind for TransferDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        use Advice::{Check, LongerSegments, MeasureAgain, MeasureLonger, NarrowBand, RaiseLevel};
+        match self {
+            Self::LowCoherence { .. } => vec![MeasureLonger, RaiseLevel, NarrowBand],
+            Self::ImpossibleCoherence { .. } => vec![Advice::LeaveOut, Advice::AskExporter],
+            Self::FewAverages { .. } => {
+                vec![MeasureLonger, Advice::ShorterSegments { to_s: None }]
+            }
+            Self::LateResponse { .. } => vec![LongerSegments, Advice::AlignChannels],
+            Self::Acausal { .. } => vec![Check(Subject::Channels)],
+            Self::SwappedUnits { .. } => vec![Advice::ExchangeDriveAndResponse],
+            Self::NotDriven { .. } => vec![Advice::DriveWholeBand, NarrowBand],
+            Self::UnresolvedResonance { .. } => vec![LongerSegments],
+            Self::RepeatsScatter { .. } => vec![MeasureAgain],
+            Self::Nonlinear { .. } => vec![Advice::CharacteriseAtLevel],
+            Self::PolarityInverted => vec![Check(Subject::Polarity)],
+            Self::Unrelated { .. } => vec![Check(Subject::ChannelsAndSensor), MeasureLonger],
+        }
+    }
+}
+
+impl fmt::Display for TransferDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LowCoherence { asked, lowest, at_hz, share } => write!(
+                f,
+                "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz)",
+                percent(*share)
+            ),
+            Self::ImpossibleCoherence { at_hz, found, lines } => write!(
+                f,
+                "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which no pair of signals can have"
+            ),
+            Self::FewAverages { averages, recommended } => write!(
+                f,
+                "only {averages} segments were averaged, {recommended} or more are recommended: the estimate scatters"
+            ),
+            Self::LateResponse { delay_s, segment_s, reach_s } => write!(
+                f,
+                "the response comes {:.1} ± {:.1} ms after the drive, {} of a segment: the magnitude is underestimated",
+                delay_s * 1e3,
+                reach_s * 1e3,
+                percent(delay_s / segment_s)
+            ),
+            Self::Acausal { lead_s, reach_s } => write!(
+                f,
+                "the response comes {:.2} ± {:.2} ms before the drive, which is impossible: drive and response are swapped, or their channels are out of step",
+                lead_s * 1e3,
+                reach_s * 1e3
+            ),
+            Self::SwappedUnits { drive, response } => write!(
+                f,
+                "the drive is in {drive} and the response in {response}: they are probably swapped"
+            ),
+            Self::NotDriven { bands, share } => write!(
+                f,
+                "nothing drives {} of the band ({}): the transfer function says nothing there",
+                percent(*share),
+                list(bands)
+            ),
+            Self::UnresolvedResonance { at_hz, lines, resolution_hz } => write!(
+                f,
+                "the resonance at {at_hz:.1} Hz has {lines:.1} lines of {resolution_hz:.2} Hz within its half-power bandwidth, and 6 or more are needed: its height is underestimated"
+            ),
+            Self::RepeatsScatter { db_rms } => write!(
+                f,
+                "repeats lie up to {db_rms:.1} dB rms apart: the finger moved or its force changed, or another person's repeat is among them"
+            ),
+            Self::Nonlinear { level_db, band_hz } => write!(
+                f,
+                "distortion reaches {level_db:.0} dB of the response at {band_hz}: the transfer function holds for this level of drive only"
+            ),
+            Self::PolarityInverted => f.write_str(
+                "the force seems to take power out of the finger: force or acceleration has the wrong sign",
+            ),
+            Self::Unrelated { coherence, limit, averages } => write!(
+                f,
+                "the mean coherence of the driven lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation of drive and response is shown"
+            ),
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! Doubts as values: their written form, that of version 0.1.0, and those of a version that is not there yet.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that fails where it cannot go on"
+)]
+
+use piezotact::Doubt;
+use piezotact::clipping::ClippingDoubt;
+use piezotact::compare::CompareDoubt;
+use piezotact::doubt::{About, Advice, Doubts, Example, Subject, Value};
+use piezotact::integrity::SignalDoubt;
+use piezotact::panel::PanelDoubt;
+use piezotact::quantity::{Band, Hertz};
+use piezotact::recording::RecordingDoubt;
+use piezotact::render::RenderDoubt;
+use piezotact::run::{Ended, RunDoubt};
+use piezotact::transfer::TransferDoubt;
+use piezotact::verify::VerifyDoubt;
+use piezotact::wording;
+use serde_json::json;
+
+fn band(low: f64, high: f64) -> Band {
+    Band::new(Hertz(low), Hertz(high)).unwrap()
+}
+
+fn read(text: &str) -> Doubt {
+    serde_json::from_str(text).unwrap()
+}
+
+/// `doubt` written and read again.
+fn again(doubt: &Doubt) -> Doubt {
+    read(&serde_json::to_string(doubt).unwrap())
+}
+
+#[test]
+fn a_doubt_is_a_code_with_values_and_advice() {
+    let doubt = Doubt::from(RunDoubt::ForceNotMeasured { load_n: 0.3 });
+    assert_eq!(
+        serde_json::to_value(&doubt).unwrap(),
+        json!({
+            "code": "force_not_measured",
+            "values": { "load_n": 0.3 },
+            "advice": ["measure_force"]
+        })
+    );
+    let doubt = Doubt::from(RenderDoubt::TurnedDown {
+        bands: vec![band(20.0, 97.5)],
+        share: 0.1,
+        fits_at_db: -3.5,
+    });
+    assert_eq!(
+        serde_json::to_value(&doubt).unwrap(),
+        json!({
+            "code": "turned_down",
+            "values": {
+                "bands": [{ "low_hz": 20, "high_hz": 97.5 }],
+                "share": 0.1,
+                "fits_at_db": -3.5
+            },
+            "advice": [{ "lower_level": { "to_db": -3.5 } }]
+        })
+    );
+    let doubt = Doubt::from(RecordingDoubt::Uncalibrated {
+        channel: "nail".into(),
+    });
+    assert_eq!(
+        serde_json::to_value(&doubt).unwrap(),
+        json!({
+            "code": "uncalibrated",
+            "about": { "channel": "nail" },
+            "advice": ["state_scale"]
+        })
+    );
+}
+
+/// All field types, written and read again, are the doubt that they were, and have the same text.
+#[test]
+fn what_is_written_is_read_again() {
+    let member = TransferDoubt::LowCoherence {
+        asked: 0.9,
+        lowest: 0.421_356_789_012_345_6,
+        at_hz: 100.0 / 3.0,
+        share: 0.2,
+    };
+    let doubts: [Doubt; 9] = [
+        member.clone().into(),
+        PanelDoubt::OfMembers {
+            count: 3,
+            of: 9,
+            measurement: Some(Example("b, 0.2 N".into())),
+            example: member.into(),
+        }
+        .into(),
+        PanelDoubt::Averaged {
+            participants: 5,
+            penalty_db_rms: 4.0,
+            interval_db_rms: Some([3.0, 5.5]),
+            worst: "c".into(),
+            worst_db_rms: 7.0,
+        }
+        .into(),
+        RunDoubt::JournalDamaged {
+            places: 2,
+            lost_s: vec![[0.5, 1.25], [3.0, 4.0]],
+        }
+        .into(),
+        RunDoubt::EndedEarly {
+            ended: Ended::Failed {
+                said: "no device".into(),
+            },
+            after_s: 2.0,
+        }
+        .into(),
+        SignalDoubt::MainsHum {
+            channel: "nail".into(),
+            mains_hz: 50.01,
+            harmonics: vec![1, 3],
+            share: 0.2,
+            above_db: 31.0,
+        }
+        .into(),
+        VerifyDoubt::PartJudged {
+            share: 0.5,
+            judged: Vec::new(),
+            band: band(20.0, 500.0),
+        }
+        .into(),
+        VerifyDoubt::CopyOfTarget.into(),
+        TransferDoubt::Unrelated {
+            coherence: f64::NAN,
+            limit: 0.1,
+            averages: 10.0,
+        }
+        .into(),
+    ];
+    for doubt in &doubts[..8] {
+        assert_eq!(&again(doubt), doubt);
+    }
+    for doubt in &doubts {
+        let text = doubt.to_string();
+        assert_eq!(again(doubt).to_string(), text);
+        assert!(!text.contains("another version"), "{text}");
+        assert!(!text.contains("--"), "{text}");
+    }
+    let mut often = doubts[0].clone();
+    often.seen = 20;
+    assert_eq!(again(&often), often);
+    assert!(often.says_the_same(&doubts[0]));
+}
+
+/// Version 0.1.0 wrote a tag and its fields: the same doubt is read.
+#[test]
+fn the_form_of_the_first_version_is_read() {
+    let same = |text: &str, new: Doubt| {
+        let old = read(text);
+        assert!(old.says_the_same(&new), "{old:?} {new:?}");
+        assert_eq!(old.to_string(), new.to_string(), "{text}");
+        // It is written in the form of today.
+        assert_eq!(again(&old), old);
+    };
+    same(
+        r#"{"doubt": "force_not_measured", "load_n": 0.3}"#,
+        RunDoubt::ForceNotMeasured { load_n: 0.3 }.into(),
+    );
+    same(
+        r#"{"doubt": "uncalibrated", "channel": "nail"}"#,
+        RecordingDoubt::Uncalibrated {
+            channel: "nail".into(),
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "given_up", "bands": [[20.0, 30.0], [400.0, 500.0]], "share": 0.25}"#,
+        RenderDoubt::GivenUp {
+            bands: vec![band(20.0, 30.0), band(400.0, 500.0)],
+            share: 0.25,
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "power_outside_band", "share": 0.25, "band": [20.0, 1000.0]}"#,
+        RenderDoubt::PowerOutsideBand {
+            share: 0.25,
+            band: band(20.0, 1000.0),
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "acausal", "lead_s": 0.01}"#,
+        TransferDoubt::Acausal {
+            lead_s: 0.01,
+            reach_s: 0.0,
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "unrelated", "median_coherence": 0.1}"#,
+        TransferDoubt::Unrelated {
+            coherence: 0.1,
+            limit: 0.0,
+            averages: 0.0,
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "few_strokes", "what": "S1", "kept": 3, "recommended": 15}"#,
+        CompareDoubt::FewStrokes {
+            what: "S1".into(),
+            kept: 3,
+            recommended: 15,
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "opposite_sign", "measurement": "b", "count": 2, "of": 3, "such_as": "c"}"#,
+        PanelDoubt::OppositeSign {
+            measurement: "b".into(),
+            count: 2,
+            of: 3,
+            such_as: Example("c".into()),
+        }
+        .into(),
+    );
+    // What clipped was told apart by the words alone.
+    same(
+        r#"{"doubt": "clipped", "what": "the drive that was played", "fraction": 0.1}"#,
+        ClippingDoubt::PlayedDriveClipped { fraction: 0.1 }.into(),
+    );
+    same(
+        r#"{"doubt": "clipped", "what": "the drive (digital full scale)", "fraction": 0.1}"#,
+        ClippingDoubt::DriveClipped {
+            limited_by: "digital full scale".into(),
+            fraction: 0.1,
+        }
+        .into(),
+    );
+    same(
+        r#"{"doubt": "clipped", "what": "the drive shaft", "fraction": 0.1}"#,
+        ClippingDoubt::Clipped {
+            what: "the drive shaft".into(),
+            fraction: 0.1,
+        }
+        .into(),
+    );
+    // Of a member only the sentence was written.
+    let old = read(r#"{"doubt": "of_members", "count": 1, "of": 4, "example": "b: loose"}"#);
+    assert_eq!(
+        wording::finding(&old),
+        "1 of 4 measurements carry doubts of their own, such as b: loose"
+    );
+    assert!(serde_json::from_str::<Doubt>(r#"{"share": 0.1}"#).is_err());
+}
+
+/// What a newer version writes is kept and written again as it was, and is readable.
+#[test]
+fn a_doubt_of_a_newer_version_is_kept() {
+    let written = json!({
+        "code": "finger_too_cold",
+        "about": { "phalanx": 3 },
+        "values": {
+            "skin_c": 17.5,
+            "limit_c": 25,
+            "at": { "example": "index" },
+            "band": { "low_hz": 20, "high_hz": 90.5 },
+            "site": { "side": "left", "dry": true },
+            "flags": [true, null, "x"]
+        },
+        "seen": 4,
+        "advice": ["warm_up", { "wait": { "for_s": 60 } }, "measure_again"]
+    });
+    let doubt: Doubt = serde_json::from_value(written.clone()).unwrap();
+    assert_eq!(serde_json::to_value(&doubt).unwrap(), written);
+    assert_eq!(doubt.advice[2], Advice::MeasureAgain);
+    assert!(matches!(doubt.about, Some(About::Other(_))));
+    assert_eq!(doubt.values["skin_c"], Value::Number(17.5));
+    let text = doubt.to_string();
+    for part in [
+        "another version",
+        "finger_too_cold",
+        "skin_c = 17.5",
+        "measure again",
+        "warm_up",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    // A known code whose fields are not those of today is no kind of today.
+    let changed = read(r#"{"code": "force_not_measured", "values": {"load_mn": 300}}"#);
+    assert_eq!(changed.kind::<RunDoubt>(), None);
+    assert!(changed.to_string().contains("load_mn = 300"), "{changed}");
+    assert_eq!(again(&changed), changed);
+}
+
+#[test]
+fn doubts_are_held_once() {
+    let outside = |share| RenderDoubt::PowerOutsideBand {
+        share,
+        band: band(20.0, 500.0),
+    };
+    let mut doubts = Doubts::new();
+    doubts.push(outside(0.2));
+    doubts.extend([outside(0.2), outside(0.4)]);
+    doubts.push(VerifyDoubt::CopyOfTarget);
+    assert_eq!(doubts.len(), 3);
+    doubts.put_first([RunDoubt::ForceNotMeasured { load_n: 0.3 }.into()]);
+    assert_eq!(doubts[0].code, "force_not_measured");
+    let merged = doubts.merged();
+    assert_eq!(merged.len(), 3);
+    assert_eq!(merged[1].doubt.seen, 2);
+    assert_eq!(
+        (merged[1].ranges[0].low, merged[1].ranges[0].high),
+        (0.2, 0.4)
+    );
+    let written = serde_json::to_string(&doubts).unwrap();
+    assert_eq!(serde_json::from_str::<Doubts>(&written).unwrap(), doubts);
+}
+
+#[test]
+fn a_front_end_words_advice_its_own_way() {
+    let doubt = Doubt::from(TransferDoubt::Acausal {
+        lead_s: 0.01,
+        reach_s: 0.001,
+    });
+    assert_eq!(doubt.advice, [Advice::Check(Subject::Channels)]);
+    let button = |_: &Advice| "[check]".to_owned();
+    let text = wording::text_with(&doubt, &button);
+    assert!(text.ends_with("out of step; [check]"), "{text}");
+}
