@@ -105,8 +105,10 @@ fn the_twin_has_the_device_that_is_described() {
 #[test]
 fn what_no_device_can_be_is_refused() {
     let folder = folder();
-    run(&folder, &format!("{TRANSFER} --device own.toml"))
-        .expect_failure(2, &["expected --gain", "own amplifier, low or high"]);
+    run(&folder, &format!("{TRANSFER} --device own.toml")).expect_failure(
+        2,
+        &["expected --gain", "own amplifier was set, low or high"],
+    );
     run(&folder, TRANSFER).expect_failure(2, &["expected --gain", "B1, B2, B3 or B4"]);
     run(&folder, &format!("{TRANSFER} --gain B7")).expect_failure(2, &["`B7`", "DRV2667"]);
     run(&folder, &format!("{TRANSFER} --device none.toml"))

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CutBy, Interval, Reason, Rejected, Segmentation, Stroke};
+use super::criteria::{JudgedPart, StrokeCriterion};
+use super::{CutBy, Interval, Reason, Segmentation, Stroke};
+use crate::criterion::Limit;
 use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds};
 
@@ -80,9 +82,13 @@ impl Cuts {
                     segmentation.strokes = kept;
                     segmentation
                         .rejected
-                        .extend(out.into_iter().map(|stroke: Stroke| Rejected {
-                            interval: stroke.contact,
-                            reason: Reason::ByPerson { note: note.clone() },
+                        .extend(out.into_iter().map(|stroke: Stroke| {
+                            JudgedPart::default().not_met(
+                                StrokeCriterion::LeftOut,
+                                1.0,
+                                Limit::at_most(0.0),
+                                (stroke.contact, Reason::ByPerson { note: note.clone() }),
+                            )
                         }));
                 }
             }
@@ -102,7 +108,7 @@ impl Cuts {
 mod tests {
     use super::*;
     use crate::roles::Roles;
-    use crate::stroke::Rule;
+    use crate::stroke::{Rejected, Rule};
 
     #[test]
     fn a_person_has_the_last_word() {
@@ -120,6 +126,7 @@ mod tests {
                     end: 600,
                 },
                 reason: Reason::NoSliding,
+                criteria: Vec::new(),
             }],
             rule: Rule::Whole,
             roles: Roles::default(),
