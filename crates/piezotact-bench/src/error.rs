@@ -1,6 +1,6 @@
 //! What devices and procedures refuse or fail at.
 
-use piezotact::device::AmplifierGain;
+use piezotact::device::GainName;
 use piezotact::quantity::SampleRate;
 use piezotact::run::SinkError;
 
@@ -85,9 +85,21 @@ pub enum ProcedureError {
     )]
     Gain {
         /// The gain the drive is for.
-        drive: AmplifierGain,
+        drive: GainName,
         /// The gain that is set.
-        bench: AmplifierGain,
+        bench: GainName,
+        /// The bench.
+        name: String,
+    },
+    /// The drive was made for another device.
+    #[error(
+        "cannot play: the drive was rendered for {drive}, {name} is described as {bench}; take the description that the transfer function was measured with, or characterise and render again"
+    )]
+    Described {
+        /// The device the drive is for.
+        drive: String,
+        /// The device of the bench.
+        bench: String,
         /// The bench.
         name: String,
     },

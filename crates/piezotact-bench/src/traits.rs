@@ -4,7 +4,7 @@
 
 use piezotact::Doubt;
 use piezotact::checksum::Checksum;
-use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::device::{DriveSetup, GainName};
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::run::RunChunk;
@@ -23,7 +23,7 @@ pub struct PlayDescription {
     /// The rate at which it takes the drive.
     pub rate: SampleRate,
     /// The gain that is set on the amplifier; absent where nothing describes what stands behind the output.
-    pub gain: Option<AmplifierGain>,
+    pub gain: Option<GainName>,
 }
 
 /// The acquiring half of a bench, as it describes itself.

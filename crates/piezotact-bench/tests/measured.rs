@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 use piezotact::correct::CorrectConfig;
-use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::device::{DeviceAtGain, DeviceDescription, DriveSetup, GainName};
 use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Volts,
@@ -32,6 +32,12 @@ use piezotact_bench::{
 type Hand = TransferFunction<Drive, Acceleration>;
 
 /// A resonance at 180 Hz and one at 420 Hz, 0.6 ms late, on 1 025 lines to half of `rate_hz`.
+fn set_to(gain: &str) -> DeviceAtGain {
+    DeviceDescription::drv2667()
+        .at(&GainName::new(gain))
+        .unwrap()
+}
+
 fn answer(frequency_hz: f64) -> Complex<f64> {
     let of = |resonance_hz: f64, damping: f64, height: f64| {
         let r = frequency_hz / resonance_hz;
@@ -332,7 +338,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let mut described = hand();
     described.provenance.bench = Some(BenchKind::Hardware);
     described.driven = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
-    let setup = DriveSetup::new(AmplifierGain::B2, Volts(1.4), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B2"), Volts(1.4), 80e-9).unwrap();
     described.drive = Some(setup.clone());
     let mut measured = bench(described, noise(0.003, 7));
     assert_eq!(measured.player.calibrate().unwrap(), Some(setup.clone()));
@@ -360,14 +366,9 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(!text.contains("amplifier gain"), "{text}");
-    let other = DriveSetup {
-        gain: AmplifierGain::B3,
-        ..setup.clone()
-    };
-    let louder = DriveSetup {
-        volts_per_full_scale: 1.6,
-        ..setup
-    };
+    let other = setup.with_gain(&GainName::new("B3")).unwrap();
+    let mut louder = setup;
+    louder.volts_per_full_scale = 1.6;
     for (setup, part) in [(other, "rendered for gain B3"), (louder, "1.600 V")] {
         let refused = play_and_record(
             &mut measured,
@@ -394,7 +395,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     }
     let condition = announce(bare.acquirer.as_ref(), &run("x")).condition;
     assert_eq!((condition.load_n, condition.angle_deg), (None, None));
-    let setup = DriveSetup::new(AmplifierGain::B3, Volts(1.4), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B3"), Volts(1.4), 80e-9).unwrap();
     let refused = play_and_record(
         &mut bare,
         &silence(1),
@@ -414,7 +415,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
 #[test]
 fn the_amplifier_s_limit_counts() {
     let mut described = hand();
-    let setup = DriveSetup::new(AmplifierGain::B3, Volts(1.8), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B3"), Volts(1.8), 80e-9).unwrap();
     let limit = setup.drive_limit();
     described.drive = Some(setup);
     let level = |drive: f64| {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use piezotact::device::DescriptionError;
 use piezotact::quantity::QuantityError;
 use piezotact::recording::RecordingError;
 use piezotact::surface::SurfaceError;
@@ -45,6 +46,14 @@ pub enum ReadError {
         path: PathBuf,
         /// Why.
         source: TransferError,
+    },
+    /// The text describes no device.
+    #[error("{}: {source}", path.display())]
+    Device {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: DescriptionError,
     },
     /// The heights make no surface.
     #[error("{}: {source}", path.display())]

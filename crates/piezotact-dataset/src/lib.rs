@@ -8,6 +8,7 @@ mod atomic;
 mod contact_map;
 mod csv_table;
 mod cuts_file;
+mod device_file;
 mod error;
 mod format;
 pub mod haptic;
@@ -32,6 +33,7 @@ pub mod wav;
 pub use atomic::write_atomically;
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts};
+pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
 pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path,

@@ -13,9 +13,9 @@ mod support;
 use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
-use piezotact::device::AmplifierGain;
+use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::envelope::EnvelopeConfig;
-use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate, Unit, Volts};
 use piezotact::series::Series;
 use piezotact_dataset::haptic::{
     HapticClip, HapticKind, HapticMetadata, HjifTexture, ahap_of, clip_of, date_of, haptic_kind,
@@ -377,12 +377,14 @@ fn hjif_of_another_program_is_read_and_its_departures_are_named() {
 }
 
 fn texture() -> HjifTexture {
+    let set = DeviceDescription::drv2667().at_usual_gain();
+    let setup = DriveSetup::new(set, Volts(1.4), 80e-9).unwrap();
     HjifTexture {
         description: "S8 at 30 mm/s".into(),
         date: date_of(1_736_899_200),
         full_scale: metres(2.5),
         device: piezo_device(
-            Some(AmplifierGain::B3),
+            Some(&setup),
             Some(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()),
             Some(180.0),
         ),

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
 use piezotact::Doubt;
-use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::quantity::{
     Acceleration, Degrees, Force, Newtons, SampleRate, Uncalibrated, Unit, Volts,
 };
@@ -372,7 +372,14 @@ fn document() -> TransferDocument {
             touch: Some(Touch::Resting),
             ..Condition::default()
         },
-        drive: Some(DriveSetup::new(AmplifierGain::B3, Volts(1.41), 1e-6).unwrap()),
+        drive: Some(
+            DriveSetup::new(
+                DeviceDescription::drv2667().at_usual_gain(),
+                Volts(1.41),
+                1e-6,
+            )
+            .unwrap(),
+        ),
         provenance: Provenance {
             source: "bench".into(),
             ..Provenance::default()

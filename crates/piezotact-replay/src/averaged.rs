@@ -6,7 +6,7 @@ use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 
-use super::claims::{Finding, Holds, most};
+use super::claims::{Finding, Holds, at_most, most, yes};
 use super::figure::{Figure, Line, Mark, Shown, density, frequency};
 use super::measured::{run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
@@ -80,12 +80,14 @@ pub(super) fn with_average(
     let finding = Finding::of(
         22,
         Holds::all([
-            (
+            yes(
                 worse == own.len(),
                 "somebody's own transfer function does no better than the average",
             ),
-            (
-                most(averaged.iter().copied()) <= 3.0,
+            at_most(
+                most(averaged.iter().copied()),
+                3.0,
+                "dB",
                 "the average misses somebody by more than 3 dB rms",
             ),
         ]),

@@ -5,7 +5,7 @@ use piezotact::quantity::Decibels;
 use piezotact::spectrum::amplitude_spectrum;
 use piezotact::verify::Verification;
 
-use super::claims::{Finding, Holds, least as least_of, most};
+use super::claims::{Finding, Holds, above, at_least, at_most, least as least_of, most};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
 use super::measured::{run, take};
 use super::rendering::{
@@ -158,9 +158,16 @@ fn wrong_strategy(felt: &[Felt]) -> Finding {
     Finding::of(
         20,
         Holds::all([
-            (isotropic > 10.0, "S8 comes within 10 dB rms on somebody"),
-            (
-                periodic > 10.0,
+            above(
+                isotropic,
+                10.0,
+                "dB",
+                "S8 comes within 10 dB rms on somebody",
+            ),
+            above(
+                periodic,
+                10.0,
+                "dB",
                 "M8, whose power lies in a few lines, comes within 10 dB rms on somebody",
             ),
         ]),
@@ -182,8 +189,8 @@ fn overlaps(felt: &[Felt]) -> Finding {
     Finding::of(
         21,
         Holds::all([
-            (error <= 1.0, "a spectrum is off by more than 1 dB rms"),
-            (loosest >= 0.95, "a waveform correlates by less than 0.95"),
+            at_most(error, 1.0, "dB", "a spectrum is off by more than 1 dB rms"),
+            at_least(loosest, 0.95, "", "a waveform correlates by less than 0.95"),
         ]),
         format!(
             "at most {error:.2} dB rms ({who}), correlation at least {loosest:.3}, {} cases",

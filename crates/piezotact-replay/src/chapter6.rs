@@ -9,7 +9,7 @@ use piezotact::recording::Recording;
 use piezotact::series::Series;
 use piezotact::statistics::{PairedDifference, mean, paired_difference};
 
-use super::claims::{Finding, Holds, least as smallest, most as largest};
+use super::claims::{Finding, Holds, above, at_most, least as smallest, most as largest, yes};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
 use super::measured::{Taken, analysed, run, take};
 use super::rendering::{device, played, resting, sent_straight, target};
@@ -252,16 +252,18 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
     Finding::of(
         29,
         Holds::all([
-            (
-                (period / WAVELENGTH_M - 1.0).abs() <= 0.03,
+            at_most(
+                (period / WAVELENGTH_M - 1.0).abs(),
+                0.03,
+                "",
                 "where the speed is known the period is another",
             ),
-            (!doubted, "where the speed is known no period stands out"),
-            (
+            yes(!doubted, "where the speed is known no period stands out"),
+            yes(
                 slowest >= 0.01 && fastest <= 0.05,
                 "somebody's comb speaks for a speed outside 10–50 mm/s",
             ),
-            (without.is_empty(), no_harmonic.as_str()),
+            yes(without.is_empty(), no_harmonic.as_str()),
         ]),
         format!(
             "passive: period {:.3} mm; free: strongest line times 0.716 mm {:.0}–{:.0} mm/s over {} people, {least} to {most} of the harmonics 2–6 in everybody's spectrum over multiples of it",
@@ -294,15 +296,15 @@ fn different(free: &[Free]) -> Finding {
     Finding::of(
         30,
         Holds::all([
-            (
+            yes(
                 everybody(&rough, &smooth) && everybody(&bio, &smooth),
                 "M3 is not the faintest for everybody",
             ),
-            (
+            yes(
                 everybody(&smooth_hz, &rough_hz) && everybody(&smooth_hz, &bio_hz),
                 "the centroid of M3 is not the highest for everybody",
             ),
-            (louder > 0 && louder < rough.len(), "one order only"),
+            yes(louder > 0 && louder < rough.len(), "one order only"),
         ]),
         format!(
             "mean rms M8 {:.2}, BIO {:.2}, M3 {:.2} m/s²; centroids {:.0}, {:.0}, {:.0} Hz; BIO is louder for {louder} of {}",
@@ -334,19 +336,21 @@ fn forces(free: &[Free], tasks: &[Vec<f64>; 2]) -> Finding {
     Finding::of(
         31,
         Holds::all([
-            (
+            yes(
                 bio_n > rough_n && bio_n > smooth_n,
                 "the biomimetic sample is not pressed hardest",
             ),
-            (
-                (rough / smooth - 1.0).abs() <= 0.1,
+            at_most(
+                (rough / smooth - 1.0).abs(),
+                0.1,
+                "",
                 "M3 and M8 differ in friction",
             ),
-            (
+            yes(
                 rough.min(smooth) >= 1.5 * bio,
                 "their friction is not markedly higher",
             ),
-            (p > 0.05, "the tasks differ in force"),
+            above(p, 0.05, "", "the tasks differ in force"),
         ]),
         format!(
             "force M8 {rough_n:.2}, BIO {bio_n:.2}, M3 {smooth_n:.2} N; friction {rough:.2}, {bio:.2}, {smooth:.2}; imagery − control {:+.1} mN, p = {p:.2} ({} people; the twin's hand does not know the task)",

@@ -1,5 +1,8 @@
 //! What the thesis says of its measurements, as 34 claims that can be checked.
 
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use serde::{Deserialize, Serialize};
+
 /// One claim of the thesis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
@@ -280,8 +283,17 @@ pub struct Finding {
     pub claim: u8,
     /// What was measured, with its unit.
     pub measured: String,
-    /// Whether it holds.
+    /// Whether it holds: when all criteria are met.
     pub verdict: Verdict,
+    /// What the verdict follows from; empty for what cannot be measured yet.
+    pub criteria: Vec<Criterion<ClaimRule>>,
+}
+
+/// A rule that a claim holds by.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ClaimRule {
+    /// What is the case where it is not met.
+    pub unless_met: String,
 }
 
 /// Whether a claim holds on the twin.
@@ -303,13 +315,24 @@ pub enum Verdict {
 
 impl Finding {
     pub(super) fn of(claim: u8, holds: Holds, measured: String) -> Self {
+        let Holds(criteria) = holds;
+        let failed: Vec<&str> = criteria
+            .iter()
+            .filter(|criterion| criterion.outcome != Outcome::Met)
+            .map(|criterion| criterion.what.unless_met.as_str())
+            .collect();
+        let verdict = if failed.is_empty() {
+            Verdict::Holds
+        } else {
+            Verdict::DoesNot {
+                reason: failed.join("; "),
+            }
+        };
         Self {
             claim,
             measured,
-            verdict: match holds {
-                Holds::Yes => Verdict::Holds,
-                Holds::No(reason) => Verdict::DoesNot { reason },
-            },
+            verdict,
+            criteria,
         }
     }
 
@@ -318,6 +341,7 @@ impl Finding {
             claim,
             measured: "–".into(),
             verdict: Verdict::NotYet { with },
+            criteria: Vec::new(),
         }
     }
 
@@ -349,26 +373,56 @@ fn extreme(values: impl IntoIterator<Item = f64>, choose: fn(f64, f64) -> f64) -
     chosen.unwrap_or(f64::NAN)
 }
 
-/// What a measurement says of a claim.
-pub(super) enum Holds {
-    Yes,
-    No(String),
-}
+/// What a measurement says of a claim, rule by rule. What was not measured (NaN) is not met.
+pub(super) struct Holds(Vec<Criterion<ClaimRule>>);
 
 impl Holds {
-    /// All conditions with their names; those that fail are the reason.
-    pub(super) fn all<'a>(conditions: impl IntoIterator<Item = (bool, &'a str)>) -> Self {
-        let failed: Vec<&str> = conditions
-            .into_iter()
-            .filter(|(holds, _)| !holds)
-            .map(|(_, what)| what)
-            .collect();
-        if failed.is_empty() {
-            Self::Yes
-        } else {
-            Self::No(failed.join("; "))
-        }
+    /// All rules; those that are not met are the reason.
+    pub(super) fn all(rules: impl IntoIterator<Item = Criterion<ClaimRule>>) -> Self {
+        Self(rules.into_iter().collect())
     }
+}
+
+fn rule(found: f64, limit: Limit, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
+    let what = ClaimRule {
+        unless_met: unless_met.into(),
+    };
+    if found.is_nan() {
+        Criterion::unmeasured(what, unit, limit)
+    } else {
+        Criterion::new(what, unit, found, None, limit)
+    }
+}
+
+/// Something that is so or not: no exception is allowed.
+pub(super) fn yes(holds: bool, unless_met: &str) -> Criterion<ClaimRule> {
+    let exceptions = if holds { 0.0 } else { 1.0 };
+    rule(exceptions, Limit::at_most(0.0), "", unless_met)
+}
+
+/// `found` is no more than `most`.
+pub(super) fn at_most(found: f64, most: f64, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
+    rule(found, Limit::at_most(most), unit, unless_met)
+}
+
+/// `found` is no less than `least`.
+pub(super) fn at_least(
+    found: f64,
+    least: f64,
+    unit: &str,
+    unless_met: &str,
+) -> Criterion<ClaimRule> {
+    rule(found, Limit::at_least(least), unit, unless_met)
+}
+
+/// `found` is less than `bound`: no more than the number just below it.
+pub(super) fn below(found: f64, bound: f64, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
+    at_most(found, bound.next_down(), unit, unless_met)
+}
+
+/// `found` is more than `bound`: no less than the number just above it.
+pub(super) fn above(found: f64, bound: f64, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
+    at_least(found, bound.next_up(), unit, unless_met)
 }
 
 #[cfg(test)]
@@ -379,6 +433,30 @@ mod tests {
     fn what_is_missing_holds_nothing() {
         assert!(least([1.0, f64::NAN]).is_nan() && most([] as [f64; 0]).is_nan());
         assert_eq!((least([2.0, 1.0]), most([2.0, 1.0])), (1.0, 2.0));
+    }
+
+    /// The verdict follows from the criteria: at its bound `above` is not met, and neither is what was not measured.
+    #[test]
+    fn a_verdict_is_its_criteria() {
+        let of = |p: f64, level: f64| {
+            let rules = [
+                above(p, 0.05, "", "a trend"),
+                at_most(level, 3.0, "dB", "apart"),
+            ];
+            Finding::of(1, Holds::all(rules), String::new())
+        };
+        let good = of(0.06, 3.0);
+        assert!(good.holds() && good.criteria.len() == 2);
+        assert_eq!(good.criteria[1].found, Some(3.0));
+        for (p, level, expected) in [
+            (0.05, 2.0, "a trend"),
+            (0.06, 3.1, "apart"),
+            (f64::NAN, f64::NAN, "a trend; apart"),
+        ] {
+            let reason = expected.to_owned();
+            assert_eq!(of(p, level).verdict, Verdict::DoesNot { reason });
+        }
+        assert!(!Finding::of(1, Holds::all([yes(false, "no")]), String::new()).holds());
     }
 
     #[test]

@@ -7,7 +7,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::standard_deviation;
 
-use super::claims::{Finding, Holds, most};
+use super::claims::{Finding, Holds, at_most, most};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
 use super::measured::{run, take};
 use super::rendering::target;
@@ -60,12 +60,16 @@ pub(super) fn exchanged_levels(replay: &Replay) -> Result<Exchange, ReplayError>
     let finding = Finding::of(
         23,
         Holds::all([
-            (
-                level_off <= SAME_LEVEL_RATIO,
+            at_most(
+                level_off,
+                SAME_LEVEL_RATIO,
+                "",
                 "a level is off by more than 0.1 %",
             ),
-            (
-                shape_off <= SAME_SHAPE_RATIO,
+            at_most(
+                shape_off,
+                SAME_SHAPE_RATIO,
+                "",
                 "a line of a normalised PSD differs by more than 1e-9",
             ),
         ]),

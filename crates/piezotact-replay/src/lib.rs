@@ -16,7 +16,7 @@ use chapter3::chapter3;
 use chapter4::chapter4;
 use chapter5::chapter5;
 use chapter6::chapter6;
-pub use claims::{CLAIMS, Claim, Finding, Verdict};
+pub use claims::{CLAIMS, Claim, ClaimRule, Finding, Verdict};
 pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
 
 use piezotact::compare::CompareError;

@@ -1,6 +1,6 @@
 //! Characterise, render, play, verify: the device as the thesis uses it.
 
-use piezotact::device::AmplifierGain;
+use piezotact::device::DeviceDescription;
 use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
 use piezotact::quantity::{
@@ -29,7 +29,12 @@ const DRIVE_RATE_HZ: f64 = 48_000.0;
 /// The PIEZOTACT bench with one participant at it.
 pub(super) fn device(replay: &Replay, participant: u64) -> Bench {
     let participant = Participant::of(participant, replay.seed, &replay.parameters);
-    TwinBench::new(&replay.parameters, participant, AmplifierGain::B3).into_bench()
+    TwinBench::new(
+        &replay.parameters,
+        participant,
+        &DeviceDescription::drv2667().at_usual_gain(),
+    )
+    .into_bench()
 }
 
 /// A run on the device.

@@ -331,7 +331,7 @@ impl Ripple {
 mod tests {
     use super::*;
     use crate::OutputStage;
-    use piezotact::device::AmplifierGain;
+    use piezotact::device::DeviceDescription;
 
     const PLATE_KG: f64 = 0.6e-3;
 
@@ -351,12 +351,12 @@ mod tests {
     fn the_nominal_device_has_the_prototype_s_magnitudes() {
         let twin = TwinParameters::built_in();
         let finger = Finger::nominal(&twin);
-        let output = OutputStage::new(&twin.output, AmplifierGain::B3);
+        let output = OutputStage::new(&twin.output, &DeviceDescription::drv2667().at_usual_gain());
         for (frequency_hz, levels_db) in GOLDEN {
             for (load_n, expected_db) in [0.2, 0.4, 0.6].into_iter().zip(levels_db) {
                 let h = finger.response(frequency_hz, load_n, 20.0, &Placement::exact())
                     * output.high_pass(frequency_hz)
-                    * AmplifierGain::B3.voltage_ratio();
+                    * output.setup().gain.voltage_ratio();
                 let found_db = 20.0 * h.norm().log10();
                 assert!(
                     (found_db - expected_db).abs() < 0.06,

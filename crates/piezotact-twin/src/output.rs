@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::device::{AmplifierGain, DriveSetup};
-use piezotact::quantity::SampleRate;
+use piezotact::device::{Coupling, DeviceAtGain, DriveSetup};
+use piezotact::quantity::{SampleRate, Volts};
 
 use super::parameters::OutputParameters;
 use piezotact_bench::random::Random;
@@ -13,23 +13,31 @@ use piezotact_bench::random::Random;
 #[derive(Clone, Debug)]
 pub struct OutputStage {
     setup: DriveSetup,
-    corner_hz: f64,
+    /// The corners of the high-passes on the way: of the PC's output, and of the amplifier's input where it has one.
+    corners_hz: Vec<f64>,
     noise_db: f64,
     quadratic: f64,
 }
 
 impl OutputStage {
-    /// The output with the amplifier set to `gain`. At full scale a laptop's output overdrives the amplifier's
-    /// 0.9 V, as it does on a table.
+    /// The output before the amplifier and the actuator of `set`. At full scale a laptop's output overdrives the 0.9 V of
+    /// the thesis' amplifier, as it does on a table.
     #[must_use]
-    pub fn new(parameters: &OutputParameters, gain: AmplifierGain) -> Self {
+    pub fn new(parameters: &OutputParameters, set: &DeviceAtGain) -> Self {
+        let device = set.device();
+        let behind = match device.input().coupling {
+            Coupling::Direct => None,
+            Coupling::HighPassHz(corner_hz) => Some(corner_hz),
+        };
+        let volts = Volts(parameters.volts_per_full_scale);
         Self {
-            setup: DriveSetup {
-                gain,
-                volts_per_full_scale: parameters.volts_per_full_scale,
-                load_f: parameters.load_f,
-            },
-            corner_hz: parameters.corner_hz,
+            setup: DriveSetup::new(set.clone(), volts, device.actuator().capacitance_f)
+                .unwrap_or_else(|_| {
+                    unreachable!("parameters and descriptions stay within what a set-up may be")
+                }),
+            corners_hz: std::iter::once(parameters.corner_hz)
+                .chain(behind)
+                .collect(),
             noise_db: parameters.noise_db,
             quadratic: parameters.quadratic,
         }
@@ -41,11 +49,18 @@ impl OutputStage {
         &self.setup
     }
 
-    /// The high-pass of the output's coupling at `frequency_hz`.
+    /// The high-pass of the output's coupling, and of the amplifier's, at `frequency_hz`.
     #[must_use]
     pub fn high_pass(&self, frequency_hz: f64) -> Complex<f64> {
-        let place = Complex::new(0.0, frequency_hz / self.corner_hz);
-        place / (1.0 + place)
+        let of = |corner_hz: &f64| {
+            let place = Complex::new(0.0, frequency_hz / corner_hz);
+            place / (1.0 + place)
+        };
+        self.corners_hz
+            .iter()
+            .map(of)
+            .reduce(|a, b| a * b)
+            .unwrap_or(Complex::ONE)
     }
 
     /// The voltage at the actuator, as the actuator feels it, for a drive (full scale = 1) at `rate`:
@@ -53,19 +68,21 @@ impl OutputStage {
     pub(crate) fn voltage(&self, drive: &[f64], rate: SampleRate, random: &mut Random) -> Vec<f64> {
         let volts = self.setup.volts_per_full_scale;
         let noise_v = volts * 10f64.powf(self.noise_db / 20.0);
-        let gain = self.setup.gain.voltage_ratio();
+        let gain = self.setup.gain.voltage_ratio() * self.setup.device().input().divider;
         let limit_v = self.setup.gain.full_scale_output().0;
         let step_v = self.setup.slew_limit_v_per_s() / rate.hz();
         // First-order high-pass by the bilinear transform, its corner where the analogue one has it.
-        let k = (TAU * self.corner_hz / rate.hz() / 2.0).tan();
-        let (b, a) = (1.0 / (1.0 + k), (1.0 - k) / (1.0 + k));
-        let (mut before_in, mut coupled, mut out) = (0.0, 0.0, 0.0);
+        let mut couplings: Vec<HighPass> = self
+            .corners_hz
+            .iter()
+            .map(|corner_hz| HighPass::at(*corner_hz, rate))
+            .collect();
+        let mut out = 0.0;
         drive
             .iter()
             .map(|sample| {
                 let dac = sample.clamp(-1.0, 1.0) * volts + noise_v * random.normal();
-                coupled = b * (dac - before_in) + a * coupled;
-                before_in = dac;
+                let coupled = couplings.iter_mut().fold(dac, |v, pass| pass.next(v));
                 let wanted = (coupled * gain).clamp(-limit_v, limit_v);
                 out += (wanted - out).clamp(-step_v, step_v);
                 out + self.quadratic * out * out / limit_v
@@ -74,13 +91,41 @@ impl OutputStage {
     }
 }
 
+/// A high-pass of first order, sample by sample.
+struct HighPass {
+    a: f64,
+    b: f64,
+    before: f64,
+    out: f64,
+}
+
+impl HighPass {
+    fn at(corner_hz: f64, rate: SampleRate) -> Self {
+        let k = (TAU * corner_hz / rate.hz() / 2.0).tan();
+        Self {
+            a: (1.0 - k) / (1.0 + k),
+            b: 1.0 / (1.0 + k),
+            before: 0.0,
+            out: 0.0,
+        }
+    }
+
+    fn next(&mut self, sample: f64) -> f64 {
+        self.out = self.b * (sample - self.before) + self.a * self.out;
+        self.before = sample;
+        self.out
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::parameters::TwinParameters;
+    use piezotact::device::DeviceDescription;
 
     fn stage() -> OutputStage {
-        OutputStage::new(&TwinParameters::built_in().output, AmplifierGain::B3)
+        let set = DeviceDescription::drv2667().at_usual_gain();
+        OutputStage::new(&TwinParameters::built_in().output, &set)
     }
 
     fn tone(amplitude: f64, frequency_hz: f64) -> Vec<f64> {
@@ -108,6 +153,31 @@ mod tests {
         assert!((harmonic(&small[24_000..], 200.0) / expected - 1.0).abs() < 1e-3);
         let large = tone(1.0, 50.0);
         assert!((piezotact::statistics::peak(&large) - 75.0 * 1.02).abs() < 1e-6);
+    }
+
+    /// A device of one's own is played as it describes itself: its divider, its gain, its coupling, its limits.
+    #[test]
+    fn another_device_is_played_as_described() {
+        let text = "name = 'own'\n[amplifier]\n[[amplifier.gains]]\nname = 'x10'\ngain = { ratio = 10 }\n\
+            limit_v = 2.0\nslew = { v_per_s = 1e9 }\n[actuator]\ncapacitance_f = 1e-6\n\
+            [input]\ndivider = 0.5\ncoupling = { high_pass_hz = 200 }\n";
+        let own = DeviceDescription::from_toml(text).unwrap();
+        let stage = OutputStage::new(&TwinParameters::built_in().output, &own.at_usual_gain());
+        let played = |amplitude: f64| -> Vec<f64> {
+            let drive: Vec<f64> = (0..48_000)
+                .map(|i| amplitude * (TAU * 200.0 * f64::from(i) / 48_000.0).sin())
+                .collect();
+            let mut random = Random::stream(1, 1, "test");
+            stage.voltage(&drive, SampleRate::new(48_000.0).unwrap(), &mut random)
+        };
+        let small = harmonic(&played(0.1)[24_000..], 200.0);
+        // Half of √2 V times 10 times 1/√2 at the corner: 5 V at full scale, but for the corner of the PC's output.
+        let expected = 0.1 * 5.0 * (1.0 + (8.0_f64 / 200.0).powi(2)).sqrt().recip();
+        assert!((small / expected - 1.0).abs() < 1e-3, "{small}");
+        let loud = played(1.0);
+        assert!((piezotact::statistics::peak(&loud) - 2.0 * 1.02).abs() < 1e-6);
+        assert_eq!(stage.setup().load_f, 1e-6);
+        assert!((stage.setup().drive_limit() - 0.2 / (2f64.sqrt() * 0.5)).abs() < 1e-12);
     }
 
     /// At the amplifier's full scale the second harmonic is 40 dB down: 0.02·V²/2 over V.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::device::{AmplifierGain, DriveSetup};
+use piezotact::device::{DeviceAtGain, DriveSetup};
 use piezotact::quantity::{Drive, Hertz, Quantity, SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition, Touch};
 use piezotact::resample::Resampler;
@@ -41,11 +41,11 @@ pub struct TwinBench {
 }
 
 impl TwinBench {
-    /// The bench with the finger of `participant` on the device, and the amplifier set to `gain`.
+    /// The bench with the finger of `participant` on the device, and the device as it is `set`.
     #[must_use]
-    pub fn new(parameters: &TwinParameters, participant: Participant, gain: AmplifierGain) -> Self {
+    pub fn new(parameters: &TwinParameters, participant: Participant, set: &DeviceAtGain) -> Self {
         Self {
-            output: OutputStage::new(&parameters.output, gain),
+            output: OutputStage::new(&parameters.output, set),
             parameters: parameters.clone(),
             participant,
         }
@@ -106,7 +106,7 @@ impl World for TwinBench {
             name: self.name(),
             kind: BenchKind::Twin,
             rate: rate(OUTPUT_RATE_HZ),
-            gain: Some(self.output.setup().gain),
+            gain: Some(self.output.setup().gain.name.clone()),
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::criterion::Outcome;
-use piezotact::device::AmplifierGain;
+use piezotact::device::DeviceDescription;
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Hertz, Newtons, Seconds};
 use piezotact::run::{Discard, RunChunk, RunCriterion};
 use piezotact::spectrum::WelchConfig;
@@ -27,7 +27,12 @@ use piezotact_twin::{Participant, TwinBench, TwinParameters};
 fn bench(participant: u64) -> Bench {
     let parameters = TwinParameters::built_in();
     let participant = Participant::of(participant, 7, &parameters);
-    TwinBench::new(&parameters, participant, AmplifierGain::B3).into_bench()
+    TwinBench::new(
+        &parameters,
+        participant,
+        &DeviceDescription::drv2667().at_usual_gain(),
+    )
+    .into_bench()
 }
 
 fn config(kind: Excitation, seconds: f64) -> CharacteriseConfig {
@@ -87,7 +92,12 @@ fn three_excitations_find_one_device() {
 fn distortions(own: &str, participant: u64, seconds: f64) -> [Vec<f64>; 2] {
     let parameters = TwinParameters::changed_by(own).unwrap();
     let participant = Participant::of(participant, 7, &parameters);
-    let mut bench = TwinBench::new(&parameters, participant, AmplifierGain::B3).into_bench();
+    let mut bench = TwinBench::new(
+        &parameters,
+        participant,
+        &DeviceDescription::drv2667().at_usual_gain(),
+    )
+    .into_bench();
     let done = characterise(
         &mut bench,
         &config(Excitation::Multisine, seconds),

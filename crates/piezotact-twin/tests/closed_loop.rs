@@ -5,7 +5,7 @@
     reason = "a test prints what it measured, and fails where it cannot"
 )]
 
-use piezotact::device::AmplifierGain;
+use piezotact::device::{DeviceDescription, GainName};
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
@@ -62,9 +62,12 @@ fn texture(participant: u64, seed: u64) -> Series<Acceleration> {
         .0
 }
 
-fn bench_of(participant: u64, seed: u64, gain: AmplifierGain) -> TwinBench {
+fn bench_of(participant: u64, seed: u64, gain: &str) -> TwinBench {
     let twin = TwinParameters::built_in();
-    TwinBench::new(&twin, Participant::of(participant, seed, &twin), gain)
+    let set = DeviceDescription::drv2667()
+        .at(&GainName::new(gain))
+        .unwrap();
+    TwinBench::new(&twin, Participant::of(participant, seed, &twin), &set)
 }
 
 fn felt(
@@ -110,7 +113,7 @@ fn conjugated(
 fn individual_transfer_functions_render_and_their_conjugates_fail() {
     let mut errors = Vec::new();
     for seed in 0..20 {
-        let mut bench = bench_of(1 + seed % 5, seed, AmplifierGain::B3).into_bench();
+        let mut bench = bench_of(1 + seed % 5, seed, "B3").into_bench();
         let function = characterised(&mut bench, 30.0, seed);
         // 6 dB down, so that it fits the device of every one of them.
         let target = texture(1, seed).amplified(Decibels(-6.0));
@@ -151,7 +154,7 @@ fn individual_transfer_functions_render_and_their_conjugates_fail() {
 
 #[test]
 fn coherence_is_near_one_except_at_very_low_frequencies() {
-    let mut bench = bench_of(1, 3, AmplifierGain::B3).into_bench();
+    let mut bench = bench_of(1, 3, "B3").into_bench();
     let function = characterised(&mut bench, 60.0, 3);
     let at = |frequency_hz: f64| {
         function.coherence()[(frequency_hz / function.resolution_hz()).round() as usize]
@@ -172,7 +175,7 @@ fn coherence_is_near_one_except_at_very_low_frequencies() {
 fn the_same_seed_gives_the_same_bytes() {
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
     let record = |label: &str| {
-        let mut bench = bench_of(2, 9, AmplifierGain::B3).into_bench();
+        let mut bench = bench_of(2, 9, "B3").into_bench();
         play_and_record(&mut bench, &drive, None, &run(label), &mut Discard, None).unwrap()
     };
     assert_eq!(record("play"), record("play"));
@@ -181,7 +184,7 @@ fn the_same_seed_gives_the_same_bytes() {
 
 #[test]
 fn a_drive_that_does_not_fit_is_refused_with_the_level_that_does() {
-    let mut bench = bench_of(1, 4, AmplifierGain::B3).into_bench();
+    let mut bench = bench_of(1, 4, "B3").into_bench();
     let function = characterised(&mut bench, 10.0, 4);
     let config = RenderConfig::over(band(20.0, 1000.0), SampleRate::new(48_000.0).unwrap());
     let loud = texture(1, 4).amplified(Decibels(30.0));
@@ -195,9 +198,9 @@ fn a_drive_that_does_not_fit_is_refused_with_the_level_that_does() {
 
 #[test]
 fn a_drive_for_another_gain_is_refused() {
-    let mut bench = bench_of(1, 4, AmplifierGain::B2).into_bench();
+    let mut bench = bench_of(1, 4, "B2").into_bench();
     let drive = Series::new(vec![0.1; 4800], SampleRate::new(48_000.0).unwrap()).unwrap();
-    let setup = bench_of(1, 4, AmplifierGain::B3)
+    let setup = bench_of(1, 4, "B3")
         .into_bench()
         .player
         .calibrate()

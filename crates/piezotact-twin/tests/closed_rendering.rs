@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::Doubt;
 use piezotact::correct::CorrectConfig;
-use piezotact::device::AmplifierGain;
+use piezotact::device::DeviceDescription;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
@@ -43,7 +43,7 @@ fn bench(participant: u64) -> Bench {
     TwinBench::new(
         &parameters,
         Participant::of(participant, 5, &parameters),
-        AmplifierGain::B3,
+        &DeviceDescription::drv2667().at_usual_gain(),
     )
     .into_bench()
 }

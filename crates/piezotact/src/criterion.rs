@@ -2,6 +2,8 @@
 //!
 //! A verdict is a list of these. Its text and every report read the list and add nothing.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// Whether a criterion is met.
@@ -143,6 +145,37 @@ pub struct Criterion<W> {
     pub limit: Limit,
     /// Whether it is met.
     pub outcome: Outcome,
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtMost { met, not_met } if met == not_met => write!(f, "at most {met:.4}"),
+            Self::AtMost { met, not_met } => {
+                write!(f, "at most {met:.4}, not above {not_met:.4}")
+            }
+            Self::AtLeast { met, not_met } if met == not_met => write!(f, "at least {met:.4}"),
+            Self::AtLeast { met, not_met } => {
+                write!(f, "at least {met:.4}, not below {not_met:.4}")
+            }
+            Self::Within { reach } => write!(f, "within ±{reach:.4}"),
+        }
+    }
+}
+
+/// What was found, the limit and the outcome: `steady part 0.1200 s, at least 0.3000: not met`.
+impl<W: fmt::Display> fmt::Display for Criterion<W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            what, unit, limit, ..
+        } = self;
+        let outcome = self.outcome.word();
+        let space = if unit.is_empty() { "" } else { " " };
+        match self.found {
+            Some(found) => write!(f, "{what} {found:.4}{space}{unit}, {limit}: {outcome}"),
+            None => write!(f, "{what} not measured, {limit}: {outcome}"),
+        }
+    }
 }
 
 impl<W> Criterion<W> {

@@ -1,187 +1,225 @@
-//! What a drive passes through on its way to the actuator: the output of the PC, and the DRV2667
-//! amplifier with its four gains and its limits.
+//! What a drive passes through on its way to the actuator: the output of the PC, and an amplifier with its gains and its
+//! limits, which a description states.
 
-use std::fmt;
-use std::str::FromStr;
+mod contradiction;
+mod description;
 
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::{Decibels, Drive, Potential, Volts};
+pub use contradiction::DescriptionError;
+pub use description::{
+    Actuator, Amplifier, BUILT_IN, Coupling, DeviceDescription, GainName, GainSetting, Input,
+    LargestLoad, Slew, UnknownGain, VoltageGain,
+};
+
+use crate::quantity::{Drive, Potential, Volts};
 use crate::series::{Series, SeriesError};
-
-/// The four gains of the DRV2667EVM, named by its buttons. The thesis uses B3.
-///
-/// Source: TI DRV2667 data sheet SLOS751E, gain register: 25, 50, 75 and 100 V *peak*. (The names in V
-/// peak to peak that circulate are twice that.)
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum AmplifierGain {
-    /// 25 V peak at full scale, 28.8 dB.
-    B1,
-    /// 50 V peak at full scale, 34.8 dB.
-    B2,
-    /// 75 V peak at full scale, 38.4 dB.
-    B3,
-    /// 100 V peak at full scale, 40.7 dB.
-    B4,
-}
-
-impl AmplifierGain {
-    /// The four gains, lowest first.
-    pub const ALL: [Self; 4] = [Self::B1, Self::B2, Self::B3, Self::B4];
-
-    /// The voltage gain, 10^(dB/20) of the data sheet's 28.8, 34.8, 38.4 and 40.7 dB.
-    #[must_use]
-    pub fn voltage_ratio(self) -> f64 {
-        Decibels(match self {
-            Self::B1 => 28.8,
-            Self::B2 => 34.8,
-            Self::B3 => 38.4,
-            Self::B4 => 40.7,
-        })
-        .amplitude_ratio()
-    }
-
-    /// The output at which the amplifier clips, V peak.
-    #[must_use]
-    pub fn full_scale_output(self) -> Volts {
-        Volts(match self {
-            Self::B1 => 25.0,
-            Self::B2 => 50.0,
-            Self::B3 => 75.0,
-            Self::B4 => 100.0,
-        })
-    }
-
-    /// The input at which the amplifier clips, V peak: about 0.90 V at every gain.
-    #[must_use]
-    pub fn full_scale_input(self) -> Volts {
-        Volts(self.full_scale_output().0 / self.voltage_ratio())
-    }
-
-    /// The current that the amplifier can push into a capacitive load, A.
-    ///
-    /// Source: SLOS751E load table (680 nF at 50 Vpp, 330 nF at 100, 150 nF at 150, 100 nF at 200, all at
-    /// 300 Hz): `I = π·Vpp·f·C`.
-    #[must_use]
-    pub fn output_current_a(self) -> f64 {
-        let (output_vpp, load_f) = match self {
-            Self::B1 => (50.0, 680e-9),
-            Self::B2 => (100.0, 330e-9),
-            Self::B3 => (150.0, 150e-9),
-            Self::B4 => (200.0, 100e-9),
-        };
-        std::f64::consts::PI * output_vpp * 300.0 * load_f
-    }
-}
-
-impl fmt::Display for AmplifierGain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self, f)
-    }
-}
-
-impl FromStr for AmplifierGain {
-    type Err = UnknownGain;
-    fn from_str(text: &str) -> Result<Self, UnknownGain> {
-        Self::ALL
-            .into_iter()
-            .find(|gain| gain.to_string().eq_ignore_ascii_case(text.trim()))
-            .ok_or_else(|| UnknownGain { found: text.into() })
-    }
-}
-
-/// A gain that the amplifier does not have.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "expected an amplifier gain B1, B2, B3 or B4, found `{found}`; take the one set on the board"
-)]
-pub struct UnknownGain {
-    /// What was found.
-    pub found: String,
-}
+use contradiction::LOADS_F;
 
 /// How the drive reaches the actuator. A transfer function holds for the set-up it was measured with and
-/// for no other, so it carries this, and rendering compares it.
+/// for no other, so it carries this, and rendering compares it. Files hold the gain by name, and the description of the
+/// device; a file of before, which has none, means the [`DeviceDescription::drv2667`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "StatedSetup")]
+#[serde(try_from = "StatedSetup", into = "StatedSetup")]
 pub struct DriveSetup {
     /// The gain set on the amplifier.
-    pub gain: AmplifierGain,
+    pub gain: GainSetting,
     /// The potential at the output of the PC when the drive is at full scale, V peak, as calibrated.
     pub volts_per_full_scale: f64,
     /// The capacitance of the actuator, F.
     pub load_f: f64,
+    /// The device, of whose gains it is one.
+    device: DeviceDescription,
 }
 
 /// A set-up as a file states it, before it is believed.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct StatedSetup {
-    gain: AmplifierGain,
+    gain: GainName,
     volts_per_full_scale: f64,
     load_f: f64,
+    device: Option<DeviceDescription>,
+}
+
+impl From<DriveSetup> for StatedSetup {
+    fn from(setup: DriveSetup) -> Self {
+        Self {
+            gain: setup.gain.name,
+            volts_per_full_scale: setup.volts_per_full_scale,
+            load_f: setup.load_f,
+            device: Some(setup.device),
+        }
+    }
 }
 
 impl TryFrom<StatedSetup> for DriveSetup {
     type Error = ImpossibleSetup;
 
     fn try_from(stated: StatedSetup) -> Result<Self, ImpossibleSetup> {
-        Self::new(
-            stated.gain,
-            Volts(stated.volts_per_full_scale),
-            stated.load_f,
-        )
+        let device = match stated.device {
+            Some(device) => device,
+            None => DeviceDescription::drv2667().clone(),
+        };
+        let set = device.at(&stated.gain)?;
+        Self::new(set, Volts(stated.volts_per_full_scale), stated.load_f)
+    }
+}
+
+/// A device with one of its gains set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceAtGain {
+    device: DeviceDescription,
+    gain: GainSetting,
+}
+
+impl DeviceAtGain {
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &DeviceDescription {
+        &self.device
+    }
+
+    /// The gain that is set.
+    #[must_use]
+    pub fn gain(&self) -> &GainSetting {
+        &self.gain
+    }
+}
+
+impl DeviceDescription {
+    /// The device with its gain called `name` set.
+    ///
+    /// # Errors
+    /// [`UnknownGain`] with the gains that it has.
+    pub fn at(&self, name: &GainName) -> Result<DeviceAtGain, UnknownGain> {
+        Ok(DeviceAtGain {
+            gain: self.gain(name)?.clone(),
+            device: self.clone(),
+        })
+    }
+
+    /// The device with its usual gain set.
+    #[must_use]
+    pub fn at_usual_gain(&self) -> DeviceAtGain {
+        DeviceAtGain {
+            gain: self.usual_gain().clone(),
+            device: self.clone(),
+        }
     }
 }
 
 /// A set-up that no device has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {load_f} F; calibrate the output"
-)]
-pub struct ImpossibleSetup {
-    /// The potential found.
-    pub volts: Volts,
-    /// The capacitance found.
-    pub load_f: f64,
+pub enum ImpossibleSetup {
+    /// A potential or a capacitance that cannot be.
+    #[error(
+        "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {load_f} F; calibrate the output"
+    )]
+    Numbers {
+        /// The potential found.
+        volts: Volts,
+        /// The capacitance found.
+        load_f: f64,
+    },
+    /// A gain that the device does not have.
+    #[error(transparent)]
+    Gain(#[from] UnknownGain),
 }
 
 impl DriveSetup {
-    /// The amplifier at `gain`, behind an output of `volts` at full scale, before a load of `load_f`.
+    /// The device as it is `set`, behind an output of `volts` at full scale, before a load of `load_f`.
     ///
     /// # Errors
     /// [`ImpossibleSetup`] when the potential is not from 0.001 to 1000 V, or the load not from 1e-12 to 1 F.
-    pub fn new(gain: AmplifierGain, volts: Volts, load_f: f64) -> Result<Self, ImpossibleSetup> {
-        if (1e-3..=1e3).contains(&volts.0) && (1e-12..=1.0).contains(&load_f) {
+    pub fn new(set: DeviceAtGain, volts: Volts, load_f: f64) -> Result<Self, ImpossibleSetup> {
+        if (1e-3..=1e3).contains(&volts.0) && LOADS_F.contains(&load_f) {
             Ok(Self {
-                gain,
+                gain: set.gain,
                 volts_per_full_scale: volts.0,
                 load_f,
+                device: set.device,
             })
         } else {
-            Err(ImpossibleSetup { volts, load_f })
+            Err(ImpossibleSetup::Numbers { volts, load_f })
         }
     }
+
+    /// The device whose gain is set.
+    #[must_use]
+    pub fn device(&self) -> &DeviceDescription {
+        &self.device
+    }
+
+    /// The same set-up with another gain of its device.
+    ///
+    /// # Errors
+    /// [`UnknownGain`] with the gains that the device has.
+    pub fn with_gain(&self, name: &GainName) -> Result<Self, UnknownGain> {
+        Ok(Self {
+            gain: self.device.gain(name)?.clone(),
+            ..self.clone()
+        })
+    }
+
+    /// Whether a drive for one of them means the same at the actuator of the other, but for the level of the output:
+    /// the gain with its limits, and the input before it.
+    #[must_use]
+    pub fn amplifies_like(&self, other: &Self) -> bool {
+        self.gain == other.gain && self.device.input == other.device.input
+    }
+
+    /// What amplifies it, in words: `DRV2667 at gain B3 (×83.2, up to 75 V)`.
+    #[must_use]
+    pub fn amplification(&self) -> String {
+        let divider = self.device.input.divider;
+        let before = match divider {
+            whole if whole >= 1.0 => String::new(),
+            share => format!(" behind a divider of {share}"),
+        };
+        format!(
+            "{} at gain {} (×{:.1}, up to {} V){before}",
+            self.device.name,
+            self.gain,
+            self.gain.voltage_ratio(),
+            self.gain.limit_v
+        )
+    }
+
     /// The drive (full scale = 1) at which the first limit is reached: 1, or less where the PC's output
-    /// overdrives the amplifier's input.
+    /// overdrives the amplifier's input, or the amplifier the actuator.
     #[must_use]
     pub fn drive_limit(&self) -> f64 {
-        (self.gain.full_scale_input().0 / self.volts_per_full_scale).min(1.0)
+        let full_scale = self.volts_per_full_scale * self.device.input.divider;
+        let limit_v = match self.device.actuator.limit_v {
+            Some(actuator_v) => actuator_v.min(self.gain.limit_v),
+            None => self.gain.limit_v,
+        };
+        (limit_v / self.gain.voltage_ratio() / full_scale).min(1.0)
     }
 
     /// The name of the limit that [`Self::drive_limit`] gives.
     #[must_use]
     pub fn limited_by(&self) -> &'static str {
-        if self.drive_limit() < 1.0 {
-            "the amplifier"
-        } else {
+        let actuator_v = self.device.actuator.limit_v;
+        if self.drive_limit() >= 1.0 {
             "the digital full scale"
+        } else if actuator_v.is_some_and(|limit_v| limit_v < self.gain.limit_v) {
+            "the actuator"
+        } else {
+            "the amplifier"
         }
     }
 
-    /// The steepest slope at the actuator, V/s: `I_max / C`.
+    /// The potential at the actuator for a drive at full scale, were there no limit, V peak.
+    #[must_use]
+    pub fn actuator_v_per_full_scale(&self) -> f64 {
+        self.gain.voltage_ratio() * self.volts_per_full_scale * self.device.input.divider
+    }
+
+    /// The steepest slope at the actuator, V/s.
     #[must_use]
     pub fn slew_limit_v_per_s(&self) -> f64 {
-        self.gain.output_current_a() / self.load_f
+        self.gain.slew_limit_v_per_s(self.load_f)
     }
 }
 
@@ -209,29 +247,101 @@ pub fn drive_of_potential(
 mod tests {
     use super::*;
 
+    fn b3() -> DeviceAtGain {
+        let name = GainName::new("B3");
+        DeviceDescription::drv2667().at(&name).unwrap()
+    }
+
     #[test]
     fn the_four_gains_are_those_of_the_data_sheet() {
-        for (gain, ratio, input_v) in [
-            (AmplifierGain::B1, 27.5, 0.908),
-            (AmplifierGain::B2, 55.0, 0.910),
-            (AmplifierGain::B3, 83.2, 0.902),
-            (AmplifierGain::B4, 108.4, 0.923),
+        let device = DeviceDescription::drv2667();
+        for (name, ratio, input_v, output_v) in [
+            ("B1", 27.5, 0.908, 25.0),
+            ("B2", 55.0, 0.910, 50.0),
+            ("b3", 83.2, 0.902, 75.0),
+            ("B4", 108.4, 0.923, 100.0),
         ] {
-            assert!((gain.voltage_ratio() - ratio).abs() < 0.06, "{gain}");
-            assert!((gain.full_scale_input().0 - input_v).abs() < 1e-3, "{gain}");
-            assert_eq!(gain.to_string().parse::<AmplifierGain>().unwrap(), gain);
+            let gain = device.gain(&GainName::new(name)).unwrap();
+            assert!((gain.voltage_ratio() - ratio).abs() < 0.06, "{name}");
+            assert!((gain.full_scale_input().0 - input_v).abs() < 1e-3, "{name}");
+            assert_eq!(gain.full_scale_output().0, output_v);
         }
-        assert!("B5".parse::<AmplifierGain>().is_err());
+        let said = device.gain(&GainName::new("B5")).unwrap_err().to_string();
+        assert!(
+            said.contains("DRV2667 (B1, B2, B3 or B4), found `B5`"),
+            "{said}"
+        );
+        assert_eq!(device.usual_gain().name.as_str(), "B3");
+        assert_eq!(device.only_gain(), None);
     }
 
     #[test]
     fn eighty_nanofarads_at_b3_are_slew_limited_above_560_hz_at_full_scale() {
-        let setup = DriveSetup {
-            gain: AmplifierGain::B3,
-            volts_per_full_scale: 1.0,
-            load_f: 80e-9,
-        };
+        let setup = DriveSetup::new(b3(), Volts(1.0), 80e-9).unwrap();
         let frequency_hz = setup.slew_limit_v_per_s() / (std::f64::consts::TAU * 75.0);
         assert!((frequency_hz - 562.5).abs() < 1.0, "{frequency_hz}");
+    }
+
+    /// A fixed gain of 20 behind a divider by two: 10 V at the PC are 5 V at the amplifier and 100 V behind it.
+    #[test]
+    fn a_fixed_amplifier_behind_a_divider_has_its_own_limits() {
+        let mut device = DeviceDescription::built_in("fixed").unwrap();
+        device.input.divider = 0.5;
+        let setup = |device: &DeviceDescription, volts: f64| {
+            let load_f = device.actuator.capacitance_f;
+            DriveSetup::new(device.at_usual_gain(), Volts(volts), load_f).unwrap()
+        };
+        let loud = setup(&device, 20.0);
+        assert_eq!(
+            (loud.drive_limit(), loud.limited_by()),
+            (0.5, "the amplifier")
+        );
+        assert_eq!(loud.actuator_v_per_full_scale(), 200.0);
+        assert_eq!(loud.slew_limit_v_per_s(), 1.0 / 80e-9);
+        let soft = setup(&device, 5.0);
+        assert_eq!(
+            (soft.drive_limit(), soft.limited_by()),
+            (1.0, "the digital full scale")
+        );
+        device.amplifier.gains[0].limit_v = 200.0;
+        let loud = setup(&device, 20.0);
+        assert_eq!(
+            (loud.drive_limit(), loud.limited_by()),
+            (0.5, "the actuator")
+        );
+        device.amplifier.gains[0].slew = Slew::VPerS(3e6);
+        assert_eq!(setup(&device, 1.0).slew_limit_v_per_s(), 3e6);
+        assert!(!loud.amplifies_like(&setup(DeviceDescription::drv2667(), 20.0)));
+    }
+
+    /// What a file of before says of its device means the numbers of the DRV2667; what is written now says them itself.
+    #[test]
+    fn a_set_up_is_stored_with_its_device() {
+        let before = r#"{"gain": "B3", "volts_per_full_scale": 1.25, "load_f": 8e-8}"#;
+        let setup: DriveSetup = serde_json::from_str(before).unwrap();
+        assert_eq!(setup, DriveSetup::new(b3(), Volts(1.25), 80e-9).unwrap());
+        let text = serde_json::to_string(&setup).unwrap();
+        assert!(
+            text.starts_with(
+                r#"{"gain":"B3","volts_per_full_scale":1.25,"load_f":8e-8,"device":{"#
+            )
+        );
+        assert_eq!(serde_json::from_str::<DriveSetup>(&text).unwrap(), setup);
+        for (from, to, expected) in [
+            ("B3", "B9", "found `B9`"),
+            ("1.25", "-1.25", "0.001 to 1000 V"),
+        ] {
+            let wrong = before.replace(from, to);
+            let said = serde_json::from_str::<DriveSetup>(&wrong)
+                .unwrap_err()
+                .to_string();
+            assert!(said.contains(expected), "{said}");
+        }
+        let own = text
+            .replace("DRV2667", "own")
+            .replace("\"limit_v\":25.0", "\"limit_v\":500.0");
+        let own: DriveSetup = serde_json::from_str(&own.replace("B1", "low")).unwrap();
+        assert!(own.with_gain(&GainName::new("low")).is_ok());
+        assert!(own.with_gain(&GainName::new("B1")).is_err());
     }
 }

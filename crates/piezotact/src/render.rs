@@ -23,7 +23,7 @@ use crate::clipping::ClippingDoubt;
 use crate::transfer::TransferDoubt;
 use serde::{Deserialize, Serialize};
 
-use crate::device::{AmplifierGain, DriveSetup};
+use crate::device::{DeviceDescription, DriveSetup, GainName};
 use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
@@ -309,18 +309,42 @@ pub fn straight<O: Quantity>(
 ///
 /// # Errors
 /// [`RenderError::ConditionMismatch`] naming both gains.
-pub fn require_gain(
-    setup: Option<&DriveSetup>,
-    requested: AmplifierGain,
-) -> Result<(), RenderError> {
+pub fn require_gain(setup: Option<&DriveSetup>, requested: &GainName) -> Result<(), RenderError> {
     match setup {
-        Some(setup) if setup.gain != requested => Err(RenderError::ConditionMismatch {
+        Some(setup) if setup.gain.name != *requested => Err(RenderError::ConditionMismatch {
             what: "gain",
             measured: setup.gain.to_string(),
             requested: requested.to_string(),
         }),
         _ => Ok(()),
     }
+}
+
+/// Refuses a transfer function that was measured with another device than the one that is described: the gain that was
+/// set, with its limits, and the input before it. One that does not say its device passes here; rendering doubts it.
+///
+/// Source: a transfer function holds for one amplifier (thesis 2.4, 2.5.3).
+///
+/// # Errors
+/// [`RenderError::ConditionMismatch`] naming both devices.
+pub fn require_device(
+    setup: Option<&DriveSetup>,
+    requested: &DeviceDescription,
+) -> Result<(), RenderError> {
+    let Some(setup) = setup else {
+        return Ok(());
+    };
+    let same_gain = requested.gain(&setup.gain.name);
+    let same = same_gain.is_ok_and(|gain| *gain == setup.gain)
+        && requested.input() == setup.device().input();
+    if same {
+        return Ok(());
+    }
+    Err(RenderError::ConditionMismatch {
+        what: "device",
+        measured: setup.amplification(),
+        requested: format!("{} as described", requested.name()),
+    })
 }
 
 /// A level to the tenth of a decibel, no louder.

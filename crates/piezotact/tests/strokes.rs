@@ -13,10 +13,11 @@ use std::collections::BTreeMap;
 
 use known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
 use piezotact::Doubt;
+use piezotact::criterion::Outcome;
 use piezotact::quantity::{Newtons, SampleRate};
 use piezotact::stroke::{
     Expected, ForceRule, Judging, MotionKind, Reason, SegmentError, Segmentation, Signals,
-    SpeedRule, segment_by_force, segment_by_speed, whole,
+    SpeedRule, StrokeCriterion, segment_by_force, segment_by_speed, whole,
 };
 
 fn signals(made: &Recorded) -> Signals<'_> {
@@ -26,6 +27,35 @@ fn signals(made: &Recorded) -> Signals<'_> {
         normal_force_n: Some(&made.fz_n),
         tangential_force_n: vec![&made.fx_n, &made.fy_n],
         motion: None,
+    }
+}
+
+/// The last criterion of every reject is the one that is not met, at the limit and with what the reason says.
+fn decided_by(found: &Segmentation, what: StrokeCriterion) {
+    assert!(!found.rejected.is_empty());
+    for rejected in &found.rejected {
+        let (last, before) = rejected.criteria.split_last().unwrap();
+        assert!(
+            before.iter().all(|c| c.outcome == Outcome::Met),
+            "{before:?}"
+        );
+        assert_eq!((last.what, last.outcome), (what, Outcome::NotMet));
+        let (value, limit) = (last.found.unwrap(), last.limit.value());
+        match &rejected.reason {
+            Reason::Clipped { fraction } => assert_eq!((value, limit), (*fraction, 0.0)),
+            Reason::TooLight { peak_n, needed_n } => {
+                assert_eq!((value, limit), (*peak_n, *needed_n));
+            }
+            Reason::ForceOutsideTolerance {
+                mean_n,
+                low_n,
+                high_n,
+            } => {
+                assert!((value - (mean_n - 0.5 * (low_n + high_n))).abs() < 1e-12);
+                assert!((limit - 0.5 * (high_n - low_n)).abs() < 1e-12);
+            }
+            other => assert!(value > limit || value < limit, "{other}"),
+        }
     }
 }
 
@@ -225,6 +255,8 @@ fn saturated_acceleration_and_a_load_off_target_are_rejected() {
         "{:?}",
         saturated.rejected
     );
+    decided_by(&saturated, StrokeCriterion::ClippedShare);
+    assert!(saturated.rejected[0].criteria.len() > 3);
     let light = ForceRule::active(Some(Newtons(0.6)));
     let light = ForceRule {
         on_n: Newtons(0.1),
@@ -240,6 +272,7 @@ fn saturated_acceleration_and_a_load_off_target_are_rejected() {
         "{:?}",
         off.rejected
     );
+    decided_by(&off, StrokeCriterion::ForceDeviation);
 }
 
 #[test]
@@ -440,6 +473,7 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
         "{:?}",
         found.rejected
     );
+    decided_by(&found, StrokeCriterion::TouchShare);
 }
 
 /// A tare offset does not decide the polarity: where the finger vibrates it touches.
@@ -479,6 +513,7 @@ fn a_touch_that_is_too_light_is_listed_and_leaves_the_others_alone() {
         "{:?}",
         found.rejected
     );
+    decided_by(&found, StrokeCriterion::LargestForce);
 }
 
 /// Whatever it vibrates at between 30 Hz and 2 kHz, a finger that slides is seen to slide.
@@ -574,4 +609,5 @@ fn a_stroke_that_turns_back_is_none() {
         "{:?}",
         found.rejected
     );
+    decided_by(&found, StrokeCriterion::Turns);
 }

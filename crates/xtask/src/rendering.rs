@@ -5,7 +5,7 @@
 use anyhow::{Result, ensure};
 use piezotact::clipping::clipping;
 use piezotact::correct::CorrectConfig;
-use piezotact::device::AmplifierGain;
+use piezotact::device::DeviceDescription;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
@@ -172,7 +172,12 @@ fn told(label: &str, felt: &[Felt]) {
 }
 
 fn bench_of(parameters: &TwinParameters, person: &Participant) -> Bench {
-    TwinBench::new(parameters, person.clone(), AmplifierGain::B3).into_bench()
+    TwinBench::new(
+        parameters,
+        person.clone(),
+        &DeviceDescription::drv2667().at_usual_gain(),
+    )
+    .into_bench()
 }
 
 fn run_plan(label: &str) -> RunPlan {

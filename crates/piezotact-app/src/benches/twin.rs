@@ -1,11 +1,14 @@
-//! `twin:participant=3,seed=7,gain=B3`: the digital twin.
+//! `twin:participant=3,seed=7,gain=B3`, `twin:device=own.toml`: the digital twin.
 
-use piezotact::device::AmplifierGain;
+use std::path::Path;
+
+use piezotact::device::{DeviceAtGain, DeviceDescription, GainName};
 use piezotact_bench::{Bench, DeviceError};
+use piezotact_dataset::read_device;
 use piezotact_twin::{Participant, TwinBench, TwinParameters};
 
 use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, usage};
 
 /// The line of the table of benches.
 pub(super) const ENTRY: BenchEntry = BenchEntry {
@@ -21,15 +24,43 @@ pub(crate) struct TwinSpec {
     pub(crate) participant: u64,
     /// The seed that draws every participant, placement and noise.
     pub(crate) seed: u64,
-    /// The gain that is set on the amplifier.
-    pub(crate) gain: AmplifierGain,
+    /// The gain that is set on the amplifier; absent for the usual one.
+    pub(crate) gain: Option<GainName>,
+    /// The device by its name or its file; absent for that of the thesis.
+    pub(crate) device: Option<String>,
+}
+
+impl TwinSpec {
+    /// The device with its gain set, where it is one that comes with the program; `None` where it is a file.
+    fn built_in(&self) -> Option<DeviceDescription> {
+        match &self.device {
+            None => Some(DeviceDescription::drv2667().clone()),
+            Some(name) => DeviceDescription::built_in(name),
+        }
+    }
+
+    fn set(&self) -> Outcome<DeviceAtGain> {
+        let device = match &self.device {
+            None => DeviceDescription::drv2667().clone(),
+            Some(named) => read_device(named)?,
+        };
+        match &self.gain {
+            None => Ok(device.at_usual_gain()),
+            Some(gain) => device.at(gain).map_err(usage),
+        }
+    }
 }
 
 impl NamedBench for TwinSpec {
     fn open(&self) -> Outcome<Bench> {
         let parameters = TwinParameters::built_in();
         let participant = Participant::of(self.participant, self.seed, &parameters);
-        Ok(TwinBench::new(&parameters, participant, self.gain).into_bench())
+        Ok(TwinBench::new(&parameters, participant, &self.set()?).into_bench())
+    }
+
+    fn file(&self) -> Option<&Path> {
+        let named = self.device.as_deref();
+        named.filter(|_| self.built_in().is_none()).map(Path::new)
     }
 
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
@@ -40,7 +71,15 @@ impl NamedBench for TwinSpec {
     }
 
     fn apart_from_participant(&self) -> String {
-        format!("twin:seed={},gain={}", self.seed, self.gain)
+        let usual = || {
+            self.built_in()
+                .map(|device| device.usual_gain().name.clone())
+        };
+        let gain = self.gain.clone().or_else(usual);
+        let gain = gain.map_or(String::new(), |gain| format!(",gain={gain}"));
+        let device = self.device.as_ref();
+        let device = device.map_or(String::new(), |device| format!(",device={device}"));
+        format!("twin:seed={}{gain}{device}", self.seed)
     }
 }
 
@@ -49,25 +88,29 @@ fn parse(settings: &str) -> Result<BenchSpec, DeviceError> {
 }
 
 fn parsed(settings: &str) -> Result<TwinSpec, DeviceError> {
-    let (mut participant, mut seed, mut gain) = (1, 1, AmplifierGain::B3);
+    let mut spec = TwinSpec {
+        participant: 1,
+        seed: 1,
+        gain: None,
+        device: None,
+    };
     for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
         match key {
-            "participant" => participant = whole(setting, value)?,
-            "seed" => seed = whole(setting, value)?,
-            "gain" => {
-                gain = value
-                    .parse()
-                    .map_err(|_unknown| wrong("a gain B1, B2, B3 or B4", setting))?
-            }
-            _ => return Err(wrong("participant, seed or gain", setting)),
+            "participant" => spec.participant = whole(setting, value)?,
+            "seed" => spec.seed = whole(setting, value)?,
+            "gain" => spec.gain = Some(GainName::new(value)),
+            "device" if !value.is_empty() => spec.device = Some(value.into()),
+            _ => return Err(wrong("participant, seed, gain or device", setting)),
         }
     }
-    Ok(TwinSpec {
-        participant,
-        seed,
-        gain,
-    })
+    // The gains of a file are known when it is read.
+    if let (Some(gain), Some(device)) = (&spec.gain, spec.built_in()) {
+        let known = device.gain(gain).map(|gain| gain.name.clone());
+        let expected = format!("a gain of the {} ({})", device.name(), device.gain_names());
+        spec.gain = Some(known.map_err(|_unknown| wrong(&expected, &format!("gain={gain}")))?);
+    }
+    Ok(spec)
 }
 
 #[cfg(test)]
@@ -77,15 +120,36 @@ mod tests {
     #[test]
     fn a_twin_has_settings() {
         assert_eq!(
-            parsed("participant=3,seed=9,gain=B2").unwrap(),
+            parsed("participant=3,seed=9,gain=b2").unwrap(),
             TwinSpec {
                 participant: 3,
                 seed: 9,
-                gain: AmplifierGain::B2
+                gain: Some(GainName::new("B2")),
+                device: None,
             }
         );
-        for bad in ["participant=x", "gain=B9", "colour=red"] {
+        for bad in [
+            "participant=x",
+            "gain=B9",
+            "colour=red",
+            "device=fixed,gain=B3",
+            "device=",
+        ] {
             assert!(parsed(bad).is_err(), "{bad}");
         }
+        for (settings, named) in [
+            ("", "twin:seed=1,gain=B3"),
+            ("gain=b2", "twin:seed=1,gain=B2"),
+            ("device=fixed", "twin:seed=1,gain=x20,device=fixed"),
+            (
+                "device=own.toml,gain=low",
+                "twin:seed=1,gain=low,device=own.toml",
+            ),
+        ] {
+            assert_eq!(parsed(settings).unwrap().apart_from_participant(), named);
+        }
+        let own = parsed("device=own.toml").unwrap();
+        assert_eq!(own.file(), Some(Path::new("own.toml")));
+        assert_eq!(parsed("device=fixed").unwrap().file(), None);
     }
 }

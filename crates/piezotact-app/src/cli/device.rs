@@ -4,13 +4,23 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
-use piezotact::device::AmplifierGain;
+use piezotact::device::GainName;
 use piezotact::quantity::{Band, Measure};
 use piezotact_bench::Excitation;
 
 use crate::benches::BenchSpec;
 
 use super::Reading;
+
+/// The name of a gain; whether a device has it is asked of its description.
+fn gain_name(text: &str) -> Result<GainName, String> {
+    match text.trim() {
+        "" => {
+            Err("expected the name of a gain, found none; take the one set on the amplifier".into())
+        }
+        name => Ok(GainName::new(name)),
+    }
+}
 
 /// How the finger is asked to lie.
 #[derive(Debug, Args)]
@@ -25,7 +35,7 @@ pub(crate) struct Finger {
 
 #[derive(Debug, Args)]
 pub(crate) struct Characterise {
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
     /// placements lie apart in the panel.
     #[arg(long)]
@@ -124,16 +134,21 @@ pub(crate) struct Transfer {
     /// Which ratio of spectra.
     #[arg(long, value_enum, default_value = "h1")]
     pub(crate) estimator: EstimatorName,
-    /// The gain set on the amplifier, B1–B4; together with --volts-per-full-scale it describes the device.
-    #[arg(long, requires = "volts_per_full_scale")]
-    pub(crate) gain: Option<AmplifierGain>,
+    /// The amplifier and the actuator: drv2667 (that of the thesis, taken unless stated), fixed, or a TOML file that
+    /// describes them.
+    #[arg(long, value_name = "NAME|FILE.toml", requires = "volts_per_full_scale")]
+    pub(crate) device: Option<String>,
+    /// The gain set on the amplifier, by its name on the device, such as B3; together with --volts-per-full-scale it
+    /// describes the device. Not needed where there is one gain.
+    #[arg(long, value_parser = gain_name, requires = "volts_per_full_scale")]
+    pub(crate) gain: Option<GainName>,
     /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
     /// brought to full scale = 1.
-    #[arg(long, value_name = "V", requires = "gain")]
+    #[arg(long, value_name = "V")]
     pub(crate) volts_per_full_scale: Option<f64>,
-    /// The capacitance of the actuator, in nF.
-    #[arg(long, default_value_t = 80.0, value_name = "NF", requires = "gain")]
-    pub(crate) load_nf: f64,
+    /// The capacitance of the actuator, in nF, where it is not the one of the device's description.
+    #[arg(long, value_name = "NF", requires = "volts_per_full_scale")]
+    pub(crate) load_nf: Option<f64>,
     /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
     #[arg(long)]
     pub(crate) out: PathBuf,
@@ -225,8 +240,12 @@ pub(crate) struct Render {
     #[arg(long, value_name = "HZ")]
     pub(crate) target_rate: Option<f64>,
     /// The gain set on the amplifier; must be the one the transfer function was measured with.
-    #[arg(long)]
-    pub(crate) gain: Option<AmplifierGain>,
+    #[arg(long, value_parser = gain_name)]
+    pub(crate) gain: Option<GainName>,
+    /// The amplifier and the actuator, drv2667, fixed or a TOML file that describes them; must be those the transfer
+    /// function was measured with.
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(crate) device: Option<String>,
     /// Renders the texture louder or softer by this many dB; `fit`: at its own level, or as much softer as it takes to fit.
     #[arg(
         long,
@@ -248,7 +267,7 @@ pub(crate) struct Render {
     /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
-    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
     /// placements lie apart in the panel.
     /// May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected.
@@ -280,7 +299,7 @@ pub(crate) struct Render {
 pub(crate) struct Play {
     /// The drive (WAV) that `render` wrote.
     pub(crate) drive: PathBuf,
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
+    /// The bench: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
     /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
     /// placements lie apart in the panel.
     #[arg(long)]
@@ -289,8 +308,8 @@ pub(crate) struct Play {
     #[arg(long)]
     pub(crate) record: PathBuf,
     /// The gain that a drive without a sidecar is meant for.
-    #[arg(long)]
-    pub(crate) gain: Option<AmplifierGain>,
+    #[arg(long, value_parser = gain_name)]
+    pub(crate) gain: Option<GainName>,
     #[command(flatten)]
     pub(crate) finger: Finger,
     /// Prints a summary as JSON.

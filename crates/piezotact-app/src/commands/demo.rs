@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use piezotact::clipping::clipping;
-use piezotact::device::AmplifierGain;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
@@ -58,7 +57,8 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let mut bench = TwinSpec {
         participant: PARTICIPANT,
         seed: args.seed,
-        gain: AmplifierGain::B3,
+        gain: None,
+        device: None,
     }
     .open()?;
     say(&format!(

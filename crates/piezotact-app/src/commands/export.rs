@@ -418,12 +418,12 @@ fn audio(
 /// The device that a file is for: of the transfer function, or as far as the drive says it.
 fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
     let Some(path) = &args.transfer else {
-        let gain = contents.setup.as_ref().map(|setup| setup.gain);
+        let setup = contents.setup.as_ref();
         let band = contents
             .rendering
             .as_ref()
             .map(|made| made.config.inverse.band);
-        return Ok(piezo_device(gain, band, None));
+        return Ok(piezo_device(setup, band, None));
     };
     let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
     let rendered = Band::new(Hertz(20.0), Hertz(1000.0))?;
@@ -431,8 +431,8 @@ fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
         .driven
         .and_then(|driven| driven.common(rendered))
         .unwrap_or(rendered);
-    let gain = function.drive.as_ref().map(|setup| setup.gain);
-    Ok(piezo_device(gain, Some(band), function.strongest_hz(band)))
+    let setup = function.drive.as_ref();
+    Ok(piezo_device(setup, Some(band), function.strongest_hz(band)))
 }
 
 /// What a texture is, in a line.

@@ -38,8 +38,8 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .map_err(|error| named(error.into()))?;
     let mut bench = args.bench.open()?;
     let here = bench.player.calibrate()?;
-    let setup = match (&contents.setup, args.gain) {
-        (Some(made_for), Some(gain)) if made_for.gain != gain => {
+    let setup = match (&contents.setup, &args.gain) {
+        (Some(made_for), Some(gain)) if made_for.gain.name != *gain => {
             return Err(named(anyhow!(
                 "expected the gain {} that the drive was rendered for, found --gain {gain}; leave it out, or render for {gain}",
                 made_for.gain
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
         }
         (Some(made_for), _) => Some(made_for.clone()),
         (None, Some(gain)) => match here {
-            Some(here) => Some(DriveSetup { gain, ..here }),
+            Some(here) => Some(here.with_gain(gain).map_err(usage)?),
             None => {
                 return Err(usage(anyhow!(
                     "expected no --gain on the {}, of whose device nothing is known, found {gain}; leave it out",

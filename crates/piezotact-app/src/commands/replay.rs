@@ -108,6 +108,7 @@ fn finding_json(finding: &Finding) -> Value {
         "chapter": claim.map(|claim| claim.chapter),
         "at": claim.map(|claim| claim.at),
         "says": claim.map(|claim| claim.says),
+        "criteria": finding.criteria,
         "holds_if": claim.map(|claim| claim.holds_if),
         "measured": finding.measured,
         "verdict": verdict,

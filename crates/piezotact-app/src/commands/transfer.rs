@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::device::{DriveSetup, ImpossibleSetup, drive_of_potential};
+use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup, drive_of_potential};
 use piezotact::integrity::{Pair, never_changes, said_of_a_pair, transfer_doubts};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
 use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{Estimator, TransferError, estimate};
-use piezotact_dataset::{TransferDocument, TransferFormat, write_transfer};
+use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
 use serde_json::json;
 
 use super::{drive_limit, outputs, read};
@@ -163,11 +163,27 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
 
 /// The device that the options describe, if they do.
 fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
-    match (args.gain, args.volts_per_full_scale) {
-        (Some(gain), Some(volts)) => Ok(Some(
-            DriveSetup::new(gain, Volts(volts), args.load_nf * 1e-9)
-                .map_err(usage::<ImpossibleSetup>)?,
-        )),
-        _ => Ok(None),
-    }
+    let Some(volts) = args.volts_per_full_scale else {
+        return Ok(None);
+    };
+    let device = match &args.device {
+        Some(named) => read_device(named)?,
+        None => DeviceDescription::drv2667().clone(),
+    };
+    let set = match (&args.gain, device.only_gain()) {
+        (Some(gain), _) => device.at(gain).map_err(usage)?,
+        (None, Some(_)) => device.at_usual_gain(),
+        (None, None) => {
+            return Err(usage(anyhow!(
+                "expected --gain with --volts-per-full-scale, found none; state which gain of the {} was set, {}",
+                device.name(),
+                device.gain_names()
+            )));
+        }
+    };
+    let stated_f = args.load_nf.map(|load_nf| load_nf * 1e-9);
+    let load_f = stated_f.unwrap_or(device.actuator().capacitance_f);
+    DriveSetup::new(set, Volts(volts), load_f)
+        .map(Some)
+        .map_err(usage::<ImpossibleSetup>)
 }

@@ -30,11 +30,11 @@ pub const FORCE_CHANNEL: &str = "normal_force";
 /// The potential at full scale may depart by this share from what a drive was made for: 0.4 dB.
 const OUTPUT_TOLERANCE: f64 = 0.05;
 
-/// Refuses a drive that was made for another device than the bench is now: another gain, another potential
+/// Refuses a drive that was made for another device than the bench is now: another gain or other limits of it, another potential
 /// at full scale, another rate, a described device where the bench's is not, or samples beyond full scale.
 ///
 /// # Errors
-/// [`ProcedureError::Gain`], [`ProcedureError::OutputLevel`], [`DeviceError::Rate`], [`ProcedureError::Impossible`].
+/// [`ProcedureError::Gain`], [`ProcedureError::Described`], [`ProcedureError::OutputLevel`], [`DeviceError::Rate`], [`ProcedureError::Impossible`].
 pub fn require_device(
     bench: &mut Bench,
     drive: &Series<Drive>,
@@ -70,10 +70,17 @@ pub fn require_device(
             todo: "render it with the transfer function that stands behind this bench, and leave --gain out".into(),
         });
     };
-    if setup.gain != gain {
+    if setup.device().name() == found.device().name() && setup.gain.name != gain {
         return Err(ProcedureError::Gain {
-            drive: setup.gain,
+            drive: setup.gain.name.clone(),
             bench: gain,
+            name,
+        });
+    }
+    if !setup.amplifies_like(&found) {
+        return Err(ProcedureError::Described {
+            drive: setup.amplification(),
+            bench: found.amplification(),
             name,
         });
     }

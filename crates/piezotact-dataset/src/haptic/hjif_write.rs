@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use piezotact::Doubt;
-use piezotact::device::AmplifierGain;
+use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Measure, Quantity, Unit};
 use piezotact::series::Series;
 
@@ -37,25 +37,31 @@ pub struct HjifTexture {
     pub device: HjifReferenceDevice,
 }
 
-/// The piezo actuator behind an amplifier at `gain` as a reference device: what is known of its band and resonance.
+/// The piezo actuator behind the amplifier of `setup` as a reference device: what is known of its band and resonance.
 #[must_use]
 pub fn piezo_device(
-    gain: Option<AmplifierGain>,
+    setup: Option<&DriveSetup>,
     band: Option<Band>,
     resonance_hz: Option<f64>,
 ) -> HjifReferenceDevice {
     HjifReferenceDevice {
         id: 0,
-        name: gain.map_or_else(
+        name: setup.map_or_else(
             || "PIEZOTACT".into(),
-            |gain| format!("PIEZOTACT, DRV2667 at gain {gain}"),
+            |setup| {
+                format!(
+                    "PIEZOTACT, {} at gain {}",
+                    setup.device().name(),
+                    setup.gain
+                )
+            },
         ),
         body_part_mask: Some(ANYWHERE),
         minimum_frequency: band.map(|band| band.low().0),
         maximum_frequency: band.map(|band| band.high().0),
         resonance_frequency: resonance_hz
             .filter(|hertz| band.is_none_or(|band| band.contains(*hertz))),
-        maximum_voltage: gain.map(|gain| gain.full_scale_output().0),
+        maximum_voltage: setup.map(|setup| setup.gain.full_scale_output().0),
         kind: Some("Piezo".into()),
         ..HjifReferenceDevice::default()
     }

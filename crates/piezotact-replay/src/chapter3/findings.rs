@@ -7,7 +7,7 @@ use piezotact::statistics::{log_fit, spearman};
 use piezotact::stroke::Judging;
 
 use super::{ACTIVE_STROKES, COARSE, Touched, level, named, rough, shape};
-use crate::claims::{Finding, Holds, least, most};
+use crate::claims::{Finding, Holds, above, at_least, at_most, below, least, most, yes};
 
 /// The least share of power within `within` and the widest difference of two shapes, dB, each with whose it is.
 fn breadth(summaries: &[&Summary], within: Band) -> ((f64, String), (f64, String)) {
@@ -47,11 +47,13 @@ pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
     Finding::of(
         10,
         Holds::all([
-            (
-                share >= 0.9,
+            at_least(
+                share,
+                0.9,
+                "",
                 "less than 90 % of the power lies within 10–600 Hz",
             ),
-            (apart <= 3.0, "two shapes differ by more than 3 dB rms"),
+            at_most(apart, 3.0, "dB", "two shapes differ by more than 3 dB rms"),
         ]),
         told.collect::<Vec<String>>().join("; "),
     )
@@ -73,8 +75,8 @@ pub(super) fn level_falls(samples: &[Touched]) -> Finding {
     Finding::of(
         11,
         Holds::all([
-            (rising.is_empty(), rising.join(", ").as_str()),
-            (inversions > 0, "no inversion in S10–S13"),
+            yes(rising.is_empty(), rising.join(", ").as_str()),
+            yes(inversions > 0, "no inversion in S10–S13"),
         ]),
         format!(
             "S1–S13: {} m/s²; {inversions} inversion{} in S10–S13",
@@ -93,8 +95,8 @@ pub(super) fn close_levels(samples: &[Touched]) -> Finding {
     Finding::of(
         12,
         Holds::all([
-            (s2 / s4 <= 1.25, "S2 and S4 are further apart"),
-            (s2 / s3 <= 1.05, "S2 and S3 are further apart"),
+            at_most(s2 / s4, 1.25, "", "S2 and S4 are further apart"),
+            at_most(s2 / s3, 1.05, "", "S2 and S3 are further apart"),
         ]),
         format!("S2/S4 {:.3}, S2/S3 {:.3}", s2 / s4, s2 / s3),
     )
@@ -104,7 +106,7 @@ pub(super) fn same_roughness(samples: &[Touched]) -> Finding {
     let ratio = level(samples, "S7") / level(samples, "S8");
     Finding::of(
         13,
-        Holds::all([(ratio >= 1.15, "the levels are closer")]),
+        Holds::all([at_least(ratio, 1.15, "", "the levels are closer")]),
         format!("S7/S8 {ratio:.3}"),
     )
 }
@@ -116,8 +118,8 @@ pub(super) fn hard_samples(samples: &[Touched]) -> Finding {
     Finding::of(
         14,
         Holds::all([
-            (loudest < 0.7, "one of S10–S13 is louder"),
-            (softest > 0.7, "one of S1–S8 is softer"),
+            below(loudest, 0.7, "m/s²", "one of S10–S13 is louder"),
+            above(softest, 0.7, "m/s²", "one of S1–S8 is softer"),
         ]),
         format!("S10–S13 at most {loudest:.3} m/s², S1–S8 at least {softest:.3} m/s²"),
     )
@@ -143,9 +145,9 @@ pub(super) fn friction(samples: &[Touched]) -> Finding {
     Finding::of(
         15,
         Holds::all([
-            (with_ra > 0.7, "friction does not follow Ra"),
-            (with_level > 0.7, "friction does not follow the level"),
-            (extreme, "NO is not at both extremes"),
+            above(with_ra, 0.7, "", "friction does not follow Ra"),
+            above(with_level, 0.7, "", "friction does not follow the level"),
+            yes(extreme, "NO is not at both extremes"),
         ]),
         format!(
             "Spearman with Ra {with_ra:.2}, with the level {with_level:.2}; NO: friction {:.2}, {:.2} m/s²",
@@ -179,12 +181,12 @@ pub(super) fn speed(samples: &[Touched]) -> Finding {
     Finding::of(
         16,
         Holds::all([
-            (falls.is_empty(), "the level does not rise for every sample"),
-            (
+            yes(falls.is_empty(), "the level does not rise for every sample"),
+            yes(
                 slopes.0 >= 0.8 && slopes.1 <= 1.2,
                 "a slope lies outside 0.8–1.2",
             ),
-            (order > 0.95, "the order of samples changes with speed"),
+            above(order, 0.95, "", "the order of samples changes with speed"),
         ]),
         format!(
             "slopes {:.2} to {:.2}; Spearman between speeds at least {order:.3}",
@@ -213,7 +215,7 @@ pub(super) fn fingerprint(samples: &[Touched]) -> Finding {
     }
     Finding::of(
         17,
-        Holds::all([(off.is_empty(), off.join(", ").as_str())]),
+        Holds::all([yes(off.is_empty(), off.join(", ").as_str())]),
         format!("at 10/20/30 mm/s: {} Hz", told.join(", ")),
     )
 }
@@ -240,11 +242,13 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
     Finding::of(
         18,
         Holds::all([
-            (
-                apart <= 3.0,
+            at_most(
+                apart,
+                3.0,
+                "dB",
                 "a sample's spectra differ by more than 3 dB rms",
             ),
-            (order > 0.95, "the order of levels differs"),
+            above(order, 0.95, "", "the order of levels differs"),
         ]),
         format!("at most {apart:.2} dB rms apart ({name}); Spearman of the levels {order:.3}"),
     )
@@ -252,7 +256,7 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
 
 pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     let Some(sample) = named(samples, "S8") else {
-        return Finding::of(19, Holds::No("S8 is missing".into()), "–".into());
+        return Finding::of(19, Holds::all([yes(false, "S8 is missing")]), "–".into());
     };
     let rms = sample.active_summary.rms;
     let variation = rms.sd / rms.mean;
@@ -273,11 +277,11 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     Finding::of(
         19,
         Holds::all([
-            (
+            yes(
                 near == of,
                 "the highest line of one stroke over a broad spectrum is likely a matter of chance: it holds some nine segments, whose lines scatter by a third; the centroid repeats",
             ),
-            (variation <= 0.2, "the level varies by more than 20 %"),
+            at_most(variation, 0.2, "", "the level varies by more than 20 %"),
         ]),
         format!(
             "S8: the highest line of {near} of {of} strokes lies within ± 10 % of {usual_hz:.0} Hz{s1}; centroid {:.0} ± {:.0} Hz; rms varies by {:.1} %",

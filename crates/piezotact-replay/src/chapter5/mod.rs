@@ -15,7 +15,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{BundleAverage, Estimator, TransferFunction, estimate};
 
 use crate::averaged::with_average;
-use crate::claims::{Finding, Holds, least, most};
+use crate::claims::{Finding, Holds, above, at_most, below, least, most, yes};
 use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
 use crate::rendering::{characterised, device, resting};
 use crate::{Chapter, Replay, ReplayError, said_once};
@@ -316,12 +316,17 @@ fn antiresonance(
     Finding::of(
         5,
         Holds::all([
-            (near(control_hz), "it is not in the control"),
-            (
+            yes(near(control_hz), "it is not in the control"),
+            yes(
                 places.len() == count && near(lowest) && near(highest),
                 "it is not in every finger",
             ),
-            (left <= 2.0, "more than 2 dB are left after compensation"),
+            at_most(
+                left,
+                2.0,
+                "dB",
+                "more than 2 dB are left after compensation",
+            ),
         ]),
         format!(
             "control {control_hz:.1} Hz, {:.1} dB deep; {} of {count} fingers, {lowest:.1}–{highest:.1} Hz; after division by the control's narrow structure at most {left:.1} dB are left",
@@ -359,7 +364,12 @@ fn repeatable(repeats: &Devices) -> Result<Finding, ReplayError> {
     );
     Ok(Finding::of(
         6,
-        Holds::all([(most([lying, put_back]) <= 1.0, "two are further apart")]),
+        Holds::all([at_most(
+            most([lying, put_back]),
+            1.0,
+            "dB",
+            "two are further apart",
+        )]),
         format!(
             "any two of three as the finger lies at most {lying:.2} dB rms apart over 20–1000 Hz, and any two with the finger put back at most {put_back:.2} dB"
         ),
@@ -380,8 +390,8 @@ fn coherent(repeats: &Devices) -> Finding {
     Finding::of(
         7,
         Holds::all([
-            (lowest > 0.95, "it falls below 0.95 within 25–950 Hz"),
-            (at_5_hz < 0.9, "it is above 0.9 at 5 Hz"),
+            above(lowest, 0.95, "", "it falls below 0.95 within 25–950 Hz"),
+            below(at_5_hz, 0.9, "", "it is above 0.9 at 5 Hz"),
         ]),
         format!("at least {lowest:.3} over 25–950 Hz, at most {at_5_hz:.2} at 5 Hz"),
     )

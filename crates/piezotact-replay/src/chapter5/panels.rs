@@ -8,7 +8,7 @@ use piezotact::transfer::{Bundle, BundleAverage};
 
 use super::{ANGLES_DEG, Device, Fingers, Inertance, LOADS_N, cell, drawn, levels};
 use crate::ReplayError;
-use crate::claims::{Finding, Holds, least, most};
+use crate::claims::{Finding, Holds, above, at_least, below, least, most, yes};
 use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
 
 /// The band of the thesis' figures, Hz.
@@ -60,7 +60,7 @@ impl Panels {
         let (deviation, hz) = (all.max_deviation_db, all.max_deviation_at_hz);
         Finding::of(
             1,
-            Holds::all([(
+            Holds::all([yes(
                 (6.0..=9.0).contains(&deviation),
                 "the deviation lies outside 6–9 dB; the load drifts as the force cell warms, which widens the bundle",
             )]),
@@ -93,12 +93,12 @@ impl Panels {
         Finding::of(
             2,
             Holds::all([
-                (falling(&self.fingers, 0), "it does not fall on the shaker"),
-                (
+                yes(falling(&self.fingers, 0), "it does not fall on the shaker"),
+                yes(
                     falling(&self.devices, 0),
                     "it does not fall on the device at 20°",
                 ),
-                (
+                yes(
                     falling(&self.devices, 1),
                     "it does not fall on the device at 40°",
                 ),
@@ -117,16 +117,20 @@ impl Panels {
         Finding::of(
             3,
             Holds::all([
-                (
+                yes(
                     shaker.0 > 0.0 && device.0 > 0.0,
                     "somebody's mean gain falls",
                 ),
-                (
-                    device.1 >= 0.95,
+                at_least(
+                    device.1,
+                    0.95,
+                    "",
                     "on the device somebody's gain rises on fewer than 95 % of the lines",
                 ),
-                (
-                    shaker.1 >= 0.95,
+                at_least(
+                    shaker.1,
+                    0.95,
+                    "",
                     "on the shaker somebody's gain rises on fewer than 95 % of the lines: around 100 Hz, where the step is small there, a person's own ripple outweighs it",
                 ),
             ]),
@@ -147,17 +151,19 @@ impl Panels {
             .iter()
             .find(|e| e.load_n.is_none())
         else {
-            return Finding::of(4, Holds::all([(false, "one angle only")]), "–".into());
+            return Finding::of(4, Holds::all([yes(false, "one angle only")]), "–".into());
         };
         let p = effect.sign_test_p.unwrap_or(f64::NAN);
         Finding::of(
             4,
             Holds::all([
-                (
-                    effect.largest_db_rms < 1.5,
+                below(
+                    effect.largest_db_rms,
+                    1.5,
+                    "dB",
                     "somebody's differs by 1.5 dB rms or more",
                 ),
-                (p > 0.05, "the angle has a trend"),
+                above(p, 0.05, "", "the angle has a trend"),
             ]),
             format!(
                 "at most {:.2} dB rms; louder at 40° for {} of {} people, p = {p:.2}; mean step {:+.2} dB, at least {:+.2}",
@@ -172,7 +178,11 @@ impl Panels {
 
     pub(super) fn widest_condition(&self) -> Finding {
         let Some(worst) = &self.devices.worst else {
-            return Finding::of(8, Holds::all([(false, "nobody is complete")]), "–".into());
+            return Finding::of(
+                8,
+                Holds::all([yes(false, "nobody is complete")]),
+                "–".into(),
+            );
         };
         let next = worst
             .ranking
@@ -186,7 +196,7 @@ impl Panels {
         });
         Finding::of(
             8,
-            Holds::all([(
+            Holds::all([yes(
                 worst.cell.is(cell(LOADS_N[0], ANGLES_DEG[0])),
                 "another condition spreads more",
             )]),
@@ -207,7 +217,11 @@ impl Panels {
         let found = self.devices.averages.iter().find(|a| a.cell.is(light));
         let bundle = self.devices.spreads.iter().find(|s| s.cell.is(light));
         let (Some(average), Some(spread)) = (found, bundle) else {
-            return Finding::of(9, Holds::all([(false, "nothing was measured")]), "–".into());
+            return Finding::of(
+                9,
+                Holds::all([yes(false, "nothing was measured")]),
+                "–".into(),
+            );
         };
         let inside = |db: &[f64], bundle: &Bundle| {
             let lines = db
@@ -224,8 +238,8 @@ impl Panels {
         Finding::of(
             9,
             Holds::all([
-                (log >= 1.0, "the mean of log magnitudes leaves the bundle"),
-                (complex >= 1.0, "the complex mean leaves the bundle"),
+                at_least(log, 1.0, "", "the mean of log magnitudes leaves the bundle"),
+                at_least(complex, 1.0, "", "the complex mean leaves the bundle"),
             ]),
             format!(
                 "at 20° and 0.2 N on the device: {:.0} % of the lines for the mean of log magnitudes, {:.0} % for the complex mean; the average of the others misses a person by {:.1} dB rms ({low:.1} to {high:.1}), at most {worst:.1} dB",

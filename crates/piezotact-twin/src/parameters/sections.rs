@@ -112,6 +112,6 @@ parameters! {
 parameters! {
     /// Section `output`.
     OutputParameters {
-        volts_per_full_scale: f64, load_f: f64, corner_hz: f64, noise_db: f64, quadratic: f64,
+        volts_per_full_scale: f64, corner_hz: f64, noise_db: f64, quadratic: f64,
     }
 }

@@ -408,7 +408,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
         (
             &|e| {
                 let setup = crate::device::DriveSetup::new(
-                    crate::device::AmplifierGain::B3,
+                    crate::device::DeviceDescription::drv2667().at_usual_gain(),
                     crate::quantity::Volts(1.4),
                     80e-9,
                 );

@@ -142,8 +142,8 @@ fn device(setup: &Option<DriveSetup>) -> String {
         || "one that is not described".into(),
         |setup| {
             format!(
-                "gain {}, {:.4} V at full scale, {:.0} nF",
-                setup.gain,
+                "{}, {:.4} V at full scale, {:.0} nF",
+                setup.amplification(),
                 setup.volts_per_full_scale,
                 setup.load_f * 1e9
             )

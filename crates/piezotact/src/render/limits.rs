@@ -3,7 +3,7 @@
 use crate::render::RenderDoubt;
 use serde::{Deserialize, Serialize};
 
-use crate::device::{AmplifierGain, DriveSetup};
+use crate::device::{DriveSetup, GainName};
 use crate::doubt::Doubt;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::Series;
@@ -62,7 +62,7 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
 ///
 /// Formula: headroom = 20·log10(limit/peak); slope = max|Δ|·rate·gain·volts per full scale.
 ///
-/// Source: DRV2667 data sheet SLOS751E for the limits, see [`DriveSetup`].
+/// Source: the description of the device for the limits, see [`DriveSetup`].
 #[must_use]
 pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> Headroom {
     let limit = setup.map_or(1.0, DriveSetup::drive_limit);
@@ -82,7 +82,8 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
         headroom_db: (peak >= SMALLEST).then(|| Decibels::from_amplitude_ratio(limit / peak).0),
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
         slope_v_per_s: setup.map(|setup| {
-            steepest * rate.hz() * setup.gain.voltage_ratio() * setup.volts_per_full_scale
+            let input = setup.volts_per_full_scale * setup.device().input().divider;
+            steepest * rate.hz() * setup.gain.voltage_ratio() * input
         }),
     }
 }
@@ -91,7 +92,7 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GainFit {
     /// The gain.
-    pub gain: AmplifierGain,
+    pub gain: GainName,
     /// How far the drive's peak would stay below the first limit, dB; negative when it does not fit, absent for silence.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub headroom_db: Option<f64>,
@@ -114,26 +115,25 @@ impl GainFit {
 ///
 /// Formula: the drive at another gain is the drive times the ratio of the gains; limits are those of [`DriveSetup`].
 ///
-/// Source: DRV2667 data sheet SLOS751E.
+/// Source: the description of the device, see [`DriveSetup::device`].
 #[must_use]
 pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
     let below = |limit: f64, found: f64| Decibels::from_amplitude_ratio(limit / found).0;
     let silent = headroom.peak < SMALLEST;
-    AmplifierGain::ALL
+    let mut gains: Vec<_> = setup.device().gains().iter().collect();
+    gains.sort_by(|a, b| a.voltage_ratio().total_cmp(&b.voltage_ratio()));
+    gains
         .into_iter()
-        .map(|gain| {
-            let other = DriveSetup {
-                gain,
-                ..setup.clone()
-            };
+        .filter_map(|gain| {
+            let other = setup.with_gain(&gain.name).ok()?;
             let peak = headroom.peak * setup.gain.voltage_ratio() / gain.voltage_ratio();
             let slope = headroom.slope_v_per_s.unwrap_or(0.0);
-            GainFit {
-                gain,
+            Some(GainFit {
+                gain: gain.name.clone(),
                 headroom_db: (!silent).then(|| below(other.drive_limit(), peak)),
                 slew_headroom_db: (!silent && slope > 0.0)
                     .then(|| below(other.slew_limit_v_per_s(), slope)),
-            }
+            })
         })
         .collect()
 }

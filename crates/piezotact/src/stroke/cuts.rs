@@ -3,7 +3,9 @@
 use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
-use super::{CutBy, Interval, Reason, Rejected, Segmentation, Stroke};
+use super::criteria::{JudgedPart, StrokeCriterion};
+use super::{CutBy, Interval, Reason, Segmentation, Stroke};
+use crate::criterion::Limit;
 use crate::quantity::{SampleRate, Seconds};
 
 /// One decision of a person about a part of a recording.
@@ -80,9 +82,13 @@ impl Cuts {
                     segmentation.strokes = kept;
                     segmentation
                         .rejected
-                        .extend(out.into_iter().map(|stroke: Stroke| Rejected {
-                            interval: stroke.contact,
-                            reason: Reason::ByPerson { note: note.clone() },
+                        .extend(out.into_iter().map(|stroke: Stroke| {
+                            JudgedPart::default().not_met(
+                                StrokeCriterion::LeftOut,
+                                1.0,
+                                Limit::at_most(0.0),
+                                (stroke.contact, Reason::ByPerson { note: note.clone() }),
+                            )
                         }));
                 }
             }
@@ -105,7 +111,7 @@ impl Cuts {
 mod tests {
     use super::*;
     use crate::roles::Roles;
-    use crate::stroke::Rule;
+    use crate::stroke::{Rejected, Rule};
 
     #[test]
     fn a_person_has_the_last_word() {
@@ -123,6 +129,7 @@ mod tests {
                     end: 600,
                 },
                 reason: Reason::NoSliding,
+                criteria: Vec::new(),
             }],
             rule: Rule::Whole,
             roles: Roles::default(),

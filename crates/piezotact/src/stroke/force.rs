@@ -4,17 +4,19 @@ use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
+use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force_doubt::doubts_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
-    floor, friction_level, sliding_by_friction, sliding_parts, stick_slip_in_friction,
-    stick_slip_in_vibration, vibration_level,
+    SLIP_RATE_HZ, floor, friction_level, sliding_by_friction, sliding_parts,
+    stick_slip_in_friction, stick_slip_in_vibration, vibration_level,
 };
 use super::{
     CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
     Stroke,
 };
 use crate::clipping::flat_top_fraction;
+use crate::criterion::Limit;
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, Seconds};
 use crate::roles::Roles;
@@ -197,15 +199,15 @@ pub fn segment_by_force(
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     let mut friction = Vec::new();
     for contact in &contacts {
-        match cutter.cut(contact) {
+        let mut judged = JudgedPart::default();
+        match cutter.cut(contact, &mut judged) {
             Ok((stroke, median)) => {
                 strokes.push(stroke);
                 friction.extend(median);
             }
-            Err(reason) => rejected.push(Rejected {
-                interval: cutter.samples(contact.from, contact.to),
-                reason,
-            }),
+            Err(reason) => {
+                rejected.push(judged.rejects(cutter.samples(contact.from, contact.to), reason));
+            }
         }
     }
     cutter.reject_quiet(&mut strokes, &mut rejected);
@@ -322,54 +324,70 @@ impl Cutter<'_> {
         contacts
     }
 
-    /// The stroke in a contact and its median friction coefficient, or why there is none.
-    fn cut(&self, contact: &Contact) -> Result<(Stroke, Option<f64>), Reason> {
+    /// The stroke in a contact and its median friction coefficient, or why there is none; what it was judged by.
+    fn cut(
+        &self,
+        contact: &Contact,
+        judged: &mut JudgedPart,
+    ) -> Result<(Stroke, Option<f64>), Reason> {
+        use StrokeCriterion as What;
         let Contact { from, to, gaps } = *contact;
-        if from == 0 || to == self.level_n.len() {
-            return Err(Reason::CutByRecording);
-        }
+        let none = Limit::at_most(0.0);
+        let outside = u8::from(from == 0) + u8::from(to == self.level_n.len());
+        judged.require(What::EndsOutside, f64::from(outside), none, || {
+            Reason::CutByRecording
+        })?;
         let needed_s = self.rule.shortest_s.0;
         let landing = (self.rule.landing_s.0 * self.frames.rate_hz).round() as usize;
         let take_off = (self.rule.take_off_s.0 * self.frames.rate_hz).round() as usize;
         let (inner_from, inner_to) = (from + landing, to.saturating_sub(take_off));
-        let long_enough = |from: usize, to: usize| {
+        let long_enough = |judged: &mut JudgedPart, from: usize, to: usize| {
             let found_s = self.frames.seconds(to.saturating_sub(from));
-            if found_s < needed_s {
-                Err(Reason::TooShort { found_s, needed_s })
-            } else {
-                Ok(())
-            }
+            let limit = Limit::at_least(needed_s);
+            judged.require(What::SteadyPart, found_s, limit, || Reason::TooShort {
+                found_s,
+                needed_s,
+            })
         };
-        long_enough(inner_from, inner_to)?;
-        if gaps > 0 {
-            return Err(Reason::DiscontinuousContact { gaps });
-        }
+        long_enough(judged, inner_from, inner_to)?;
+        judged.require(What::Gaps, gaps as f64, none, || {
+            Reason::DiscontinuousContact { gaps }
+        })?;
         let (start, end, friction) = match self.rule.judging {
             Judging::ContactOnly => (inner_from, inner_to, None),
             Judging::Sliding => {
                 let friction = self.friction(inner_from, inner_to);
                 let slips = self.stick_slip(friction.as_deref(), inner_from, inner_to);
                 if let Some((slips, rate_hz)) = slips {
-                    return Err(Reason::StickSlip { slips, rate_hz });
+                    judged.require(What::SlipRate, rate_hz, slower_slips(), || {
+                        Reason::StickSlip { slips, rate_hz }
+                    })?;
                 }
-                let (slide_from, slide_to) = match self.sliding(from, to).as_slice() {
-                    [] => return Err(Reason::NoSliding),
-                    [only] => (from + only.0, from + only.1),
-                    parts => return Err(Reason::Interrupted { parts: parts.len() }),
-                };
+                let parts = self.sliding(from, to);
+                let count = parts.len();
+                let slides = Limit::at_least(1.0);
+                judged.require(What::SlidingParts, count as f64, slides, || {
+                    Reason::NoSliding
+                })?;
+                if count > 1 {
+                    let one = Limit::at_most(1.0);
+                    judged.require(What::SlidingParts, count as f64, one, || {
+                        Reason::Interrupted { parts: count }
+                    })?;
+                }
+                let (slide_from, slide_to) = (from + parts[0].0, from + parts[0].1);
                 let (start, end) = (inner_from.max(slide_from), inner_to.min(slide_to));
-                long_enough(start, end)?;
-                if self.turns_back(start, end) {
-                    return Err(Reason::Reversed);
-                }
+                long_enough(judged, start, end)?;
+                let turns = f64::from(u8::from(self.turns_back(start, end)));
+                judged.require(What::Turns, turns, none, || Reason::Reversed)?;
                 (start, end, friction)
             }
         };
-        long_enough(start, end)?;
         let steady = self.samples(start, end);
-        if let Some(fraction) = clipped(self.signals, steady) {
-            return Err(Reason::Clipped { fraction });
-        }
+        let fraction = clipped(self.signals, steady);
+        judged.require(What::ClippedShare, fraction, none, || Reason::Clipped {
+            fraction,
+        })?;
         let stroke = Stroke {
             steady,
             contact: self.samples(from, to),
@@ -439,12 +457,15 @@ impl Cutter<'_> {
         let least = QUIET * quantile(&levels, 0.5);
         let mut levels = levels.into_iter();
         strokes.retain(|stroke| {
-            let kept = levels.next().is_none_or(|level| level >= least);
+            let level = levels.next().unwrap_or(least);
+            let kept = level >= least;
             if !kept {
-                rejected.push(Rejected {
-                    interval: stroke.contact,
-                    reason: Reason::NoSliding,
-                });
+                rejected.push(JudgedPart::default().not_met(
+                    StrokeCriterion::VibrationShare,
+                    level / least * QUIET,
+                    Limit::at_least(QUIET),
+                    (stroke.contact, Reason::NoSliding),
+                ));
             }
             kept
         });
@@ -458,15 +479,19 @@ impl Cutter<'_> {
             .into_iter()
             .filter(|(from, to)| self.frames.seconds(to - from) >= needed_s)
             .filter(|(from, to)| !contacts.iter().any(|c| c.from < *to && *from < c.to))
-            .map(|(from, to)| Rejected {
-                interval: self.samples(from, to),
-                reason: Reason::TooLight {
-                    peak_n: part(self.level_n, from, to)
-                        .iter()
-                        .copied()
-                        .fold(0.0, f64::max),
+            .map(|(from, to)| {
+                let level_n = part(self.level_n, from, to).iter().copied();
+                let peak_n = level_n.fold(0.0, f64::max);
+                let reason = Reason::TooLight {
+                    peak_n,
                     needed_n: on_n,
-                },
+                };
+                JudgedPart::default().not_met(
+                    StrokeCriterion::LargestForce,
+                    peak_n,
+                    Limit::at_least(on_n),
+                    (self.samples(from, to), reason),
+                )
             })
             .collect()
     }
@@ -541,19 +566,26 @@ pub(super) fn friction<'a>(
     Some(ratio)
 }
 
-/// The largest share of samples at a limit, of the vibration and the forces; `None` for none.
-pub(super) fn clipped(signals: &Signals<'_>, steady: Interval) -> Option<f64> {
+/// Slips that follow each other so slowly are no stick-slip.
+pub(super) fn slower_slips() -> Limit {
+    Limit::AtMost {
+        met: SLIP_RATE_HZ.next_down(),
+        not_met: SLIP_RATE_HZ.next_down(),
+    }
+}
+
+/// The largest share of samples at a limit, of the vibration and the forces, 0–1.
+pub(super) fn clipped(signals: &Signals<'_>, steady: Interval) -> f64 {
     let forces = signals
         .normal_force_n
         .iter()
         .chain(&signals.tangential_force_n);
-    let fraction = signals
+    signals
         .vibration
         .iter()
         .chain(forces)
         .map(|channel| flat_top_fraction(steady.of(channel)))
-        .fold(0.0, f64::max);
-    (fraction > 0.0).then_some(fraction)
+        .fold(0.0, f64::max)
 }
 
 fn part(values: &[f64], from: usize, to: usize) -> &[f64] {
@@ -574,14 +606,17 @@ fn force_tolerance(cutter: &Cutter<'_>, strokes: &mut Vec<Stroke>, rejected: &mu
         let mean_n = forces.next().unwrap_or(target_n);
         let kept = (mean_n - target_n).abs() <= reach_n;
         if !kept {
-            rejected.push(Rejected {
-                interval: stroke.contact,
-                reason: Reason::ForceOutsideTolerance {
-                    mean_n,
-                    low_n: target_n - reach_n,
-                    high_n: target_n + reach_n,
-                },
-            });
+            let reason = Reason::ForceOutsideTolerance {
+                mean_n,
+                low_n: target_n - reach_n,
+                high_n: target_n + reach_n,
+            };
+            rejected.push(JudgedPart::default().not_met(
+                StrokeCriterion::ForceDeviation,
+                mean_n - target_n,
+                Limit::Within { reach: reach_n },
+                (stroke.contact, reason),
+            ));
         }
         kept
     });

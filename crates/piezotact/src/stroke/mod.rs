@@ -4,6 +4,7 @@
 //! is part of the result. Positions are samples from the start of the recording.
 
 mod contact;
+mod criteria;
 mod cuts;
 mod doubt;
 mod force;
@@ -16,11 +17,13 @@ use crate::integrity::SignalDoubt;
 pub use doubt::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
+use crate::criterion::Criterion;
 use crate::doubt::{Doubt, Example};
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::roles::{Motion, Roles};
 
+pub use criteria::StrokeCriterion;
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
 pub use force_doubt::ForceDoubt;
@@ -175,6 +178,9 @@ pub struct Rejected {
     pub interval: Interval,
     /// Why.
     pub reason: Reason,
+    /// What was judged of it until one was not met, in that order, each with its limit; empty in files of before.
+    #[serde(default)]
+    pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
 
 /// Why a part of a recording is no stroke.

@@ -21,7 +21,7 @@ const LEAST_FRICTION: f64 = 0.1;
 /// As many slips make stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
-const SLIP_RATE_HZ: f64 = 1.5;
+pub(super) const SLIP_RATE_HZ: f64 = 1.5;
 
 /// The short-time level of a vibration in the frames `from`…`to`, which a gesture does not reach.
 pub(super) fn vibration_level(

@@ -5,18 +5,26 @@ use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
-use super::force::{HIGH_FRICTION, Judging, clipped, friction, oriented, zeros};
+use super::criteria::{JudgedPart, StrokeCriterion};
+use super::force::{HIGH_FRICTION, Judging, clipped, friction, oriented, slower_slips, zeros};
 use super::force_doubt::doubts_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::stick_slip_in_friction;
 use super::{
-    CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rejected, Rule, SegmentError,
-    Segmentation, Signals, Stroke,
+    CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rule, SegmentError, Segmentation,
+    Signals, Stroke,
 };
+use crate::criterion::Limit;
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::statistics::mean;
+
+/// A surface that is touched for a smaller share of its motion is not touched.
+const LEAST_TOUCH: Limit = Limit::AtLeast {
+    met: 0.1,
+    not_met: 0.1,
+};
 
 /// How strokes are found in the speed of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,22 +113,22 @@ pub fn segment_by_speed(
     for (from, to) in events(moving.iter().copied(), threshold, threshold) {
         let motion = samples(frames, from, to);
         let touched = held.as_ref().is_none_or(|held| held.touch_within(from, to));
+        let mut judged = JudgedPart::default();
         let found = match touched {
-            true => plateau(frames, &moving[from..to], rule),
-            false => Err(Reason::NoContact),
+            true => plateau(frames, &moving[from..to], rule, &mut judged),
+            false => judged
+                .require(StrokeCriterion::TouchShare, 0.0, LEAST_TOUCH, || {
+                    Reason::NoContact
+                })
+                .map(|()| (0, 0)),
         };
         let cut = found.and_then(|(a, b)| {
             let steady = samples(frames, from + a, from + b);
-            match unfit(signals, frames, rule, held.as_ref(), steady) {
-                Some(reason) => Err(reason),
-                None => Ok(steady),
-            }
+            let held = held.as_ref();
+            fit(signals, frames, (rule, held), steady, &mut judged).map(|()| steady)
         });
         match cut {
-            Err(reason) => rejected.push(Rejected {
-                interval: motion,
-                reason,
-            }),
+            Err(reason) => rejected.push(judged.rejects(motion, reason)),
             Ok(steady) => strokes.push(Stroke {
                 steady,
                 contact: motion,
@@ -296,16 +304,22 @@ fn speed_m_s(frames: Frames, motion: &[f64], kind: MotionKind, smoothing_s: f64)
 
 /// The plateau in one motion: from the first to the last frame within the tolerance of the speed that its middle
 /// holds.
-fn plateau(frames: Frames, moving: &[f64], rule: &SpeedRule) -> Result<(usize, usize), Reason> {
+fn plateau(
+    frames: Frames,
+    moving: &[f64],
+    rule: &SpeedRule,
+    judged: &mut JudgedPart,
+) -> Result<(usize, usize), Reason> {
     let quarter = moving.len() / 4;
     let level = quantile(&moving[quarter..moving.len() - quarter], 0.5);
     let within = |v: &f64| (v - level).abs() <= rule.tolerance_share * level;
     let from = moving.iter().position(within).unwrap_or(0);
     let to = moving.iter().rposition(within).map_or(0, |last| last + 1);
     let (found_s, needed_s) = (frames.seconds(to.saturating_sub(from)), rule.shortest_s.0);
-    if found_s < needed_s {
-        return Err(Reason::TooShort { found_s, needed_s });
-    }
+    let long_enough = Limit::at_least(needed_s);
+    judged.require(StrokeCriterion::SteadyPart, found_s, long_enough, || {
+        Reason::TooShort { found_s, needed_s }
+    })?;
     let off = moving[from..to].iter().filter(|v| !within(v)).count();
     if off as f64 > 0.1 * (to - from) as f64 {
         let parts = events(
@@ -315,51 +329,63 @@ fn plateau(frames: Frames, moving: &[f64], rule: &SpeedRule) -> Result<(usize, u
             0.5,
             0.5,
         );
-        return Err(Reason::Interrupted { parts: parts.len() });
+        let (count, one) = (parts.len(), Limit::at_most(1.0));
+        judged.require(StrokeCriterion::SlidingParts, count as f64, one, || {
+            Reason::Interrupted { parts: count }
+        })?;
     }
     Ok((from, to))
 }
 
-/// Why a plateau is no stroke, if it is none.
-fn unfit(
+/// Judges whether a plateau is a stroke; why it is none.
+fn fit(
     signals: &Signals<'_>,
     frames: Frames,
-    rule: &SpeedRule,
-    held: Option<&Held>,
+    (rule, held): (&SpeedRule, Option<&Held>),
     steady: Interval,
-) -> Option<Reason> {
+    judged: &mut JudgedPart,
+) -> Result<(), Reason> {
+    use StrokeCriterion as What;
+    let none = Limit::at_most(0.0);
     let (from, to) = (steady.start / frames.size, steady.end / frames.size);
     if let Some(held) = held {
         let inside = |(a, b): &(usize, usize)| (*b).min(to).saturating_sub((*a).max(from));
         let touching: usize = held.touches.iter().map(inside).sum();
-        if touching * 10 < to - from {
-            return Some(Reason::NoContact);
-        }
-        if touching < to - from {
-            let parts = held
-                .touches
-                .iter()
-                .filter(|touch| inside(touch) > 0)
-                .count();
-            return Some(Reason::DiscontinuousContact { gaps: parts });
-        }
+        let share = touching as f64 / (to - from) as f64;
+        judged.require(What::TouchShare, share, LEAST_TOUCH, || Reason::NoContact)?;
+        let apart = |touch: &&(usize, usize)| inside(touch) > 0;
+        let gaps = match touching < to - from {
+            true => held.touches.iter().filter(apart).count(),
+            false => 0,
+        };
+        judged.require(What::Gaps, gaps as f64, none, || {
+            Reason::DiscontinuousContact { gaps }
+        })?;
         if let Some(load) = rule.load_n {
             let mean_n = mean(&held.level_n[from..to.min(held.level_n.len())]);
             let (low_n, high_n) = (0.5 * load.0, 1.5 * load.0);
-            if !(low_n..=high_n).contains(&mean_n) {
-                return Some(Reason::ForceOutsideTolerance {
+            let within = Limit::Within {
+                reach: 0.5 * load.0,
+            };
+            judged.require(What::ForceDeviation, mean_n - load.0, within, || {
+                Reason::ForceOutsideTolerance {
                     mean_n,
                     low_n,
                     high_n,
-                });
-            }
+                }
+            })?;
         }
     }
     let friction = held.and_then(|held| held.friction(signals, frames, from, to));
     if let (Some(friction), Judging::Sliding) = (&friction, rule.judging)
         && let Some((slips, rate_hz)) = stick_slip_in_friction(frames, friction)
     {
-        return Some(Reason::StickSlip { slips, rate_hz });
+        judged.require(What::SlipRate, rate_hz, slower_slips(), || {
+            Reason::StickSlip { slips, rate_hz }
+        })?;
     }
-    clipped(signals, steady).map(|fraction| Reason::Clipped { fraction })
+    let fraction = clipped(signals, steady);
+    judged.require(What::ClippedShare, fraction, none, || Reason::Clipped {
+        fraction,
+    })
 }

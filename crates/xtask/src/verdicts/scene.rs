@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use num_complex::Complex;
-use piezotact::device::AmplifierGain;
+use piezotact::device::DeviceDescription;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
@@ -190,7 +190,12 @@ impl Device {
                 until: Until::PlaybackEnded,
             },
         };
-        let mut bench = TwinBench::new(&parameters, person.clone(), AmplifierGain::B3).into_bench();
+        let mut bench = TwinBench::new(
+            &parameters,
+            person.clone(),
+            &DeviceDescription::drv2667().at_usual_gain(),
+        )
+        .into_bench();
         let measured = characterise(&mut bench, &config, &mut Discard)?.function;
         let mut device = Self {
             person,
@@ -230,8 +235,11 @@ impl Device {
         let seed = self.person.seed;
         let person = Participant::of(number, seed, &self.parameters);
         let placement = Placement::of(&self.parameters, number, seed, lies.run);
-        let output = OutputStage::new(&self.parameters.output, AmplifierGain::B3);
-        let volts = output.setup().volts_per_full_scale * AmplifierGain::B3.voltage_ratio();
+        let output = OutputStage::new(
+            &self.parameters.output,
+            &DeviceDescription::drv2667().at_usual_gain(),
+        );
+        let volts = output.setup().volts_per_full_scale * output.setup().gain.voltage_ratio();
         let latency_s = self.parameters.actuator.latency_s;
         move |hz| {
             let hz = hz.max(0.5);

@@ -6,19 +6,20 @@ use std::path::{Path, PathBuf};
 
 use crate::benches::BenchSpec;
 use anyhow::anyhow;
+use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
 use piezotact::recording::Annotations;
 use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
-    require_gain,
+    require_device, require_gain,
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::ProcedureError;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, RunFolder, journal_path, read_transfer};
+use piezotact_dataset::{ReadOptions, RunFolder, journal_path, read_device, read_transfer};
 use serde_json::{Value, json};
 
 use super::{bench_failure, inspected, outputs, rate_option, texture};
@@ -231,8 +232,19 @@ impl Job<'_> {
     fn done(&self, args: &Render) -> Outcome<Done> {
         let document = read_transfer(self.transfer)?;
         let function = document.function::<Drive, Acceleration>(self.transfer)?;
-        if let Some(gain) = args.gain {
-            require_gain(function.drive.as_ref(), gain)?;
+        let measured_with = function.drive.as_ref();
+        let stated = args.device.as_deref().map(read_device).transpose()?;
+        if let Some(stated) = &stated {
+            require_device(measured_with, stated)?;
+        }
+        if let Some(gain) = &args.gain {
+            let stated = stated.as_ref();
+            let device = stated.or(measured_with.map(DriveSetup::device));
+            let _known = device
+                .unwrap_or(DeviceDescription::drv2667())
+                .gain(gain)
+                .map_err(usage)?;
+            require_gain(measured_with, gain)?;
         }
         let options = ReadOptions {
             scale: args.scale.clone(),
@@ -422,7 +434,7 @@ impl Asked<'_> {
             .headroom;
         let fit = gains_for(&headroom, setup)
             .into_iter()
-            .find(|fit| fit.fits() && fit.gain != setup.gain)?;
+            .find(|fit| fit.fits() && fit.gain != setup.gain.name)?;
         Some(format!(
             ", a transfer function measured at gain {} would",
             fit.gain

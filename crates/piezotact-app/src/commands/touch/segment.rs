@@ -128,6 +128,7 @@ pub(crate) fn cuts_json(take: &Take) -> Outcome<Value> {
                 "end_s": s(rejected.interval.end),
                 "reason": rejected.reason,
                 "text": rejected.reason.to_string(),
+                "criteria": rejected.criteria,
             })
         })
         .collect();

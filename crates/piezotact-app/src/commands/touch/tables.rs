@@ -31,6 +31,7 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
         "contact_end_s",
         "cut_by",
         "reason",
+        "criteria",
     ];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for take in takes {
@@ -45,6 +46,7 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
                 s(stroke.contact.end),
                 format!("{:?}", stroke.cut_by).to_lowercase(),
                 String::new(),
+                String::new(),
             ]);
         }
         for rejected in &take.segmentation.rejected {
@@ -58,6 +60,12 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
                 end,
                 String::new(),
                 rejected.reason.to_string(),
+                rejected
+                    .criteria
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect::<Vec<_>>()
+                    .join("; "),
             ]);
         }
     }

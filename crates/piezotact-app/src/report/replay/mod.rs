@@ -288,6 +288,7 @@ mod tests {
             claim,
             measured: format!("measured of {claim}"),
             verdict,
+            criteria: Vec::new(),
         }
     }
 

@@ -541,7 +541,7 @@ fn rejects(takes: &[Take]) -> Markup {
         section {
             h2 { "What was rejected" }
             table {
-                tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } }
+                tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } th { "judged" } }
                 @for take in takes {
                     @for r in &take.segmentation.rejected {
                         tr {
@@ -549,6 +549,7 @@ fn rejects(takes: &[Take]) -> Markup {
                             td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.start).0)) }
                             td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.end).0)) }
                             td { (r.reason) }
+                            td { @for criterion in &r.criteria { (criterion) br; } }
                         }
                     }
                 }
