@@ -298,7 +298,7 @@ fn a_killed_recording_is_readable() {
         read >= 7500.0 && read * 24.0 > on_disk as f64 - 5000.0 * 24.0 - 8192.0,
         "{read} samples of {on_disk} bytes"
     );
-    assert_eq!(info["doubts"][0]["doubt"], "interrupted");
+    assert_eq!(info["doubts"][0]["code"], "interrupted");
     folder
         .run(&arguments)
         .expect_failure(1, &["raw.parquet.part", "interrupted", "moving it away"]);

@@ -42,7 +42,7 @@ fn lost(json: &Value) -> Vec<String> {
         .as_array()
         .unwrap()
         .iter()
-        .filter(|doubt| doubt["doubt"] == "format_loses")
+        .filter(|doubt| doubt["code"] == "format_loses")
         .map(|doubt| doubt["text"].as_str().unwrap().to_owned())
         .collect()
 }

@@ -30,7 +30,7 @@ fn broken(said: &Value) -> Vec<String> {
     let doubts = said["doubts"].as_array().unwrap();
     let kinds = doubts
         .iter()
-        .filter_map(|doubt| Some(doubt["doubt"].as_str()?.to_owned()));
+        .filter_map(|doubt| Some(doubt["code"].as_str()?.to_owned()));
     kinds
         .filter(|kind| BROKEN.contains(&kind.as_str()))
         .collect()

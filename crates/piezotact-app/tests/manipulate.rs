@@ -257,10 +257,7 @@ fn doubts_stay_with_the_file() {
     .expect_success();
     let said = folder.run(&["info", "a.wav", "--json"]).json();
     let doubts = said["doubts"].as_array().unwrap();
-    let names: Vec<&str> = doubts
-        .iter()
-        .map(|d| d["doubt"].as_str().unwrap())
-        .collect();
+    let names: Vec<&str> = doubts.iter().map(|d| d["code"].as_str().unwrap()).collect();
     for doubt in [
         "scale_overridden",
         "rate_not_used",

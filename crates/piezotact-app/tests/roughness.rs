@@ -72,7 +72,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
     assert_eq!(ours["sections"], 4);
     assert_eq!(ours["cutoff_by"], "stated");
     assert_eq!(ours["ends"], "kept");
-    assert_eq!(ours["doubts"][0]["doubt"], "short_evaluation");
+    assert_eq!(ours["doubts"][0]["code"], "short_evaluation");
 
     let folder = Folder::new();
     let file = primary.to_str().unwrap();
@@ -102,7 +102,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
     );
     // The five sections of 0.8 mm lie beside the groove.
     assert_eq!(
-        json_of(&primary, &[])["doubts"][0]["doubt"],
+        json_of(&primary, &[])["doubts"][0]["code"],
         "uneven_profile"
     );
     let chosen = folder.run(&["roughness", file]);

@@ -22,7 +22,10 @@ pub use merged::{Merged, Range, merged, merged_of};
 pub use value::{About, Example, FieldValue, Value};
 
 /// One thing that a person should know before relying on a result.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// Two are equal when they say the same equally often; the advice follows from what they say, and files of version 0.1.0
+/// hold none.
+#[derive(Clone, Debug)]
 pub struct Doubt {
     /// What kind of doubt it is: `force_not_measured`. Codes never change their meaning.
     pub code: Cow<'static, str>,
@@ -43,6 +46,12 @@ pub trait DoubtKind: Sized + std::fmt::Display {
     fn of(doubt: &Doubt) -> Option<Self>;
     /// What a person can do.
     fn advice(&self) -> Vec<Advice>;
+}
+
+impl PartialEq for Doubt {
+    fn eq(&self, other: &Self) -> bool {
+        self.says_the_same(other) && self.seen == other.seen
+    }
 }
 
 impl Doubt {

@@ -153,7 +153,7 @@ fn what_is_written_is_read_again() {
 fn the_form_of_the_first_version_is_read() {
     let same = |text: &str, new: Doubt| {
         let old = read(text);
-        assert!(old.says_the_same(&new), "{old:?} {new:?}");
+        assert_eq!(old, new);
         assert_eq!(old.to_string(), new.to_string(), "{text}");
         // It is written in the form of today.
         assert_eq!(again(&old), old);

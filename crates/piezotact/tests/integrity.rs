@@ -542,7 +542,7 @@ fn a_recording_says_what_is_broken() {
                 serde_json::from_str::<Doubt>(&json).unwrap(),
                 "{json}"
             );
-            serde_json::to_value(doubt).unwrap()["doubt"]
+            serde_json::to_value(doubt).unwrap()["code"]
                 .as_str()
                 .unwrap()
                 .to_owned()

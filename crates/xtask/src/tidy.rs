@@ -1,6 +1,7 @@
 //! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
 
 mod layers;
+mod options;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -96,6 +97,7 @@ pub(crate) fn run() -> Result<()> {
     science_is_pure(&root, &mut findings)?;
     science_is_documented(&root, &mut findings)?;
     layers::check(&root, &mut findings)?;
+    options::check(&root, &mut findings)?;
     licences(&root, &metadata, &mut findings)?;
     files(&root, &mut findings)?;
     decisions(&root, &mut findings)?;

@@ -1,5 +1,6 @@
 //! `piezotact manipulate`: a texture made otherwise on purpose, with what was done to it.
 
+use piezotact::doubt::Doubts;
 use piezotact::recording::RecordingDoubt;
 use piezotact::resample::ResampleDoubt;
 use std::path::{Path, PathBuf};
@@ -285,13 +286,8 @@ fn all_done(
     for (_, other) in &others {
         texture.doubts.extend(other.doubts.iter().cloned());
     }
-    let mut once: Vec<Doubt> = Vec::new();
-    for doubt in texture.doubts {
-        if !once.contains(&doubt) {
-            once.push(doubt);
-        }
-    }
-    texture.doubts = once;
+    let once: Doubts = texture.doubts.into_iter().collect();
+    texture.doubts = once.into();
     Ok((
         texture,
         others.into_iter().map(|(_, other)| other).collect(),

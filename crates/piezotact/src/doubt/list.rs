@@ -52,6 +52,12 @@ impl Doubts {
     }
 }
 
+impl From<Doubts> for Vec<Doubt> {
+    fn from(doubts: Doubts) -> Self {
+        doubts.0
+    }
+}
+
 impl Deref for Doubts {
     type Target = [Doubt];
 

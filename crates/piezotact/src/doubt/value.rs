@@ -251,7 +251,8 @@ impl From<Value> for serde_json::Value {
             Value::Text(text) => text.into(),
             Value::Example(text) => serde_json::json!({ "example": text }),
             Value::Band(band) => {
-                serde_json::json!({ "low_hz": band.low().0, "high_hz": band.high().0 })
+                let end = |hz: Hertz| Self::from(Value::Number(hz.0));
+                serde_json::json!({ "low_hz": end(band.low()), "high_hz": end(band.high()) })
             }
             Value::List(values) => values.into_iter().map(Self::from).collect(),
             Value::Doubt(doubt) => serde_json::to_value(&*doubt).unwrap_or_default(),

@@ -243,7 +243,7 @@ mod tests {
         let text = serde_json::to_string(&doubt).unwrap();
         assert_eq!(
             text,
-            r#"{"doubt":"force_zero_far","zero_n":30.0,"largest_n":20.0}"#
+            r#"{"code":"force_zero_far","values":{"largest_n":20,"zero_n":30},"advice":[{"check":"force_cell"}]}"#
         );
         assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), doubt);
     }

@@ -16,22 +16,6 @@ const HEADING: &str = "## Layers of the science";
 /// Where the science stands.
 const SOURCE: &str = "crates/piezotact/src";
 
-/// A module, and modules below it that it uses all the same.
-type Exception<'a> = (&'a str, &'a [&'a str]);
-
-/// Doubts beside the rules: redesigned next.
-const EXCEPTIONS: &[Exception<'_>] = &[(
-    "doubt",
-    &[
-        "discrimination",
-        "integrity",
-        "recording",
-        "run",
-        "stroke",
-        "verify",
-    ],
-)];
-
 /// Invariant 11: the science has no circle.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
     let page = std::fs::read_to_string(root.join("ARCHITECTURE.md")).context("ARCHITECTURE.md")?;
@@ -41,7 +25,7 @@ pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
         let text = std::fs::read_to_string(&file)?;
         sources.insert(file.strip_prefix(&folder)?.to_path_buf(), text);
     }
-    for found in against(&table(&page)?, &sources, EXCEPTIONS)? {
+    for found in against(&table(&page)?, &sources)? {
         findings.add(found);
     }
     Ok(())
@@ -67,12 +51,8 @@ fn table(page: &str) -> Result<Vec<String>> {
 /// The source files of a crate by their path in its `src`.
 type Sources = BTreeMap<PathBuf, String>;
 
-/// What in `sources` is against the order `modules`, but for `exceptions`; each finding says what to do.
-fn against(
-    modules: &[String],
-    sources: &Sources,
-    exceptions: &[Exception<'_>],
-) -> Result<Vec<String>> {
+/// What in `sources` is against the order `modules`; each finding says what to do.
+fn against(modules: &[String], sources: &Sources) -> Result<Vec<String>> {
     let mut found = Vec::new();
     let mut place = BTreeMap::new();
     for (i, module) in modules.iter().enumerate() {
@@ -97,7 +77,6 @@ fn against(
             ));
         }
     }
-    let mut used = BTreeSet::new();
     for Use { from, to, at } in &tree.uses {
         // An item that the root passes on stands in its module.
         let to = tree.passed_on.get(to).unwrap_or(to);
@@ -112,23 +91,9 @@ fn against(
         if other <= own {
             continue;
         }
-        let allowed = exceptions
-            .iter()
-            .any(|(module, may)| module == from && may.contains(&to.as_str()));
-        if allowed {
-            used.insert((from.as_str(), to.as_str()));
-        } else {
-            found.push(format!(
-                "{at}: {from} uses {to}, which stands below it in the table of layers of ARCHITECTURE.md: move what both need up"
-            ));
-        }
-    }
-    for (module, may) in exceptions {
-        for to in may.iter().filter(|to| !used.contains(&(*module, **to))) {
-            found.push(format!(
-                "{module} no longer uses {to}: take it out of the exceptions of the layers"
-            ));
-        }
+        found.push(format!(
+            "{at}: {from} uses {to}, which stands below it in the table of layers of ARCHITECTURE.md: move what both need up"
+        ));
     }
     Ok(found)
 }
@@ -356,7 +321,7 @@ fn joined(tokens: &[TokenTree], i: usize) -> bool {
 }
 
 /// Whether `tokens` begin with `#[cfg(test)]`.
-fn is_test(tokens: &[TokenTree]) -> bool {
+pub(super) fn is_test(tokens: &[TokenTree]) -> bool {
     let [TokenTree::Punct(hash), TokenTree::Group(group), ..] = tokens else {
         return false;
     };
@@ -365,7 +330,7 @@ fn is_test(tokens: &[TokenTree]) -> bool {
 }
 
 /// Behind the item that begins at `i`: its body, or its semicolon.
-fn item_end(tokens: &[TokenTree], i: usize) -> usize {
+pub(super) fn item_end(tokens: &[TokenTree], i: usize) -> usize {
     let ends = |token: &TokenTree| match token {
         TokenTree::Punct(p) => p.as_char() == ';',
         TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
@@ -420,7 +385,7 @@ mod tests {
             .chain(changed)
             .map(|(path, text)| (PathBuf::from(path), (*text).to_owned()))
             .collect();
-        against(&table(page).unwrap(), &sources, &[]).unwrap()
+        against(&table(page).unwrap(), &sources).unwrap()
     }
 
     /// That one finding, which names `words`, comes of one changed file.
@@ -502,23 +467,5 @@ mod tests {
         let twice = PAGE.replace("`series`", "`series`, `quantity`");
         assert!(found(&twice, &[]).iter().any(|f| f.contains("twice")));
         assert!(table("# A page").is_err());
-    }
-
-    #[test]
-    fn an_exception_holds_while_it_is_needed() {
-        let sources = |text: &str| -> Sources {
-            CLEAN
-                .iter()
-                .chain(&[("statistics.rs", text)])
-                .map(|(path, text)| (PathBuf::from(path), (*text).to_owned()))
-                .collect()
-        };
-        let (modules, exceptions) = (
-            table(PAGE).unwrap(),
-            [("statistics", ["series"].as_slice())],
-        );
-        let of = |text| against(&modules, &sources(text), &exceptions).unwrap();
-        assert_eq!(of("use crate::Series;"), Vec::<String>::new());
-        assert!(of("").iter().any(|f| f.contains("no longer uses series")));
     }
 }

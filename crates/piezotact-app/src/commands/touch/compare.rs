@@ -8,6 +8,7 @@ use piezotact::compare::{
     spatial_period,
 };
 use piezotact::criterion::Outcome as Judged;
+use piezotact::doubt::Doubts;
 use piezotact::doubt::merged_of;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::surface::SampleSet;
@@ -414,15 +415,9 @@ fn json(
     results: Vec<Compared>,
     (discriminated, of_pairs): (Option<Value>, &[Doubt]),
 ) -> Outcome<Value> {
-    let mut doubts: Vec<Doubt> = takes.iter().flat_map(Take::doubts).collect();
+    let mut doubts: Doubts = takes.iter().flat_map(Take::doubts).collect();
     doubts.extend(results.iter().flat_map(|result| result.doubts.clone()));
     doubts.extend(of_pairs.iter().cloned());
-    let mut seen: Vec<Doubt> = Vec::new();
-    doubts.retain(|doubt| {
-        let new = !seen.contains(doubt);
-        seen.push(doubt.clone());
-        new
-    });
     let mut value = Map::new();
     value.insert("by".into(), json!(format!("{by:?}").to_lowercase()));
     value.insert("common_lines".into(), json!(lines_of_all(takes)));

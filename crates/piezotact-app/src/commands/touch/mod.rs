@@ -7,6 +7,7 @@ mod grouping;
 pub(crate) mod segment;
 mod tables;
 
+use piezotact::doubt::Doubts;
 use piezotact::stroke::StrokeDoubt;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -62,13 +63,8 @@ impl Take {
             .doubts
             .iter()
             .chain(&self.segmentation.doubts);
-        let mut doubts: Vec<Doubt> = Vec::new();
-        for doubt in all.chain(analysis) {
-            if !doubts.contains(doubt) {
-                doubts.push(doubt.clone());
-            }
-        }
-        doubts
+        let doubts: Doubts = all.chain(analysis).cloned().collect();
+        doubts.into()
     }
 }
 
