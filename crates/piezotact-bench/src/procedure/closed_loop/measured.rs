@@ -6,6 +6,7 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
 use piezotact::recording::Recording;
 use piezotact::resample::resample_over;
+use piezotact::run::RunDoubt;
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
@@ -175,7 +176,9 @@ impl Listener<'_> {
         let incomplete = |doubt: &&Doubt| {
             matches!(
                 doubt,
-                Doubt::PlaybackIncomplete { .. } | Doubt::Interrupted { .. }
+                Doubt::PlaybackIncomplete { .. }
+                    | Doubt::Interrupted { .. }
+                    | Doubt::Run(RunDoubt::SamplesLost { .. })
             )
         };
         if let Some(doubt) = recording.doubts.iter().find(incomplete) {
