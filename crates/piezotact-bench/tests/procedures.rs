@@ -467,12 +467,7 @@ fn a_closed_loop_ends_in_order() {
     let (done, clean) = looped(bench("clock_ppm = 50"));
     let done = done.unwrap();
     assert!(done.confirmed.is_some(), "{:?}", done.end);
-    assert!(
-        clean
-            .ended()
-            .iter()
-            .all(|ended| *ended == Ended::Completed)
-    );
+    assert!(clean.ended().iter().all(|ended| *ended == Ended::Completed));
     let runs = clean.0.borrow();
     let judged = runs.iter().take(3).map(|run| run.samples).sum::<usize>();
     let judged_s = judged as f64 / 5_000.0;
@@ -494,7 +489,10 @@ fn a_closed_loop_ends_in_order() {
             .contains("no longer answers after 6.00 s")
     );
     assert!(matches!(keeper.last().1.ended, Ended::Failed { .. }));
-    let late = format!("lost = {{ half = \"output\", after_s = {} }}", judged_s + 1.0);
+    let late = format!(
+        "lost = {{ half = \"output\", after_s = {} }}",
+        judged_s + 1.0
+    );
     let (done, keeper) = looped(bench(&late));
     let done = done.unwrap();
     let LoopEnd::Broken(Mishap::Bench { said }) = &done.end else {
