@@ -59,7 +59,7 @@ impl Sink for OneOf<'_> {
                 ..Kept::default()
             });
         }
-        let run = runs.last_mut().expect("a start before everything else");
+        let run = runs.last_mut().unwrap();
         assert!(
             run.end.is_none(),
             "{}: a document behind the end",

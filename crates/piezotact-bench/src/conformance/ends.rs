@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use piezotact::quantity::Seconds;
 
 use super::{
-    DURATION, Draws, Make, Subject, begin, expect, playback, renewed, same, take, until, usual,
+    DURATION, Draws, Make, Playing, Subject, begin, expect, playback, renewed, same, take, until,
+    usual,
 };
 use crate::plan::Until;
 
@@ -59,8 +60,8 @@ pub(super) fn stopped(make: &Make, subject: &Subject) -> Result<(), String> {
         playback(subject),
         &until(subject, Until::Stopped),
     )?;
-    let plays = subject.drive.is_some();
-    let taken = take(&mut bench, plays, |taken| taken.samples() >= enough)?;
+    let playing = Playing::of(subject.drive.as_ref());
+    let taken = take(&mut bench, playing, |taken| taken.samples() >= enough)?;
     expect(
         taken.samples() >= enough,
         format!(

@@ -254,10 +254,25 @@ fn begin(bench: &mut Bench, playback: Option<Playback>, run: &RunPlan) -> Result
     Ok(())
 }
 
+/// What an output does in a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Playing {
+    /// It plays a drive.
+    Drive,
+    /// Nothing.
+    Nothing,
+}
+
+impl Playing {
+    fn of<T>(drive: Option<&T>) -> Self {
+        drive.map_or(Self::Nothing, |_| Self::Drive)
+    }
+}
+
 /// Takes chunks until the bench says that the run is over, or `enough` says so.
 fn take(
     bench: &mut Bench,
-    plays: bool,
+    playing: Playing,
     mut enough: impl FnMut(&Taken) -> bool,
 ) -> Result<Taken, String> {
     let mut taken = Taken::default();
@@ -268,7 +283,7 @@ fn take(
             return Ok(taken);
         };
         taken.chunks.push(chunk);
-        if plays {
+        if playing == Playing::Drive {
             let now = bench.player.progress().map_err(said)?;
             if now.ended && !ended {
                 bench.acquirer.playback_ended();
@@ -286,9 +301,9 @@ fn whole_run(
     playback: Option<Playback>,
     run: &RunPlan,
 ) -> Result<Taken, String> {
-    let plays = playback.is_some();
+    let playing = Playing::of(playback.as_ref());
     begin(bench, playback, run)?;
-    let taken = take(bench, plays, |_| false)?;
+    let taken = take(bench, playing, |_| false)?;
     bench.player.stop();
     bench.acquirer.stop();
     match taken.over {
@@ -327,6 +342,10 @@ fn same(one: &Taken, other: &Taken, what: &str) -> Result<(), String> {
     ))
 }
 
+#[allow(
+    clippy::fn_params_excessive_bools,
+    reason = "the condition of an assertion"
+)]
 fn expect(met: bool, expected: impl fmt::Display, found: impl fmt::Display) -> Result<(), String> {
     match met {
         true => Ok(()),

@@ -158,7 +158,9 @@ pub(super) fn progress(make: &Make, subject: &Subject) -> Result<(), String> {
     )?;
     // A playback that was stopped is over.
     begin(&mut bench, playback(subject), &ended(subject))?;
-    let _one = take(&mut bench, true, |taken| !taken.chunks.is_empty())?;
+    let _one = take(&mut bench, super::Playing::Drive, |taken| {
+        !taken.chunks.is_empty()
+    })?;
     bench.player.stop();
     let stopped = bench.player.progress().map_err(super::said)?;
     bench.acquirer.stop();

@@ -1,6 +1,6 @@
 //! Steps out of order.
 
-use super::{DURATION, Make, Subject, begin, expect, playback, take, until};
+use super::{DURATION, Make, Playing, Subject, begin, expect, playback, take, until};
 use crate::error::DeviceError;
 use crate::plan::Until;
 
@@ -31,7 +31,7 @@ pub(super) fn acquiring(make: &Make, subject: &Subject) -> Result<(), String> {
         .map_err(|error| error.to_string())?;
     refused(bench.acquirer.next_chunk(), "a chunk before the start")?;
     begin(&mut bench, playback(subject), &run)?;
-    let taken = take(&mut bench, subject.drive.is_some(), |taken| {
+    let taken = take(&mut bench, Playing::of(subject.drive.as_ref()), |taken| {
         !taken.chunks.is_empty()
     })?;
     expect(!taken.chunks.is_empty(), "a chunk", "none")?;

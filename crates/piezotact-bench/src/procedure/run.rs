@@ -131,7 +131,7 @@ pub fn play_and_record(
     run_of.sinks.push(sink.as_mut());
     run_of.sinks.push(&mut gathered);
     let mut progress = PlayProgress::default();
-    let outcome = run_of.from_start(|run_of| {
+    let outcome = run_of.begin(|run_of| {
         if bench.stop.is_stopped() {
             return Ok(());
         }
@@ -210,7 +210,7 @@ pub fn acquire(
     let provenance = with_rest(&start, &at_rest);
     let mut run_of = Run::new(&start, acquirer.describe().name);
     run_of.sinks.push(sink);
-    let outcome = run_of.from_start(|run_of| {
+    let outcome = run_of.begin(|run_of| {
         if stop.is_stopped() {
             return Ok(());
         }
@@ -271,7 +271,7 @@ impl<'a> Run<'a> {
     }
 
     /// Emits the start document, then does what acquires.
-    fn from_start(
+    fn begin(
         &mut self,
         acquires: impl FnOnce(&mut Self) -> Result<(), ProcedureError>,
     ) -> Result<(), ProcedureError> {
