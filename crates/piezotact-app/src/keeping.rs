@@ -1,6 +1,7 @@
 //! Where the runs on a bench are kept, with their progress shown, and how Ctrl-C stops them.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
 
 use indicatif::ProgressBar;
@@ -175,6 +176,8 @@ pub(crate) enum Raw {
 
 /// What Ctrl-C stops.
 static RUNNING: Mutex<Option<StopHandle>> = Mutex::new(None);
+/// Whether Ctrl-C came: what would run next is stopped too.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Lets Ctrl-C stop what runs with `handle`: the run ends in order, and what was acquired is kept. A second Ctrl-C ends the
 /// program at once.
@@ -183,9 +186,14 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
     let set = |handle: Option<StopHandle>| {
         *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = handle;
     };
+    if INTERRUPTED.load(Ordering::SeqCst) {
+        handle.stop();
+        return;
+    }
     set(Some(handle.clone()));
     ONCE.call_once(|| {
         let installed = ctrlc::set_handler(|| {
+            INTERRUPTED.store(true, Ordering::SeqCst);
             let running = RUNNING
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)

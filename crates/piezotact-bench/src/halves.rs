@@ -4,11 +4,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
+use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::Condition;
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;
-use crate::plan::{Playback, RunPlan};
+use crate::plan::{Placement, Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
@@ -50,8 +51,11 @@ pub trait Run: Send {
     fn next_channels(&mut self) -> Option<Vec<Vec<f64>>>;
 }
 
+/// How long the finger rests at a time behind the drive of a run until it is stopped, s.
+const REST_AT_A_TIME_S: f64 = 5.0;
+
 /// The halves of a bench with `world` behind them. Time is that of the acquired samples: nothing is played that was not
-/// acquired.
+/// acquired. A run of a stated duration, or until it is stopped, goes on in silence behind the drive.
 pub fn halves<W: World + 'static>(world: W) -> Bench {
     let shared = Arc::new(Mutex::new(Shared {
         world,
@@ -74,16 +78,75 @@ struct Shared<W> {
 }
 
 struct UnderWay {
-    run: Box<dyn Run>,
+    plan: RunPlan,
     stop: StopHandle,
+    /// What is acquired next; none before the player starts.
+    run: Option<Box<dyn Run>>,
     /// The samples of the drive.
     drive: u64,
     acquired: u64,
+    /// How often the finger rested behind the drive.
+    rests: usize,
     over: bool,
+    acquiring: bool,
+}
+
+impl UnderWay {
+    /// The next chunk's channels; `None` when the run is over.
+    fn next_channels(&mut self, world: &dyn World) -> Result<Option<Vec<Vec<f64>>>, DeviceError> {
+        let wanted = match self.plan.until {
+            Until::Duration(duration) => Some(world.input().rate.samples_in(duration) as u64),
+            Until::PlaybackEnded | Until::Stopped => None,
+        };
+        let left = wanted.map(|wanted| wanted.saturating_sub(self.acquired) as usize);
+        if self.stop.is_stopped() || self.over || left == Some(0) {
+            return Ok(None);
+        }
+        let run = match &mut self.run {
+            Some(run) => run,
+            // Nothing plays in this run.
+            None => self.run.insert(begun(world, Vec::new(), &self.plan)?),
+        };
+        let mut next = run.next_channels();
+        if next.is_none() && self.plan.until != Until::PlaybackEnded {
+            self.rests += 1;
+            let rest = RunPlan {
+                label: format!("{}, rest {}", self.plan.label, self.rests),
+                placement: Placement::SameAs(self.plan.placed_for().into()),
+                ..self.plan.clone()
+            };
+            let silence = world.output().rate.samples_in(Seconds(REST_AT_A_TIME_S));
+            let run = self.run.insert(world.begin(&vec![0.0; silence], &rest)?);
+            next = run.next_channels();
+        }
+        if let (Some(channels), Some(left)) = (&mut next, left) {
+            for channel in channels {
+                channel.truncate(left);
+            }
+        }
+        Ok(next)
+    }
+}
+
+/// The run of `drive`, in silence up to the duration of `plan`.
+fn begun(
+    world: &dyn World,
+    mut drive: Vec<f64>,
+    plan: &RunPlan,
+) -> Result<Box<dyn Run>, DeviceError> {
+    if let Until::Duration(duration) = plan.until {
+        let lasts = world.output().rate.samples_in(duration);
+        drive.resize(drive.len().max(lasts), 0.0);
+    }
+    world.begin(&drive, plan)
 }
 
 fn locked<W>(shared: &Mutex<Shared<W>>) -> MutexGuard<'_, Shared<W>> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn before(asked: &'static str, before: &'static str) -> DeviceError {
+    DeviceError::Order { asked, before }
 }
 
 struct Player<W>(Arc<Mutex<Shared<W>>>);
@@ -111,37 +174,26 @@ impl<W: World> Play for Player<W> {
                 name: description.name,
             });
         }
-        locked(&self.0).loaded = Some(playback.collected(run.until));
+        locked(&self.0).loaded = Some(playback.collected(run.until)?);
         Ok(())
     }
 
     fn start(&mut self) -> Result<(), DeviceError> {
         let shared = &mut *locked(&self.0);
-        let drive = shared.loaded.take().ok_or(DeviceError::Order {
-            asked: "play",
-            before: "made ready",
-        })?;
-        let (plan, stop) = shared.planned.as_ref().ok_or(DeviceError::Order {
-            asked: "start",
-            before: "made ready",
-        })?;
-        shared.under_way = Some(UnderWay {
-            run: shared.world.begin(&drive, plan)?,
-            stop: stop.clone(),
-            drive: drive.len() as u64,
-            acquired: 0,
-            over: false,
-        });
+        let drive = shared.loaded.take().ok_or(before("play", "made ready"))?;
+        let run = shared.under_way.as_mut().filter(|run| run.acquiring);
+        let run = run.ok_or(before("play", "acquiring"))?;
+        run.drive = drive.len() as u64;
+        run.run = Some(begun(&shared.world, drive, &run.plan)?);
         Ok(())
     }
 
     fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
         let shared = locked(&self.0);
-        let run = shared.under_way.as_ref().ok_or(DeviceError::Order {
-            asked: "say how far it is",
-            before: "started",
-        })?;
-        let acquired_s = run.acquired as f64 / shared.world.input().rate.hz();
+        let run = shared.under_way.as_ref().filter(|run| run.run.is_some());
+        let run = run.ok_or(before("say how far it is", "started"))?;
+        let rate: SampleRate = shared.world.input().rate;
+        let acquired_s = run.acquired as f64 / rate.hz();
         let played_s = (acquired_s - shared.world.lead_s()).max(0.0);
         let played = (played_s * shared.world.output().rate.hz()).round() as u64;
         let played = played.min(run.drive);
@@ -155,7 +207,10 @@ impl<W: World> Play for Player<W> {
     fn stop(&mut self) {
         let mut shared = locked(&self.0);
         shared.loaded = None;
-        shared.under_way = None;
+        // The answer to the whole drive is computed: where the playback ends early, so does the run.
+        if let Some(run) = &mut shared.under_way {
+            run.over |= run.run.is_some();
+        }
     }
 }
 
@@ -186,28 +241,32 @@ impl<W: World> Acquire for Acquirer<W> {
     }
 
     fn start(&mut self) -> Result<(), DeviceError> {
-        // Acquisition starts first; the run begins with its lead when the player starts.
-        match locked(&self.0).planned {
-            Some(_) => Ok(()),
-            None => Err(DeviceError::Order {
-                asked: "acquire",
-                before: "made ready",
-            }),
-        }
+        let shared = &mut *locked(&self.0);
+        let planned = shared.planned.take();
+        let (plan, stop) = planned.ok_or(before("acquire", "made ready"))?;
+        // The run begins with its lead when the player starts.
+        shared.under_way = Some(UnderWay {
+            plan,
+            stop,
+            run: None,
+            drive: 0,
+            acquired: 0,
+            rests: 0,
+            over: false,
+            acquiring: true,
+        });
+        Ok(())
     }
 
     fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
         let shared = &mut *locked(&self.0);
         let rate_hz = shared.world.input().rate.hz();
-        let run = shared.under_way.as_mut().ok_or(DeviceError::Order {
-            asked: "wait",
-            before: "started",
-        })?;
-        let channels = match run.stop.is_stopped() {
-            true => None,
-            false => run.run.next_channels(),
-        };
-        let Some(channels) = channels else {
+        let run = shared.under_way.as_mut().filter(|run| run.acquiring);
+        let run = run.ok_or(before("wait", "started"))?;
+        if run.run.is_none() && shared.loaded.is_some() && !run.stop.is_stopped() {
+            return Err(before("wait", "told to play what is ready"));
+        }
+        let Some(channels) = run.next_channels(&shared.world)? else {
             run.over = true;
             return Ok(None);
         };
@@ -222,6 +281,10 @@ impl<W: World> Acquire for Acquirer<W> {
     }
 
     fn stop(&mut self) {
-        locked(&self.0).planned = None;
+        let mut shared = locked(&self.0);
+        shared.planned = None;
+        if let Some(run) = &mut shared.under_way {
+            (run.over, run.acquiring) = (true, false);
+        }
     }
 }

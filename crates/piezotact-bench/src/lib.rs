@@ -4,8 +4,10 @@
 //! transfer function was [`measured`] a third; no [`procedure`] knows which one it runs on. Every bench passes the same
 //! tests.
 
+pub mod conformance;
 mod error;
 mod excitation;
+pub mod fake;
 mod gate;
 pub mod halves;
 pub mod measured;

@@ -3,6 +3,8 @@
 use piezotact::Series;
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Seconds};
 
+use crate::error::DeviceError;
+
 /// What is asked of one run: who touches how, until when, and what the run is for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunPlan {
@@ -76,7 +78,7 @@ impl std::fmt::Debug for Playback {
 }
 
 /// The longest drive that is collected from a [`DriveSource`] by a bench that needs it as a whole, s.
-const LONGEST_COLLECTED_S: f64 = 3600.0;
+const LONGEST_COLLECTED_S: f64 = 600.0;
 
 impl Playback {
     /// The rate of its samples.
@@ -88,30 +90,42 @@ impl Playback {
         }
     }
 
-    /// All of its samples, of one that is made as it goes as many as `until` needs, an hour at most: for benches that compute
-    /// their answer before a run begins.
-    #[must_use]
-    pub fn collected(self, until: Until) -> Vec<f64> {
-        match self {
-            Self::Whole(drive) => drive.samples().to_vec(),
-            Self::Made(mut source) => {
-                let longest_s = match until {
-                    Until::Duration(Seconds(duration_s)) => duration_s.min(LONGEST_COLLECTED_S),
-                    Until::PlaybackEnded | Until::Stopped => LONGEST_COLLECTED_S,
-                };
-                let longest = source.rate().samples_in(Seconds(longest_s));
-                let mut samples = Vec::new();
-                while samples.len() < longest {
-                    let wanted = (longest - samples.len()).min(1 << 16);
-                    let new = source.next_samples(wanted);
-                    let ended = new.len() < wanted;
-                    samples.extend(new);
-                    if ended {
-                        break;
-                    }
-                }
-                samples
+    /// All of its samples, of one that is made as it goes as many as `until` needs: for benches that compute their answer before a
+    /// run begins.
+    ///
+    /// # Errors
+    /// [`DeviceError::Impossible`] when one that is made as it goes has not ended after ten minutes.
+    pub fn collected(self, until: Until) -> Result<Vec<f64>, DeviceError> {
+        let mut source = match self {
+            Self::Whole(drive) => return Ok(drive.samples().to_vec()),
+            Self::Made(source) => source,
+        };
+        let rate = source.rate();
+        let enough = match until {
+            Until::Duration(duration) => Some(rate.samples_in(duration)),
+            Until::PlaybackEnded | Until::Stopped => None,
+        };
+        let longest = rate.samples_in(Seconds(LONGEST_COLLECTED_S));
+        let mut samples = Vec::new();
+        while enough.is_none_or(|enough| samples.len() < enough) {
+            if samples.len() > longest {
+                return Err(DeviceError::Impossible {
+                    expected: format!(
+                        "a drive that ends within {LONGEST_COLLECTED_S} s, as this bench computes its answer before it begins"
+                    ),
+                    found: "one that goes on".into(),
+                    todo: "state a shorter duration".into(),
+                });
+            }
+            let left = enough.map_or(1 << 16, |enough| enough - samples.len());
+            let wanted = left.min(1 << 16);
+            let new = source.next_samples(wanted);
+            let ended = new.len() < wanted;
+            samples.extend(new);
+            if ended {
+                break;
             }
         }
+        Ok(samples)
     }
 }

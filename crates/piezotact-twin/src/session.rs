@@ -9,7 +9,7 @@ use super::RATE_HZ;
 use super::sensors::{Accelerometer, TriaxialCell, at_rest};
 use piezotact::run::RunChunk;
 use piezotact_bench::{
-    Acquire, AcquireDescription, DeviceError, RunPlan, SensorCalibration, StopHandle,
+    Acquire, AcquireDescription, DeviceError, RunPlan, SensorCalibration, StopHandle, Until,
 };
 
 /// Samples of a chunk: half a second.
@@ -76,9 +76,16 @@ pub(crate) trait Stretches: Send {
 pub(crate) struct Session<T> {
     bench: T,
     planned: Option<(RunPlan, StopHandle)>,
-    run: Option<Box<dyn Stretches>>,
-    acquired: u64,
+    run: Option<UnderWay>,
     waiting: Vec<VecDeque<f64>>,
+}
+
+struct UnderWay {
+    stretches: Box<dyn Stretches>,
+    stop: StopHandle,
+    /// The samples that were asked for, where their number was.
+    wanted: Option<usize>,
+    acquired: usize,
 }
 
 impl<T: Touching + 'static> Session<T> {
@@ -88,7 +95,6 @@ impl<T: Touching + 'static> Session<T> {
             bench,
             planned: None,
             run: None,
-            acquired: 0,
             waiting,
         })
     }
@@ -119,35 +125,47 @@ impl<T: Touching> Acquire for Session<T> {
     }
 
     fn start(&mut self) -> Result<(), DeviceError> {
-        let (run, _) = self.planned.as_ref().ok_or(DeviceError::Order {
+        let planned = self.planned.take();
+        let (plan, stop) = planned.ok_or(DeviceError::Order {
             asked: "acquire",
             before: "made ready",
         })?;
         for channel in &mut self.waiting {
             channel.clear();
         }
-        self.run = Some(self.bench.begin(run));
-        self.acquired = 0;
+        let wanted = match plan.until {
+            Until::Duration(duration) => Some(rate().samples_in(duration)),
+            Until::PlaybackEnded | Until::Stopped => None,
+        };
+        self.run = Some(UnderWay {
+            stretches: self.bench.begin(&plan),
+            stop,
+            wanted,
+            acquired: 0,
+        });
         Ok(())
     }
 
     fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
-        let stopped = self
-            .planned
-            .as_ref()
-            .is_some_and(|(_, stop)| stop.is_stopped());
         let run = self.run.as_mut().ok_or(DeviceError::Order {
             asked: "wait",
             before: "started",
         })?;
+        let left = run.wanted.map_or(CHUNK, |wanted| wanted - run.acquired);
+        if run.stop.is_stopped() || left == 0 {
+            return Ok(None);
+        }
         while self.waiting.first().map_or(0, VecDeque::len) < CHUNK {
-            let Some(stretch) = run.next() else { break };
+            let Some(stretch) = run.stretches.next() else {
+                break;
+            };
             for (channel, samples) in self.waiting.iter_mut().zip(stretch) {
                 channel.extend(samples);
             }
         }
-        let count = CHUNK.min(self.waiting.first().map_or(0, VecDeque::len));
-        if count == 0 || stopped {
+        let here = self.waiting.first().map_or(0, VecDeque::len);
+        let count = CHUNK.min(left).min(here);
+        if count == 0 {
             return Ok(None);
         }
         let channels = self
@@ -156,12 +174,12 @@ impl<T: Touching> Acquire for Session<T> {
             .map(|channel| channel.drain(..count).collect())
             .collect();
         let chunk = RunChunk {
-            first: self.acquired,
-            device_s: Some(self.acquired as f64 / RATE_HZ),
+            first: run.acquired as u64,
+            device_s: Some(run.acquired as f64 / RATE_HZ),
             lost: 0,
             channels,
         };
-        self.acquired += count as u64;
+        run.acquired += count;
         Ok(Some(chunk))
     }
 

@@ -177,6 +177,8 @@ pub enum BenchKind {
     Hardware,
     /// A transfer function that was measured before, through which a drive is played: no finger is touched.
     Measured,
+    /// A fake that follows a script, for tests of what is done with a bench: no device, and no finger.
+    Scripted,
 }
 
 /// One channel of a recording, in SI.

@@ -66,6 +66,7 @@ fn bench_told(bench: Option<BenchKind>) -> Option<&'static str> {
         BenchKind::Measured => {
             "Played through a measured transfer function: no finger was touched."
         }
+        BenchKind::Scripted => "Scripted fake of a bench: no device and no finger, for tests only.",
     })
 }
 

@@ -184,6 +184,7 @@ impl MeasuredBench {
         let on = match provenance.bench {
             Some(BenchKind::Twin) => "measured on a digital twin",
             Some(BenchKind::Hardware) => "measured on hardware",
+            Some(BenchKind::Scripted) => "of a scripted fake, and no measurement of a finger",
             Some(BenchKind::Measured) => "itself a rehearsal and no measurement of a finger",
             None => "of which the file does not say whether a finger was measured",
         };

@@ -25,6 +25,11 @@ const FORCE_TOLERANCE: f64 = 0.1;
 const LONGEST_CHUNK_S: f64 = 1.001;
 /// More lost samples in a row than this are no gap, but a device that is gone, s.
 const LONGEST_GAP_S: f64 = 60.0;
+/// The device's own time may depart by this, and by this share, from what the number of samples since the chunk before says: a
+/// driver's stamps are rounded, and further off samples were lost or repeated that it did not report.
+const TIME_OFF: (f64, f64) = (0.005, 0.001);
+/// Playback and the rest behind it end within the length of the drive, and this much more, s.
+const ENDS_WITHIN_S: f64 = 60.0;
 
 /// Where the runs of a procedure are kept.
 pub trait RunKeeper {
@@ -99,25 +104,42 @@ pub fn play_and_record(
         return Ok(recording);
     }
     let at_rest = bench.acquirer.calibrate()?;
-    bench.acquirer.ready(run, &bench.stop)?;
-    let playback = Playback::Whole(drive.clone());
-    bench.player.ready(playback, run, &bench.stop)?;
     let provenance = with_rest(&start, &at_rest);
-    let mut sink = keeper.sink(&start).map_err(ProcedureError::Keep)?;
+    let ready = bench.acquirer.ready(run, &bench.stop).and_then(|()| {
+        let playback = Playback::Whole(drive.clone());
+        bench.player.ready(playback, run, &bench.stop)
+    });
+    let sink = ready
+        .map_err(ProcedureError::from)
+        .and_then(|()| keeper.sink(&start).map_err(ProcedureError::Keep));
+    let mut sink = match sink {
+        Ok(sink) => sink,
+        Err(error) => {
+            bench.player.stop();
+            bench.acquirer.stop();
+            return Err(error);
+        }
+    };
     let mut gathered = Gathered::default();
     let mut run_of = Run::new(&start, bench.acquirer.describe().name);
+    let force = |(channel, _): &(String, _)| channel == FORCE_CHANNEL;
+    run_of.force.1 = start.channels.iter().position(force);
+    run_of.drive_s = Some(drive.duration().0);
     if let Some(gate) = gate {
         run_of.sinks.push(gate);
     }
     run_of.sinks.push(sink.as_mut());
     run_of.sinks.push(&mut gathered);
-    run_of.emit(RunDocument::Start(start.clone()))?;
     let mut progress = PlayProgress::default();
-    let outcome = (|| {
+    let outcome = run_of.begin(|run_of| {
+        if bench.stop.is_stopped() {
+            return Ok(());
+        }
         bench.acquirer.start()?;
         bench.player.start()?;
         while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
             let Some(chunk) = bench.acquirer.next_chunk()? else {
+                run_of.over(run.until, &bench.stop)?;
                 break;
             };
             run_of.take(chunk, run.until)?;
@@ -126,10 +148,11 @@ pub fn play_and_record(
                 bench.acquirer.playback_ended();
             }
             progress = now;
+            run_of.in_time(run.until)?;
         }
         progress = bench.player.progress()?;
         Ok(())
-    })();
+    });
     bench.player.stop();
     bench.acquirer.stop();
     let mut doubts = bench.acquirer.doubts(run);
@@ -161,31 +184,46 @@ pub fn record(acquirer: &mut dyn Acquire, run: &RunPlan) -> Result<Recording, Pr
 /// any length fits. Returns what is known of it at its end, and its number of samples.
 ///
 /// # Errors
-/// [`ProcedureError::Keep`] when a document cannot be kept, [`ProcedureError::Stopped`] when a run that has an end of its own was
-/// stopped by hand; whatever the bench returns. It is stopped in any case.
+/// [`ProcedureError::Impossible`] for a run until a playback ended, as nothing plays; [`ProcedureError::Keep`] when a document cannot be
+/// kept, [`ProcedureError::Stopped`] when a run that has an end of its own was stopped by hand; whatever the bench returns. It is stopped
+/// in any case.
 pub fn acquire(
     acquirer: &mut dyn Acquire,
     run: &RunPlan,
     stop: &StopHandle,
     sink: &mut dyn Sink,
 ) -> Result<(RunStart, usize), ProcedureError> {
+    if run.until == Until::PlaybackEnded {
+        return Err(ProcedureError::Impossible {
+            expected: "a run of a stated duration, or one until it is stopped, as nothing plays"
+                .into(),
+            found: "one until a playback ended".into(),
+            todo: "state a duration".into(),
+        });
+    }
     let at_rest = acquirer.calibrate()?;
-    acquirer.ready(run, stop)?;
+    if let Err(refused) = acquirer.ready(run, stop) {
+        acquirer.stop();
+        return Err(refused.into());
+    }
     let mut start = announce(acquirer, run);
     let provenance = with_rest(&start, &at_rest);
     let mut run_of = Run::new(&start, acquirer.describe().name);
     run_of.sinks.push(sink);
-    run_of.emit(RunDocument::Start(start.clone()))?;
-    let outcome = (|| {
+    let outcome = run_of.begin(|run_of| {
+        if stop.is_stopped() {
+            return Ok(());
+        }
         acquirer.start()?;
         while !stop.is_stopped() && run_of.goes_on(run.until) {
             let Some(chunk) = acquirer.next_chunk()? else {
+                run_of.over(run.until, stop)?;
                 break;
             };
             run_of.take(chunk, run.until)?;
         }
         Ok(())
-    })();
+    });
     acquirer.stop();
     let doubts = acquirer.doubts(run);
     let samples = run_of.end(outcome, stop, run, (provenance.clone(), doubts))?;
@@ -201,39 +239,55 @@ struct Run<'a> {
     name: String,
     /// Samples that were handed out, with those filled in.
     samples: u64,
-    /// The device's own time of the last chunk, s.
-    device_s: Option<f64>,
-    /// The last sample of each channel.
-    last: Vec<f64>,
+    /// The first sample of the last chunk, lost samples counted, and the device's own time of it, s.
+    device: Option<(u64, f64)>,
+    /// The last sample of each channel; none before the first.
+    last: Option<Vec<f64>>,
+    /// Samples lost behind the last one that came.
+    pending: u64,
     gaps: Vec<u64>,
-    /// Sum and number of the samples of the normal force.
+    /// How long the drive is, s; none where nothing plays.
+    drive_s: Option<f64>,
+    /// The samples of the normal force, and its channel; none where it is not judged.
     force: (Vec<f64>, Option<usize>),
     refused: Option<Judged>,
 }
 
 impl<'a> Run<'a> {
     fn new(start: &'a RunStart, name: String) -> Self {
-        let force = start
-            .channels
-            .iter()
-            .position(|(channel, _)| channel == FORCE_CHANNEL);
         Self {
             sinks: Vec::new(),
             start,
             name,
             samples: 0,
-            device_s: None,
-            last: vec![0.0; start.channels.len()],
+            device: None,
+            last: None,
+            pending: 0,
             gaps: Vec::new(),
-            force: (Vec::new(), force),
+            drive_s: None,
+            force: (Vec::new(), None),
             refused: None,
         }
     }
 
+    /// Emits the start document, then does what acquires.
+    fn begin(
+        &mut self,
+        acquires: impl FnOnce(&mut Self) -> Result<(), ProcedureError>,
+    ) -> Result<(), ProcedureError> {
+        self.emit(RunDocument::Start(self.start.clone()))?;
+        acquires(self)
+    }
+
+    /// Hands a document, and what is judged of it, to all sinks, also where one of them fails.
     fn emit(&mut self, document: RunDocument) -> Result<(), ProcedureError> {
         let mut judged = Vec::new();
+        let mut failed = None;
         for sink in &mut self.sinks {
-            judged.extend(sink.take(&document).map_err(ProcedureError::Keep)?);
+            match sink.take(&document) {
+                Ok(found) => judged.extend(found),
+                Err(error) => failed = failed.or(Some(error)),
+            }
         }
         for judged in judged {
             if judged.outcome() == Outcome::NotMet {
@@ -241,8 +295,58 @@ impl<'a> Run<'a> {
             }
             let document = RunDocument::Judged(judged);
             for sink in &mut self.sinks {
-                sink.take(&document).map_err(ProcedureError::Keep)?;
+                if let Err(error) = sink.take(&document) {
+                    failed = failed.or(Some(error));
+                }
             }
+        }
+        failed.map_or(Ok(()), |error| Err(ProcedureError::Keep(error)))
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.start.rate_hz.hz()
+    }
+
+    fn broken<T>(&self, expected: String, found: String) -> Result<T, DeviceError> {
+        Err(DeviceError::Contract {
+            name: self.name.clone(),
+            expected,
+            found,
+        })
+    }
+
+    /// Takes note that the device says that the run is over.
+    fn over(&mut self, until: Until, stop: &StopHandle) -> Result<(), ProcedureError> {
+        let pending = std::mem::take(&mut self.pending);
+        if pending > 0 {
+            self.gaps.push(pending);
+            let held = self.last.clone().unwrap_or_default();
+            self.fill(pending, &held, until)?;
+        }
+        if let Until::Duration(duration) = until
+            && self.goes_on(until)
+            && !stop.is_stopped()
+        {
+            let found = self.at_s();
+            self.broken(
+                format!("samples for {duration:.2}"),
+                format!("an end after {found:.2} s"),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Checks that a run until the end of playback comes to its end.
+    fn in_time(&self, until: Until) -> Result<(), DeviceError> {
+        let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
+            return Ok(());
+        };
+        let acquired_s = self.at_s();
+        if acquired_s > drive_s * 1.01 + ENDS_WITHIN_S {
+            return self.broken(
+                format!("an end at most {ENDS_WITHIN_S} s behind a drive of {drive_s:.2} s"),
+                format!("samples for {acquired_s:.2} s"),
+            );
         }
         Ok(())
     }
@@ -261,24 +365,42 @@ impl<'a> Run<'a> {
     /// Hands on a chunk that keeps to the contract, with what is filled in for lost samples before it.
     fn take(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
         self.check(&chunk)?;
-        if chunk.lost > 0 && !chunk.is_empty() {
-            self.gaps.push(chunk.lost);
-            let steps = (chunk.lost + 1) as f64;
-            let filled = self.last.iter().zip(&chunk.channels).map(|(last, next)| {
-                (1..=chunk.lost)
-                    .map(|k| last + (next[0] - last) * k as f64 / steps)
-                    .collect()
-            });
-            let filled = RunChunk {
-                first: self.samples,
-                device_s: None,
-                lost: 0,
-                channels: filled.collect(),
-            };
-            self.hand_on(filled, until)?;
+        self.pending += chunk.lost;
+        if chunk.is_empty() {
+            return Ok(());
+        }
+        let lost = std::mem::take(&mut self.pending);
+        if lost > 0 {
+            self.gaps.push(lost);
+            let next: Vec<f64> = chunk.channels.iter().map(|channel| channel[0]).collect();
+            self.fill(lost, &next, until)?;
         }
         chunk.first = self.samples;
+        chunk.lost = 0;
         self.hand_on(chunk, until)
+    }
+
+    /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.
+    fn fill(&mut self, lost: u64, next: &[f64], until: Until) -> Result<(), ProcedureError> {
+        let last = self.last.clone().unwrap_or_else(|| next.to_vec());
+        let steps = (lost + 1) as f64;
+        let most = (self.rate_hz() as u64).max(1);
+        let mut from = 1;
+        while from <= lost {
+            let to = (from + most - 1).min(lost);
+            let line = |(last, next): (&f64, &f64)| {
+                let at = |k: u64| last + (next - last) * k as f64 / steps;
+                (from..=to).map(at).collect()
+            };
+            let filled = RunChunk {
+                first: self.samples,
+                channels: last.iter().zip(next).map(line).collect(),
+                ..RunChunk::default()
+            };
+            self.hand_on(filled, until)?;
+            from = to + 1;
+        }
+        Ok(())
     }
 
     fn hand_on(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
@@ -292,9 +414,8 @@ impl<'a> Run<'a> {
         if chunk.is_empty() {
             return Ok(());
         }
-        for (last, channel) in self.last.iter_mut().zip(&chunk.channels) {
-            *last = channel.last().copied().unwrap_or(*last);
-        }
+        let last = chunk.channels.iter().filter_map(|c| c.last().copied());
+        self.last = Some(last.collect());
         if let Some(force) = self.force.1 {
             self.force.0.extend(&chunk.channels[force]);
         }
@@ -303,63 +424,82 @@ impl<'a> Run<'a> {
     }
 
     fn check(&mut self, chunk: &RunChunk) -> Result<(), DeviceError> {
-        let broken = |expected: String, found: String| {
-            Err(DeviceError::Contract {
-                name: self.name.clone(),
-                expected,
-                found,
-            })
-        };
         let channels = self.start.channels.len();
-        let rate_hz = self.start.rate_hz.hz();
-        if chunk.channels.len() != channels {
-            return broken(
+        let rate_hz = self.rate_hz();
+        let found = chunk.channels.len();
+        if found != channels && !(found == 0 && chunk.is_empty()) {
+            return self.broken(
                 format!("{channels} channels in every chunk"),
-                chunk.channels.len().to_string(),
+                found.to_string(),
             );
         }
         if chunk.channels.iter().any(|c| c.len() != chunk.len()) {
-            return broken(
+            return self.broken(
                 "as many samples in each channel of a chunk".into(),
                 "lists of different length".into(),
             );
         }
         if chunk.len() as f64 > (LONGEST_CHUNK_S * rate_hz).max(1.0) {
-            return broken(
+            let length_s = chunk.len() as f64 / rate_hz;
+            return self.broken(
                 "at most a second of samples in a chunk".into(),
-                format!(
-                    "{} samples, {:.2} s",
-                    chunk.len(),
-                    chunk.len() as f64 / rate_hz
-                ),
+                format!("{} samples, {length_s:.2} s", chunk.len()),
             );
         }
-        if chunk.first != self.samples + chunk.lost {
-            return broken(
-                format!(
-                    "sample {} next, after {} lost ones",
-                    self.samples + chunk.lost,
-                    chunk.lost
-                ),
-                format!("a chunk that begins with sample {}", chunk.first),
+        if !chunk.channels.iter().flatten().all(|v| v.is_finite()) {
+            return self.broken(
+                "numbers in every channel".into(),
+                format!("a sample that is none, after {:.2} s", self.at_s()),
             );
         }
         if chunk.lost as f64 > LONGEST_GAP_S * rate_hz {
             return Err(DeviceError::Lost {
                 name: self.name.clone(),
-                after_s: self.samples as f64 / rate_hz,
+                after_s: self.at_s(),
             });
         }
-        if let (Some(before), Some(now)) = (self.device_s, chunk.device_s)
-            && (now.is_nan() || now < before)
-        {
-            return broken(
-                format!("a device time that does not run backwards from {before:.6} s"),
-                format!("{now:.6} s"),
+        let lost = self.pending + chunk.lost;
+        if chunk.first != self.samples + lost {
+            return self.broken(
+                format!(
+                    "sample {} next, after {lost} lost ones",
+                    self.samples + lost
+                ),
+                format!("a chunk that begins with sample {}", chunk.first),
             );
         }
-        self.device_s = chunk.device_s.or(self.device_s);
+        let Some(now_s) = chunk.device_s else {
+            return Ok(());
+        };
+        if let Some((first, before_s)) = self.device {
+            let passed_s = (chunk.first - first) as f64 / rate_hz;
+            if now_s.is_nan() || now_s < before_s {
+                return self.broken(
+                    format!("a device time that does not run backwards from {before_s:.6} s"),
+                    format!("{now_s:.6} s"),
+                );
+            }
+            let (off_s, share) = TIME_OFF;
+            if (now_s - before_s - passed_s).abs() > off_s + share * passed_s {
+                return self.broken(
+                    format!(
+                        "a device time of {:.6} s at sample {}, or lost samples that are reported",
+                        before_s + passed_s,
+                        chunk.first
+                    ),
+                    format!("{now_s:.6} s"),
+                );
+            }
+        }
+        if !chunk.is_empty() {
+            self.device = Some((chunk.first, now_s));
+        }
         Ok(())
+    }
+
+    /// What was acquired so far, s.
+    fn at_s(&self) -> f64 {
+        self.samples as f64 / self.rate_hz()
     }
 
     /// The mean force against what was asked for.
@@ -382,13 +522,14 @@ impl<'a> Run<'a> {
         run: &RunPlan,
         (provenance, mut doubts): (Provenance, Vec<Doubt>),
     ) -> Result<usize, ProcedureError> {
-        let acquired_s = self.samples as f64 / self.start.rate_hz.hz();
+        let acquired_s = self.at_s();
+        let enough = matches!(run.until, Until::Duration(_)) && !self.goes_on(run.until);
         let ended = match &outcome {
             Err(error) => Ended::Failed {
                 said: error.to_string(),
             },
             Ok(()) if self.refused.is_some() => Ended::Refused,
-            Ok(()) if stop.is_stopped() && run.until != Until::Stopped => Ended::Stopped,
+            Ok(()) if stop.is_stopped() && run.until != Until::Stopped && !enough => Ended::Stopped,
             Ok(()) => Ended::Completed,
         };
         doubts.extend(self.gaps.iter().max().map(|longest| {

@@ -134,6 +134,7 @@ fn kind(bench: BenchKind) -> String {
         BenchKind::Twin => "the digital twin".into(),
         BenchKind::Hardware => "real devices".into(),
         BenchKind::Measured => "a measured transfer function, with no finger".into(),
+        BenchKind::Scripted => "a scripted fake, with no device and no finger".into(),
     }
 }
 

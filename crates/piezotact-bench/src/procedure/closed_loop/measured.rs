@@ -175,8 +175,10 @@ impl Listener<'_> {
     /// Whether a run went as it should, whatever was felt of it.
     fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
         let incomplete = |doubt: &&Doubt| {
-            matches!(doubt.kind(), Some(RunDoubt::PlaybackIncomplete { .. }))
-                || matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. }))
+            matches!(
+                doubt.kind(),
+                Some(RunDoubt::PlaybackIncomplete { .. } | RunDoubt::SamplesLost { .. })
+            ) || matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. }))
         };
         if let Some(doubt) = recording.doubts.iter().find(incomplete) {
             return Err(Mishap::Playback {

@@ -192,6 +192,8 @@ pub fn closed_loop(
         };
         let (first, second, [unjudged, verification]) = match both() {
             Ok(both) => both,
+            // Whoever stops a loop goes on with it later: its runs are kept.
+            Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
             Err(broken) if course.open.is_some() => {
                 course.end = LoopEnd::Broken(broken.into());
                 break;
@@ -309,6 +311,7 @@ pub fn closed_loop(
             ));
             (Some(verification), felt.recording)
         }
+        Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
         Err(broken) => {
             rendered.doubts.push(Doubt::from(LoopDoubt::LoopStopped {
                 best: best.number,

@@ -17,7 +17,7 @@ pub enum Mishap {
         /// What it says.
         said: String,
     },
-    /// Playback was cut short, or the run was interrupted.
+    /// Playback was cut short, samples were lost, or the run was interrupted.
     Playback {
         /// How.
         doubt: Box<Doubt>,

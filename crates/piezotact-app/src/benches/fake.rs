@@ -1,0 +1,65 @@
+//! `fake:script.toml`, `fake:script.toml,participant=2`: a bench that follows a script, for tests and for practice.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use piezotact_bench::fake::{FakeScript, fake};
+use piezotact_bench::{Bench, DeviceError};
+
+use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
+use crate::failure::Outcome;
+
+/// The line of the table of benches.
+pub(super) const ENTRY: BenchEntry = BenchEntry {
+    name: "fake",
+    example: "fake:script.toml",
+    parse,
+};
+
+/// A script by its file, with a number for who sits at it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct FakeSpec {
+    file: PathBuf,
+    participant: u64,
+}
+
+impl NamedBench for FakeSpec {
+    fn open(&self) -> Outcome<Bench> {
+        let called = || self.file.display().to_string();
+        let text = std::fs::read_to_string(&self.file).with_context(called)?;
+        let script = FakeScript::from_toml(&text).with_context(called)?;
+        Ok(fake(script, &format!("F{:02}", self.participant))?)
+    }
+
+    fn file(&self) -> Option<&Path> {
+        Some(&self.file)
+    }
+
+    fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
+        Ok(BenchSpec::of(Self {
+            participant: number,
+            ..self.clone()
+        }))
+    }
+
+    fn apart_from_participant(&self) -> String {
+        format!("fake:{}", self.file.display())
+    }
+}
+
+fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
+    let (file, participant) = match text.rsplit_once(',') {
+        Some((file, setting)) => match setting.split_once('=') {
+            Some(("participant", number)) => (file, whole(setting, number)?),
+            _ => return Err(wrong("fake:FILE or fake:FILE,participant=N", setting)),
+        },
+        None => (text, 1),
+    };
+    if file.is_empty() {
+        return Err(wrong("fake:FILE with a script in TOML", "fake:"));
+    }
+    Ok(BenchSpec::of(FakeSpec {
+        file: file.into(),
+        participant,
+    }))
+}

@@ -1,0 +1,303 @@
+//! Commands on a scripted fake: two clocks, drop-outs, lost devices and Ctrl-C end in order, with what was acquired kept.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use support::{Done, Folder, noise, wav};
+
+const FAULTS: &str =
+    "clock_ppm = 50\nchunks_s = [0.05, 0.2, 0.013]\ndrop_outs = [{ at_s = 1, samples = 25 }]\n";
+
+/// A folder with a drive, a texture, and scripts: `good`, with two clocks and `gaps` that are lost, and with halves that are lost.
+fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.write("drive.wav", wav(noise(144_000).map(|v| 0.5 * v), 48_000));
+    folder.write("texture.wav", wav(noise(10_000), 5_000));
+    folder.write("good.toml", "");
+    folder.write("gaps.toml", FAULTS);
+    folder.write(
+        "lost.toml",
+        format!("{FAULTS}lost = {{ half = \"input\", after_s = 1.5 }}\n"),
+    );
+    folder.write("mute.toml", "lost = { half = \"output\", after_s = 1.5 }\n");
+    folder.write(
+        "wrong.toml",
+        "fault = { what = \"time_backwards\", at_s = 1 }\n",
+    );
+    folder
+}
+
+const LOST: &str = "the input of the scripted fake no longer answers after 1.50 s";
+
+/// What `info` says of the recording in `file`.
+#[track_caller]
+fn told(folder: &Folder, file: &str) -> String {
+    let info = folder.run(&["info", file]);
+    info.expect_success();
+    info.out()
+}
+
+#[track_caller]
+fn one_sentence(done: &Done) {
+    let said = done.err();
+    let lines = said.lines().filter(|line| line.starts_with("piezotact: "));
+    assert_eq!(lines.count(), 1, "{said}");
+}
+
+fn play(folder: &Folder, script: &str, record: &str) -> Done {
+    let bench = format!("fake:{script}");
+    folder.run(&["play", "drive.wav", "--bench", &bench, "--record", record])
+}
+
+#[test]
+fn a_drive_is_played_on_a_fake() {
+    let folder = prepared();
+    let done = play(&folder, "gaps.toml", "m.parquet");
+    done.expect_success();
+    assert!(
+        done.err().contains("lost 25 samples at 1 places"),
+        "{}",
+        done.err()
+    );
+    let said = told(&folder, "m.parquet");
+    assert!(
+        said.contains("scripted fake") && said.contains("lost 25 samples"),
+        "{said}"
+    );
+    for (script, part, early) in [
+        ("lost.toml", LOST, "the run ended early, after 1.50 s"),
+        (
+            "mute.toml",
+            "output of the scripted fake no longer answers",
+            "the run ended early, after 1.",
+        ),
+        (
+            "wrong.toml",
+            "a device time that does not run backwards",
+            "the run ended early, after 1.00 s",
+        ),
+    ] {
+        let record = script.replace("toml", "parquet");
+        let done = play(&folder, script, &record);
+        done.expect_failure(1, &[part]);
+        one_sentence(&done);
+        let said = told(&folder, &record);
+        assert!(said.contains(early), "{script}: {said}");
+    }
+}
+
+#[test]
+fn scripts_that_are_none_are_refused() {
+    let folder = prepared();
+    folder.write("bad.toml", "clock_ppm = 2e6\n");
+    folder.write("worse.toml", "colour = \"red\"\n");
+    play(&folder, "bad.toml", "m.parquet")
+        .expect_failure(1, &["bad.toml", "clock_ppm from -10000 to 10000"]);
+    play(&folder, "worse.toml", "m.parquet").expect_failure(1, &["worse.toml", "colour"]);
+    play(&folder, "none.toml", "m.parquet").expect_failure(1, &["none.toml"]);
+    play(&folder, "", "m.parquet").expect_failure(2, &["fake:FILE"]);
+    play(&folder, "good.toml,colour=red", "m.parquet").expect_failure(2, &["participant=N"]);
+}
+
+fn characterise(folder: &Folder, script: &str, out: &str, more: &[&str]) -> Done {
+    let bench = format!("fake:{script}");
+    let mut arguments = vec![
+        "characterise",
+        "--bench",
+        &bench,
+        "--seconds",
+        "6",
+        "--out",
+        out,
+    ];
+    arguments.extend(more);
+    folder.run(&arguments)
+}
+
+#[test]
+fn a_fake_is_characterised() {
+    let folder = prepared();
+    let done = characterise(
+        &folder,
+        "gaps.toml",
+        "tf.json",
+        &["--record", "raw.parquet"],
+    );
+    done.expect_success();
+    assert!(done.err().contains("lost 25 samples"), "{}", done.err());
+    told(&folder, "tf.json");
+    let done = characterise(
+        &folder,
+        "lost.toml",
+        "lost.json",
+        &["--record", "lost.parquet"],
+    );
+    done.expect_failure(1, &[LOST]);
+    one_sentence(&done);
+    assert!(!folder.path("lost.json").exists());
+    let said = told(&folder, "lost.parquet");
+    assert!(said.contains("the run ended early, after 1.50 s"), "{said}");
+}
+
+/// The recordings in a folder of runs.
+fn recordings(folder: &Folder, name: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(folder.path(name)).unwrap();
+    let mut files: Vec<String> = entries
+        .map(|entry| format!("{name}/{}", entry.unwrap().file_name().to_string_lossy()))
+        .filter(|file| file.ends_with(".parquet"))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
+    let folder = prepared();
+    characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
+    let render = |script: &str, out: &str| {
+        let bench = format!("fake:{script}");
+        folder.run(&[
+            "render",
+            "texture.wav",
+            "--transfer",
+            "tf.json",
+            "--scale",
+            "2 m/s2",
+            "--mode",
+            "texture",
+            "--iterations",
+            "1",
+            "--bench",
+            &bench,
+            "--out",
+            out,
+        ])
+    };
+    folder.write(
+        "clocks.toml",
+        "clock_ppm = 50\nchunks_s = [0.05, 0.2, 0.013]\n",
+    );
+    render("clocks.toml", "drive.out.wav").expect_success();
+    // Every measurement loses samples: none is believed.
+    let done = render("gaps.toml", "gaps.wav");
+    done.expect_failure(1, &["the device lost 25 samples"]);
+    one_sentence(&done);
+    folder.write("late.toml", "lost = { half = \"input\", after_s = 5.5 }\n");
+    let done = render("late.toml", "late.wav");
+    done.expect_failure(
+        1,
+        &["input of the scripted fake no longer answers after 5.50 s"],
+    );
+    one_sentence(&done);
+    assert!(!folder.path("late.wav").exists());
+    let kept = recordings(&folder, "late.wav.runs");
+    assert_eq!(kept.len(), 2, "{kept:?}");
+    let early = |file: &&String| told(&folder, file).contains("the run ended early");
+    assert_eq!(kept.iter().filter(early).count(), 1);
+}
+
+#[test]
+fn a_panel_is_measured_on_a_fake() {
+    let folder = prepared();
+    let panel = |script: &str, out: &str| {
+        let bench = format!("fake:{script}");
+        folder.run(&[
+            "panel",
+            "run",
+            "--bench",
+            &bench,
+            "--participants",
+            "1..2",
+            "--loads",
+            "0.2",
+            "--angles",
+            "20",
+            "--seconds",
+            "4",
+            "--repeats",
+            "1",
+            "--out",
+            out,
+        ])
+    };
+    panel("gaps.toml", "people").expect_success();
+    assert_eq!(recordings(&folder, "people/raw").len(), 2);
+    let done = panel("lost.toml", "lost");
+    done.expect_failure(1, &[LOST]);
+    one_sentence(&done);
+    let kept = recordings(&folder, "lost/raw");
+    assert_eq!(kept.len(), 1);
+    assert!(told(&folder, &kept[0]).contains("the run ended early, after 1.50 s"));
+}
+
+/// Ctrl-C in a run in real time: it ends in order, and what was acquired is kept.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_run_in_order() {
+    use std::io::Read;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    let folder = prepared();
+    folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.2]\n");
+    let mut child = folder
+        .command(&[
+            "play",
+            "drive.wav",
+            "--bench",
+            "fake:paced.toml",
+            "--record",
+            "m.parquet",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    let journal = || {
+        folder
+            .names()
+            .iter()
+            .any(|name| name.starts_with("m.") && name != "m.parquet")
+    };
+    while !journal() {
+        assert!(
+            began.elapsed() < Duration::from_secs(60),
+            "nothing was begun: {:?}",
+            folder.names()
+        );
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(700));
+    let interrupt = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(interrupt.unwrap().success());
+    let sent = Instant::now();
+    let code = child.wait().unwrap().code();
+    assert!(
+        sent.elapsed() < Duration::from_secs(5),
+        "{:?}",
+        sent.elapsed()
+    );
+    let mut said = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut said)
+        .unwrap();
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("stopped by hand after"), "{said}");
+    let told = told(&folder, "m.parquet");
+    assert!(
+        told.contains("the run ended early") && told.contains("stopped by hand"),
+        "{told}"
+    );
+    let left: Vec<String> = folder
+        .names()
+        .into_iter()
+        .filter(|name| name.starts_with("m."))
+        .collect();
+    assert_eq!(left, ["m.parquet"]);
+}

@@ -1,0 +1,29 @@
+//! A scripted fake of a bench, for tests of what is done with a bench: two clocks, drop-outs, late and short chunks, lost devices, a
+//! full input, an output that runs dry, and what no bench may do. As hardware it does not see by itself when a playback ends.
+
+mod halves;
+mod script;
+mod world;
+
+pub use script::{
+    Breach, DropOut, FakeDevice, FakeScript, Fault, Half, Late, LostHalf, Pace, ScriptError, Since,
+    Underrun,
+};
+
+use crate::error::DeviceError;
+use crate::traits::Bench;
+
+/// The bench that does what `script` says, with somebody called `participant` at it.
+///
+/// # Errors
+/// [`DeviceError::Impossible`] when a number of the script cannot be.
+pub fn fake(script: FakeScript, participant: &str) -> Result<Bench, DeviceError> {
+    let wrong = |found: String| DeviceError::Impossible {
+        expected: "a script whose numbers can be".into(),
+        found,
+        todo: "write other numbers".into(),
+    };
+    let script = script.checked().map_err(|error| wrong(error.to_string()))?;
+    let rates = script.rates().map_err(|error| wrong(error.to_string()))?;
+    Ok(halves::halves(script, rates, participant))
+}
