@@ -6,7 +6,7 @@ use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 
-use super::claims::{Finding, Holds, at_most, most, yes};
+use super::claims::{Finding, Holds, at_most, most, no_exception};
 use super::figure::{Figure, Line, Mark, Shown, density, frequency};
 use super::measured::{run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
@@ -80,8 +80,8 @@ pub(super) fn with_average(
     let finding = Finding::of(
         22,
         Holds::all([
-            yes(
-                worse == own.len(),
+            no_exception(
+                1 - usize::from(worse == own.len()),
                 "somebody's own transfer function does no better than the average",
             ),
             at_most(

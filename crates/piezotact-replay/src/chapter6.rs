@@ -9,7 +9,9 @@ use piezotact::recording::Recording;
 use piezotact::series::Series;
 use piezotact::statistics::{PairedDifference, mean, paired_difference};
 
-use super::claims::{Finding, Holds, above, at_most, least as smallest, most as largest, yes};
+use super::claims::{
+    Finding, Holds, above, at_most, least as smallest, most as largest, no_exception,
+};
 use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
 use super::measured::{Taken, analysed, run, take};
 use super::rendering::{device, played, resting, sent_straight, target};
@@ -241,7 +243,11 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         .collect();
     let no_harmonic = format!(
         "no harmonic stands out by three standard errors for {}, whose speed wanders within strokes",
-        without.join(", ")
+        if without.is_empty() {
+            "somebody".into()
+        } else {
+            without.join(", ")
+        }
     );
     let period = passive.map_or(f64::NAN, |found| found.period_m);
     let doubted = passive.is_none_or(|found| {
@@ -258,12 +264,15 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
                 "",
                 "where the speed is known the period is another",
             ),
-            yes(!doubted, "where the speed is known no period stands out"),
-            yes(
-                slowest >= 0.01 && fastest <= 0.05,
+            no_exception(
+                usize::from(doubted),
+                "where the speed is known no period stands out",
+            ),
+            no_exception(
+                1 - usize::from(slowest >= 0.01 && fastest <= 0.05),
                 "somebody's comb speaks for a speed outside 10–50 mm/s",
             ),
-            yes(without.is_empty(), no_harmonic.as_str()),
+            no_exception(without.len(), no_harmonic.as_str()),
         ]),
         format!(
             "passive: period {:.3} mm; free: strongest line times 0.716 mm {:.0}–{:.0} mm/s over {} people, {least} to {most} of the harmonics 2–6 in everybody's spectrum over multiples of it",
@@ -296,15 +305,18 @@ fn different(free: &[Free]) -> Finding {
     Finding::of(
         30,
         Holds::all([
-            yes(
-                everybody(&rough, &smooth) && everybody(&bio, &smooth),
+            no_exception(
+                1 - usize::from(everybody(&rough, &smooth) && everybody(&bio, &smooth)),
                 "M3 is not the faintest for everybody",
             ),
-            yes(
-                everybody(&smooth_hz, &rough_hz) && everybody(&smooth_hz, &bio_hz),
+            no_exception(
+                1 - usize::from(everybody(&smooth_hz, &rough_hz) && everybody(&smooth_hz, &bio_hz)),
                 "the centroid of M3 is not the highest for everybody",
             ),
-            yes(louder > 0 && louder < rough.len(), "one order only"),
+            no_exception(
+                1 - usize::from(louder > 0 && louder < rough.len()),
+                "one order only",
+            ),
         ]),
         format!(
             "mean rms M8 {:.2}, BIO {:.2}, M3 {:.2} m/s²; centroids {:.0}, {:.0}, {:.0} Hz; BIO is louder for {louder} of {}",
@@ -336,8 +348,8 @@ fn forces(free: &[Free], tasks: &[Vec<f64>; 2]) -> Finding {
     Finding::of(
         31,
         Holds::all([
-            yes(
-                bio_n > rough_n && bio_n > smooth_n,
+            no_exception(
+                1 - usize::from(bio_n > rough_n && bio_n > smooth_n),
                 "the biomimetic sample is not pressed hardest",
             ),
             at_most(
@@ -346,8 +358,8 @@ fn forces(free: &[Free], tasks: &[Vec<f64>; 2]) -> Finding {
                 "",
                 "M3 and M8 differ in friction",
             ),
-            yes(
-                rough.min(smooth) >= 1.5 * bio,
+            no_exception(
+                1 - usize::from(rough.min(smooth) >= 1.5 * bio),
                 "their friction is not markedly higher",
             ),
             above(p, 0.05, "", "the tasks differ in force"),

@@ -394,10 +394,9 @@ fn rule(found: f64, limit: Limit, unit: &str, unless_met: &str) -> Criterion<Cla
     }
 }
 
-/// Something that is so or not: no exception is allowed.
-pub(super) fn yes(holds: bool, unless_met: &str) -> Criterion<ClaimRule> {
-    let exceptions = if holds { 0.0 } else { 1.0 };
-    rule(exceptions, Limit::at_most(0.0), "", unless_met)
+/// No exception is allowed.
+pub(super) fn no_exception(exceptions: usize, unless_met: &str) -> Criterion<ClaimRule> {
+    rule(exceptions as f64, Limit::at_most(0.0), "", unless_met)
 }
 
 /// `found` is no more than `most`.
@@ -456,7 +455,7 @@ mod tests {
             let reason = expected.to_owned();
             assert_eq!(of(p, level).verdict, Verdict::DoesNot { reason });
         }
-        assert!(!Finding::of(1, Holds::all([yes(false, "no")]), String::new()).holds());
+        assert!(!Finding::of(1, Holds::all([no_exception(1, "no")]), String::new()).holds());
     }
 
     #[test]

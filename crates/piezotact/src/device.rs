@@ -4,6 +4,8 @@
 mod contradiction;
 mod description;
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 pub use contradiction::DescriptionError;
@@ -23,13 +25,13 @@ use contradiction::LOADS_F;
 #[serde(try_from = "StatedSetup", into = "StatedSetup")]
 pub struct DriveSetup {
     /// The gain set on the amplifier.
-    pub gain: GainSetting,
+    pub gain: Arc<GainSetting>,
     /// The potential at the output of the PC when the drive is at full scale, V peak, as calibrated.
     pub volts_per_full_scale: f64,
     /// The capacitance of the actuator, F.
     pub load_f: f64,
     /// The device, of whose gains it is one.
-    device: DeviceDescription,
+    device: Arc<DeviceDescription>,
 }
 
 /// A set-up as a file states it, before it is believed.
@@ -44,10 +46,10 @@ struct StatedSetup {
 impl From<DriveSetup> for StatedSetup {
     fn from(setup: DriveSetup) -> Self {
         Self {
-            gain: setup.gain.name,
+            gain: setup.gain.name.clone(),
             volts_per_full_scale: setup.volts_per_full_scale,
             load_f: setup.load_f,
-            device: Some(setup.device),
+            device: Some(Arc::unwrap_or_clone(setup.device)),
         }
     }
 }
@@ -134,10 +136,10 @@ impl DriveSetup {
     pub fn new(set: DeviceAtGain, volts: Volts, load_f: f64) -> Result<Self, ImpossibleSetup> {
         if (1e-3..=1e3).contains(&volts.0) && LOADS_F.contains(&load_f) {
             Ok(Self {
-                gain: set.gain,
+                gain: Arc::new(set.gain),
                 volts_per_full_scale: volts.0,
                 load_f,
-                device: set.device,
+                device: Arc::new(set.device),
             })
         } else {
             Err(ImpossibleSetup::Numbers { volts, load_f })
@@ -156,7 +158,7 @@ impl DriveSetup {
     /// [`UnknownGain`] with the gains that the device has.
     pub fn with_gain(&self, name: &GainName) -> Result<Self, UnknownGain> {
         Ok(Self {
-            gain: self.device.gain(name)?.clone(),
+            gain: Arc::new(self.device.gain(name)?.clone()),
             ..self.clone()
         })
     }

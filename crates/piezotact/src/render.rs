@@ -335,7 +335,7 @@ pub fn require_device(
         return Ok(());
     };
     let same_gain = requested.gain(&setup.gain.name);
-    let same = same_gain.is_ok_and(|gain| *gain == setup.gain)
+    let same = same_gain.is_ok_and(|gain| *gain == *setup.gain)
         && requested.input() == setup.device().input();
     if same {
         return Ok(());

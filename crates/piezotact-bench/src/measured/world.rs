@@ -44,7 +44,7 @@ impl World for MeasuredBench {
             name: self.name(),
             kind: BenchKind::Measured,
             rate: output_rate().unwrap_or(self.rate),
-            gain: self.setup().map(|setup| setup.gain.name),
+            gain: self.setup().map(|setup| setup.gain.name.clone()),
         }
     }
 

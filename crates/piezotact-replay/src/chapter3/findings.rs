@@ -7,7 +7,7 @@ use piezotact::statistics::{log_fit, spearman};
 use piezotact::stroke::Judging;
 
 use super::{ACTIVE_STROKES, COARSE, Touched, level, named, rough, shape};
-use crate::claims::{Finding, Holds, above, at_least, at_most, below, least, most, yes};
+use crate::claims::{Finding, Holds, above, at_least, at_most, below, least, most, no_exception};
 
 /// The least share of power within `within` and the widest difference of two shapes, dB, each with whose it is.
 fn breadth(summaries: &[&Summary], within: Band) -> ((f64, String), (f64, String)) {
@@ -28,6 +28,15 @@ fn breadth(summaries: &[&Summary], within: Band) -> ((f64, String), (f64, String
         }
     }
     (narrowest, widest)
+}
+
+/// Those that are listed, or what it would mean were there any.
+fn named_or(listed: &[String], none: &str) -> String {
+    if listed.is_empty() {
+        none.into()
+    } else {
+        listed.join(", ")
+    }
 }
 
 pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
@@ -75,8 +84,11 @@ pub(super) fn level_falls(samples: &[Touched]) -> Finding {
     Finding::of(
         11,
         Holds::all([
-            yes(rising.is_empty(), rising.join(", ").as_str()),
-            yes(inversions > 0, "no inversion in S10–S13"),
+            no_exception(
+                rising.len(),
+                &named_or(&rising, "the level rises from one of S1–S8 to the next"),
+            ),
+            no_exception(1 - usize::from(inversions > 0), "no inversion in S10–S13"),
         ]),
         format!(
             "S1–S13: {} m/s²; {inversions} inversion{} in S10–S13",
@@ -147,7 +159,7 @@ pub(super) fn friction(samples: &[Touched]) -> Finding {
         Holds::all([
             above(with_ra, 0.7, "", "friction does not follow Ra"),
             above(with_level, 0.7, "", "friction does not follow the level"),
-            yes(extreme, "NO is not at both extremes"),
+            no_exception(1 - usize::from(extreme), "NO is not at both extremes"),
         ]),
         format!(
             "Spearman with Ra {with_ra:.2}, with the level {with_level:.2}; NO: friction {:.2}, {:.2} m/s²",
@@ -181,9 +193,9 @@ pub(super) fn speed(samples: &[Touched]) -> Finding {
     Finding::of(
         16,
         Holds::all([
-            yes(falls.is_empty(), "the level does not rise for every sample"),
-            yes(
-                slopes.0 >= 0.8 && slopes.1 <= 1.2,
+            no_exception(falls.len(), "the level does not rise for every sample"),
+            no_exception(
+                1 - usize::from(slopes.0 >= 0.8 && slopes.1 <= 1.2),
                 "a slope lies outside 0.8–1.2",
             ),
             above(order, 0.95, "", "the order of samples changes with speed"),
@@ -215,7 +227,10 @@ pub(super) fn fingerprint(samples: &[Touched]) -> Finding {
     }
     Finding::of(
         17,
-        Holds::all([yes(off.is_empty(), off.join(", ").as_str())]),
+        Holds::all([no_exception(
+            off.len(),
+            &named_or(&off, "a fingerprint lies elsewhere"),
+        )]),
         format!("at 10/20/30 mm/s: {} Hz", told.join(", ")),
     )
 }
@@ -256,7 +271,11 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
 
 pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     let Some(sample) = named(samples, "S8") else {
-        return Finding::of(19, Holds::all([yes(false, "S8 is missing")]), "–".into());
+        return Finding::of(
+            19,
+            Holds::all([no_exception(1, "S8 is missing")]),
+            "–".into(),
+        );
     };
     let rms = sample.active_summary.rms;
     let variation = rms.sd / rms.mean;
@@ -277,8 +296,8 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     Finding::of(
         19,
         Holds::all([
-            yes(
-                near == of,
+            no_exception(
+                1 - usize::from(near == of),
                 "the highest line of one stroke over a broad spectrum is likely a matter of chance: it holds some nine segments, whose lines scatter by a third; the centroid repeats",
             ),
             at_most(variation, 0.2, "", "the level varies by more than 20 %"),

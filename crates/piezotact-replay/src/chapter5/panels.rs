@@ -8,7 +8,7 @@ use piezotact::transfer::{Bundle, BundleAverage};
 
 use super::{ANGLES_DEG, Device, Fingers, Inertance, LOADS_N, cell, drawn, levels};
 use crate::ReplayError;
-use crate::claims::{Finding, Holds, above, at_least, below, least, most, yes};
+use crate::claims::{Finding, Holds, above, at_least, below, least, most, no_exception};
 use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
 
 /// The band of the thesis' figures, Hz.
@@ -60,8 +60,8 @@ impl Panels {
         let (deviation, hz) = (all.max_deviation_db, all.max_deviation_at_hz);
         Finding::of(
             1,
-            Holds::all([yes(
-                (6.0..=9.0).contains(&deviation),
+            Holds::all([no_exception(
+                1 - usize::from((6.0..=9.0).contains(&deviation)),
                 "the deviation lies outside 6–9 dB; the load drifts as the force cell warms, which widens the bundle",
             )]),
             format!(
@@ -93,13 +93,16 @@ impl Panels {
         Finding::of(
             2,
             Holds::all([
-                yes(falling(&self.fingers, 0), "it does not fall on the shaker"),
-                yes(
-                    falling(&self.devices, 0),
+                no_exception(
+                    1 - usize::from(falling(&self.fingers, 0)),
+                    "it does not fall on the shaker",
+                ),
+                no_exception(
+                    1 - usize::from(falling(&self.devices, 0)),
                     "it does not fall on the device at 20°",
                 ),
-                yes(
-                    falling(&self.devices, 1),
+                no_exception(
+                    1 - usize::from(falling(&self.devices, 1)),
                     "it does not fall on the device at 40°",
                 ),
             ]),
@@ -117,8 +120,8 @@ impl Panels {
         Finding::of(
             3,
             Holds::all([
-                yes(
-                    shaker.0 > 0.0 && device.0 > 0.0,
+                no_exception(
+                    1 - usize::from(shaker.0 > 0.0 && device.0 > 0.0),
                     "somebody's mean gain falls",
                 ),
                 at_least(
@@ -151,7 +154,11 @@ impl Panels {
             .iter()
             .find(|e| e.load_n.is_none())
         else {
-            return Finding::of(4, Holds::all([yes(false, "one angle only")]), "–".into());
+            return Finding::of(
+                4,
+                Holds::all([no_exception(1, "one angle only")]),
+                "–".into(),
+            );
         };
         let p = effect.sign_test_p.unwrap_or(f64::NAN);
         Finding::of(
@@ -180,7 +187,7 @@ impl Panels {
         let Some(worst) = &self.devices.worst else {
             return Finding::of(
                 8,
-                Holds::all([yes(false, "nobody is complete")]),
+                Holds::all([no_exception(1, "nobody is complete")]),
                 "–".into(),
             );
         };
@@ -196,8 +203,8 @@ impl Panels {
         });
         Finding::of(
             8,
-            Holds::all([yes(
-                worst.cell.is(cell(LOADS_N[0], ANGLES_DEG[0])),
+            Holds::all([no_exception(
+                1 - usize::from(worst.cell.is(cell(LOADS_N[0], ANGLES_DEG[0]))),
                 "another condition spreads more",
             )]),
             format!(
@@ -219,7 +226,7 @@ impl Panels {
         let (Some(average), Some(spread)) = (found, bundle) else {
             return Finding::of(
                 9,
-                Holds::all([yes(false, "nothing was measured")]),
+                Holds::all([no_exception(1, "nothing was measured")]),
                 "–".into(),
             );
         };
