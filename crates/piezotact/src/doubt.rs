@@ -23,6 +23,9 @@ pub use value::{About, Example, FieldValue, Value};
 
 /// One thing that a person should know before relying on a result.
 ///
+/// The field that names what a doubt is about, and what makes an [`About`] of it.
+pub type AboutField = (&'static str, fn(String) -> About);
+
 /// Two are equal when they say the same equally often; the advice follows from what they say, and files of version 0.1.0
 /// hold none.
 #[derive(Clone, Debug)]
@@ -80,7 +83,7 @@ impl Doubt {
     pub fn of_fields(
         code: &'static str,
         fields: impl IntoIterator<Item = (&'static str, Option<Value>)>,
-        subject: Option<(&'static str, fn(String) -> About)>,
+        subject: Option<AboutField>,
         advice: Vec<Advice>,
     ) -> Self {
         let mut values: BTreeMap<String, Value> = fields

@@ -149,7 +149,7 @@ pub struct RunEnd {
 #[serde(tag = "document", rename_all = "snake_case")]
 pub enum RunDocument {
     /// The first.
-    Start(RunStart),
+    Start(Box<RunStart>),
     /// Samples.
     Chunk(RunChunk),
     /// What was judged.
@@ -221,7 +221,7 @@ impl Sink for Gathered {
             RunDocument::Start(start) => {
                 self.samples = vec![Vec::new(); start.channels.len()];
                 self.end = None;
-                self.start = Some(start.clone());
+                self.start = Some((**start).clone());
             }
             RunDocument::Chunk(chunk) => {
                 for (channel, new) in self.samples.iter_mut().zip(&chunk.channels) {

@@ -275,7 +275,7 @@ impl<'a> Run<'a> {
         &mut self,
         acquires: impl FnOnce(&mut Self) -> Result<(), ProcedureError>,
     ) -> Result<(), ProcedureError> {
-        self.emit(RunDocument::Start(self.start.clone()))?;
+        self.emit(RunDocument::Start(Box::new(self.start.clone())))?;
         acquires(self)
     }
 

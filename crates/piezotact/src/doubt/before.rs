@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value as Json};
 
-use super::{About, Doubt, Example, FieldValue, Value};
+use super::{About, AboutField, Doubt, Example, FieldValue, Value};
 use crate::quantity::{Band, Hertz};
 
 /// The field that names what a doubt is about, by the doubt's name.
-fn subject(code: &str) -> Option<(&'static str, fn(String) -> About)> {
+fn subject(code: &str) -> Option<AboutField> {
     Some(match code {
         "uncalibrated"
         | "coarse_quantisation"

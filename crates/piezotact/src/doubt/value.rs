@@ -72,7 +72,7 @@ pub enum Value {
     /// A band of frequencies.
     Band(Band),
     /// Several values.
-    List(Vec<Value>),
+    List(Vec<Self>),
     /// A doubt of something that the result was made from, as an example.
     Doubt(Box<Doubt>),
     /// What a newer version writes.
