@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     // The channels here have names and units, not types.
     function
         .doubts
-        .retain(|doubt| !doubt.kind::<SignalDoubt>().is_some());
+        .retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
     let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
     let broken = transfer_doubts(&Pair {
         drive: drive.samples(),
