@@ -252,7 +252,7 @@ fn clipping_is_said_once_whatever_the_format() {
         let doubts = said["doubts"].as_array().unwrap();
         let fraction = doubts
             .iter()
-            .find_map(|doubt| doubt["fraction"].as_f64())
+            .find_map(|doubt| doubt["values"]["fraction"].as_f64())
             .unwrap();
         assert!((fraction - 0.4).abs() < 0.01, "{call}: {fraction}");
     }

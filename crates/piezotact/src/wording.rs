@@ -98,7 +98,9 @@ pub fn text_with(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> String {
     if advice.is_empty() {
         return finding(doubt);
     }
-    format!("{}; {}", finding(doubt), advice.join("; "))
+    let found = finding(doubt);
+    let between = if found.contains(": ") { "; " } else { ": " };
+    format!("{found}{between}{}", advice.join("; "))
 }
 
 /// What a person can do about an error of the science, beyond what its sentence says; `None` where that is all.
