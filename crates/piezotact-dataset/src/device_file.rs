@@ -49,7 +49,7 @@ mod tests {
             let file = folder.path().join("own.toml");
             std::fs::write(&file, text).unwrap();
             assert_eq!(read_device(file.to_str().unwrap()).unwrap(), built_in);
-            std::fs::write(&file, text.replace("80e-9", "-1")).unwrap();
+            std::fs::write(&file, text.replace("= 80e-9", "= -1")).unwrap();
             let said = read_device(file.to_str().unwrap()).unwrap_err().to_string();
             assert!(
                 said.contains("own.toml: expected an actuator of 1e-12 to 1 F, found -1"),
