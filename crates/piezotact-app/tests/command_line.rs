@@ -299,11 +299,17 @@ fn a_killed_recording_is_readable() {
         "{read} samples of {on_disk} bytes"
     );
     assert_eq!(info["doubts"][0]["code"], "interrupted");
-    folder
-        .run(&arguments)
-        .expect_failure(1, &["raw.parquet.part", "interrupted", "moving it away"]);
     // A spectrum of what is there can be had.
     folder.run(&["spectrum", "raw.parquet"]).expect_success();
+    // It does not block the next recording of that name, and is kept beside it.
+    let mut shorter = arguments;
+    shorter[4] = "5";
+    let again = folder.run(&shorter);
+    again.expect_success();
+    let aside = "raw.parquet.interrupted-1.part";
+    assert!(again.err().contains(aside), "{}", again.err());
+    let info = folder.run(&["info", aside, "--json"]).json();
+    assert_eq!(info["samples"].as_f64().unwrap(), read);
 }
 
 /// Allowed clipping is played, measured, and doubted.

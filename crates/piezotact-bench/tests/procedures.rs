@@ -151,8 +151,8 @@ fn played(script: &str, seconds: f64) -> (Result<Recording, ProcedureError>, Kee
 }
 
 fn lost(doubts: &[Doubt]) -> Option<(usize, u64)> {
-    doubts.iter().find_map(|doubt| match doubt {
-        Doubt::Run(RunDoubt::SamplesLost { gaps, samples, .. }) => Some((*gaps, *samples)),
+    doubts.iter().find_map(|doubt| match doubt.kind() {
+        Some(RunDoubt::SamplesLost { gaps, samples, .. }) => Some((gaps, samples)),
         _ => None,
     })
 }
@@ -199,7 +199,7 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
         let (seconds, end) = keeper.last();
         assert!((3.25..3.35).contains(&seconds), "{script}: {seconds}");
         assert_eq!(end.ended, Ended::Failed { said });
-        let early = |d: &Doubt| matches!(d, Doubt::Run(RunDoubt::EndedEarly { .. }));
+        let early = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::EndedEarly { .. }));
         assert!(end.doubts.iter().any(early), "{script}: {:?}", end.doubts);
     }
 }
@@ -212,7 +212,7 @@ fn an_output_that_runs_dry_is_said() {
     );
     let doubts = done.unwrap().doubts;
     let said = doubts.iter().any(|d| {
-        matches!(d, Doubt::PlaybackIncomplete { played, expected, underruns: 2 } if played == expected)
+        matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
     });
     assert!(said, "{doubts:?}");
 }
@@ -278,7 +278,7 @@ fn breaks_of_the_contract_are_named() {
     }
     // An input that ends early is no break where nobody said how long: the playback is incomplete.
     let (done, _) = played("fault = { what = \"ends_early\", at_s = 1.5 }", 3.0);
-    let incomplete = |d: &Doubt| matches!(d, Doubt::PlaybackIncomplete { .. });
+    let incomplete = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
     assert!(done.unwrap().doubts.iter().any(incomplete));
 }
 
@@ -500,7 +500,12 @@ fn a_closed_loop_ends_in_order() {
     };
     assert!(said.contains("output of the scripted fake"), "{said}");
     assert_eq!((done.best, done.confirmed.is_some()), (0, false));
-    let stopped = |d: &Doubt| matches!(d, Doubt::LoopStopped { .. });
+    let stopped = |d: &Doubt| {
+        matches!(
+            d.kind(),
+            Some(piezotact::correct::CorrectDoubt::LoopStopped { .. })
+        )
+    };
     assert!(done.rendered.doubts.iter().any(stopped));
     assert!(
         keeper
