@@ -503,7 +503,7 @@ fn a_closed_loop_ends_in_order() {
     let stopped = |d: &Doubt| {
         matches!(
             d.kind(),
-            Some(piezotact::correct::CorrectDoubt::LoopStopped { .. })
+            Some(piezotact::correct::LoopDoubt::LoopStopped { .. })
         )
     };
     assert!(done.rendered.doubts.iter().any(stopped));
