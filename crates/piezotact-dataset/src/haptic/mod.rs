@@ -1,7 +1,7 @@
 //! Files for consumer haptic devices: `.haptic` clips, Apple's AHAP, and the interchange format of MPEG, HJIF.
 //!
 //! None of them holds what a texture is here, a waveform in m/s². What each leaves out is handed back as
-//! [`Doubt::from(RecordingDoubt::FormatLoses)`], so that nobody takes a file for more than it is.
+//! [`RecordingDoubt::FormatLoses`], so that nobody takes a file for more than it is.
 
 mod ahap;
 mod clip;
