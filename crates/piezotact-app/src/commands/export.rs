@@ -60,7 +60,11 @@ impl Format {
         let ending = path.extension().and_then(|ending| ending.to_str());
         Err(usage(anyhow!(
             "expected a file that ends in {}, found {}; give {} one of these endings",
-            endings.join(" or "),
+            match endings.as_slice() {
+                [others @ .., last] if !others.is_empty() =>
+                    format!("{} or {last}", others.join(", ")),
+                all => all.concat(),
+            },
             ending.map_or("none".into(), |ending| format!(
                 ".{}",
                 ending.to_ascii_lowercase()
