@@ -361,7 +361,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
         "no finger was touched",
         "measured on hardware",
         "20–1000 Hz alone",
-        "no force was measured: nobody can tell whether 0.4 N was held",
+        "no force was measured: whether 0.4 N was held is not known",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

@@ -84,7 +84,6 @@ impl Asked {
         RunPlan {
             label: format!("{first} repeat {}", self.repeat),
             placement: Placement::SameAs(first),
-            until: Until::Stopped,
             ..run
         }
     }
@@ -187,7 +186,12 @@ fn shaken(
 ) -> Result<Recording, ReplayError> {
     let person = Participant::of(participant, replay.seed, &replay.parameters);
     let bench = ShakerBench::new(&replay.parameters, person, mount, excitation);
-    Ok(record(bench.into_acquirer().as_mut(), run)?)
+    // The shaker drives itself, and is done when its excitation is.
+    let run = RunPlan {
+        until: Until::Stopped,
+        ..run.clone()
+    };
+    Ok(record(bench.into_acquirer().as_mut(), &run)?)
 }
 
 fn h1<I: Quantity>(

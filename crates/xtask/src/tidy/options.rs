@@ -44,12 +44,14 @@ fn walk(tokens: TokenStream, found: &mut Vec<(usize, String)>) {
             i = super::layers::item_end(&tokens, i + 2);
             continue;
         }
-        // What documentation says is an attribute: `#[doc = "…"]`.
-        let attribute = matches!(token, TokenTree::Punct(p) if p.as_char() == '#')
-            && matches!(tokens.get(i + 1), Some(TokenTree::Group(group)) if is_doc(group));
-        if attribute {
-            i += 2;
-            continue;
+        // What documentation says is an attribute: `#[doc = "…"]`, or `#![doc = "…"]` of what it stands in.
+        let is = |at: usize, sign: char| matches!(tokens.get(at), Some(TokenTree::Punct(p)) if p.as_char() == sign);
+        if is(i, '#') {
+            let at = i + 1 + usize::from(is(i + 1, '!'));
+            if matches!(tokens.get(at), Some(TokenTree::Group(group)) if is_doc(group)) {
+                i = at + 1;
+                continue;
+            }
         }
         match token {
             TokenTree::Group(group) => walk(group.stream(), found),
