@@ -134,14 +134,11 @@ pub(crate) fn runs_of(out: &Path) -> PathBuf {
     name.into()
 }
 
-/// The file in a folder of runs that says that the procedure came to its end.
-const DONE: &str = "done";
-
 /// The folder of the runs behind `out`, to go on with where a procedure was interrupted. The runs of a procedure that came to its end are
 /// put aside: what is measured today is not taken from before.
 pub(crate) fn continued(out: &Path) -> Outcome<RunFolder> {
     let path = runs_of(out);
-    if path.join(DONE).exists() {
+    if path.join(RunFolder::DONE).exists() {
         RunFolder::new(&path).set_aside()?;
     } else if path.is_dir() {
         say(&format!(
@@ -158,7 +155,9 @@ pub(crate) fn done(out: &Path, raw: Raw) -> Outcome {
     match raw {
         Raw::Discarded => folder.discard()?,
         Raw::Kept if folder.path().is_dir() => {
-            piezotact_dataset::write_atomically(&folder.path().join(DONE), |_empty| Ok(()))?;
+            piezotact_dataset::write_atomically(&folder.path().join(RunFolder::DONE), |_empty| {
+                Ok(())
+            })?;
         }
         Raw::Kept => {}
     }

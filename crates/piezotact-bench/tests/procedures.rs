@@ -360,7 +360,7 @@ fn an_acquisition_without_a_drive_ends_in_order() {
     assert_eq!(keeper.last().0, 1.5);
     let (done, keeper) = taken("pace = \"real_time\"\nchunks_s = [0.05]", Until::Stopped);
     assert!(done.unwrap().1 > 0);
-    assert_eq!(keeper.ended(), [Ended::Completed]);
+    assert_eq!(keeper.ended(), [Ended::Stopped]);
     let early = "fault = { what = \"ends_early\", at_s = 1.5 }";
     let (done, _) = taken(early, Until::Duration(Seconds(2.0)));
     let said = done.unwrap_err().to_string();

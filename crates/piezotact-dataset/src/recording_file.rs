@@ -57,6 +57,14 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     let (start, chunks) = journal_batches::open(BufReader::new(file)).map_err(damaged)?;
     let start: StartDocument = serde_json::from_str(&start)
         .map_err(|error| damaged(format!("a start document that cannot be read ({error})")))?;
+    if start.format > StartDocument::FORMAT {
+        return Err(ReadError::content(
+            path,
+            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!("format {}", start.format),
+            "read it with the newer program that wrote it",
+        ));
+    }
     let mut samples = vec![Vec::new(); start.channels.len()];
     // A chunk that is not whole ends the journal; everything before it counts.
     for chunk in chunks {

@@ -31,15 +31,17 @@ impl<'a, T> Versioned<'a, T> {
 pub(crate) fn refuse_newer(path: &Path, text: &[u8]) -> Result<(), ReadError> {
     #[derive(Deserialize)]
     struct Version {
-        format: u32,
+        format: serde_json::Value,
     }
     match serde_json::from_slice(text) {
-        Ok(Version { format }) if format > FORMAT => Err(ReadError::content(
-            path,
-            format!("a file of format {FORMAT} or before"),
-            format!("format {format}"),
-            "read it with the newer program that wrote it",
-        )),
+        Ok(Version { format }) if format.as_u64().is_none_or(|f| f > u64::from(FORMAT)) => {
+            Err(ReadError::content(
+                path,
+                format!("a file of format {FORMAT} or before"),
+                format!("format {format}"),
+                "read it with the newer program that wrote it",
+            ))
+        }
         _ => Ok(()),
     }
 }

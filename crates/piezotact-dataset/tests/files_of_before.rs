@@ -212,6 +212,16 @@ fn files_of_the_future_are_named() {
         said.contains("found format 99; read it with the newer program"),
         "{said}"
     );
+    // What is no number is no version of ours either.
+    let text = std::fs::read_to_string(file("tf.json")).unwrap();
+    let other = folder.path().join("other.json");
+    std::fs::write(
+        &other,
+        text.replacen('{', "{\"format\": \"transfer 9\",", 1),
+    )
+    .unwrap();
+    let said = read_transfer(&other).unwrap_err().to_string();
+    assert!(said.contains("transfer 9"), "{said}");
     newer("drive.wav.json");
     let wav = folder.path().join("drive.wav");
     std::fs::copy(file("drive.wav"), &wav).unwrap();

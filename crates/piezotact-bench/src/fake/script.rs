@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// Times that a script may name, s.
 const LONGEST_S: f64 = 86_400.0;
+/// The longest gap of a script, s: more is a device that is gone.
+const LONGEST_GAP_S: f64 = 60.0;
 
 /// What a scripted fake does. Everything that is left out has its usual value, and a fake with nothing in its script has no fault.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -287,7 +289,7 @@ impl FakeScript {
         self.fault
             .iter()
             .for_each(|f| time("at_s of fault", f.at_s));
-        let most = LONGEST_S * self.input_hz.max(self.output_hz);
+        let most = LONGEST_GAP_S * self.input_hz.max(self.output_hz);
         let gaps = self.drop_outs.iter().map(|d| ("drop_outs", d.samples));
         let silences = self.underruns.iter().map(|u| ("underruns", u.samples));
         for (what, samples) in gaps.chain(silences) {

@@ -529,7 +529,7 @@ impl<'a> Run<'a> {
                 said: error.to_string(),
             },
             Ok(()) if self.refused.is_some() => Ended::Refused,
-            Ok(()) if stop.is_stopped() && run.until != Until::Stopped && !enough => Ended::Stopped,
+            Ok(()) if stop.is_stopped() && !enough => Ended::Stopped,
             Ok(()) => Ended::Completed,
         };
         doubts.extend(self.gaps.iter().max().map(|longest| {
@@ -559,7 +559,7 @@ impl<'a> Run<'a> {
         kept?;
         match (ended, self.refused.take()) {
             (Ended::Refused, Some(judged)) => Err(ProcedureError::Refused(Refusal(judged))),
-            (Ended::Stopped, _) => Err(ProcedureError::Stopped {
+            (Ended::Stopped, _) if run.until != Until::Stopped => Err(ProcedureError::Stopped {
                 label: run.label.clone(),
                 after_s: acquired_s,
             }),

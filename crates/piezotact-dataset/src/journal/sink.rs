@@ -81,6 +81,9 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
+    /// The file that says that the procedure came to its end.
+    pub const DONE: &str = "done";
+
     /// The folder at `path`; it is made with its first run.
     #[must_use]
     pub fn new(path: &Path) -> Self {
@@ -135,7 +138,9 @@ impl RunFolder {
             && setup == start.setup
             && stored.provenance.source == start.provenance.source
             && stored.provenance.seed == start.provenance.seed
-            && stored.provenance.answered_with == start.provenance.answered_with;
+            && stored.provenance.answered_with == start.provenance.answered_with
+            // How the bench is set and what it is; what the sensors read at rest comes behind it.
+            && stored.provenance.steps.starts_with(&start.provenance.steps);
         let completed = end.is_some_and(|end| end.ended == Some(Ended::Completed));
         Ok((same && completed).then_some(recording))
     }
@@ -170,14 +175,105 @@ impl RunFolder {
         Ok(aside)
     }
 
-    /// Removes the folder with all its runs, on purpose.
+    /// Removes the runs of the folder on purpose, and the folder where nothing else is in it.
     ///
     /// # Errors
     /// [`WriteError::Io`] when the operating system refuses.
     pub fn discard(&self) -> Result<(), WriteError> {
-        if self.path.is_dir() {
-            std::fs::remove_dir_all(&self.path).map_err(WriteError::io(&self.path))?;
+        let io = || WriteError::io(&self.path);
+        if !self.path.is_dir() {
+            return Ok(());
         }
+        for entry in std::fs::read_dir(&self.path).map_err(io())? {
+            let path = entry.map_err(io())?.path();
+            if is_run(&path) {
+                std::fs::remove_file(&path).map_err(WriteError::io(&path))?;
+            }
+        }
+        // What others have put there stays, and the folder with it.
+        let _stays = std::fs::remove_dir(&self.path);
         Ok(())
+    }
+}
+
+/// Whether a file is called as the run of a folder: `NAME-0123abcd.parquet`, with what stands behind it while it is written
+/// or kept beside another, or the mark of a procedure that came to its end.
+fn is_run(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let sum = name
+        .split(".parquet")
+        .next()
+        .and_then(|stem| stem.rsplit('-').next());
+    let is_sum = |sum: &str| sum.len() == 8 && sum.chars().all(|c| c.is_ascii_hexdigit());
+    name == RunFolder::DONE || name.contains(".parquet") && sum.is_some_and(is_sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::quantity::{SampleRate, Unit};
+    use piezotact::recording::{Condition, Provenance};
+    use piezotact::run::RunChunk;
+
+    fn start() -> RunStart {
+        RunStart {
+            label: "iteration 1, first".into(),
+            rate_hz: SampleRate::new(100.0).unwrap(),
+            channels: vec![("acc".into(), Unit::MetrePerSecondSquared)],
+            condition: Condition::default(),
+            provenance: Provenance::default().then("a resonance at 180 Hz"),
+            setup: None,
+            drive: None,
+        }
+    }
+
+    /// A run is taken for measured only where everything that is known before it is the same.
+    #[test]
+    fn a_run_is_continued_with_what_is_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = RunFolder::new(&folder.path().join("out.runs"));
+        let keep = |ended: Ended| {
+            let mut sink = runs.sink(&start()).unwrap();
+            let chunk = RunChunk {
+                channels: vec![vec![1.0, 2.0]],
+                ..RunChunk::default()
+            };
+            let end = RunEnd {
+                samples: 2,
+                ended,
+                provenance: start().provenance.then("sensors at rest: none"),
+                doubts: Vec::new(),
+            };
+            for document in [
+                RunDocument::Start(Box::new(start())),
+                RunDocument::Chunk(chunk),
+                RunDocument::End(end),
+            ] {
+                sink.take(&document).unwrap();
+            }
+        };
+        assert_eq!(runs.completed(&start()).unwrap(), None);
+        keep(Ended::Stopped);
+        assert_eq!(runs.completed(&start()).unwrap(), None, "it was stopped");
+        keep(Ended::Completed);
+        let found = runs.completed(&start()).unwrap().unwrap();
+        assert_eq!(found.channels()[0].samples, [1.0, 2.0]);
+        let mut others = [start(), start(), start(), start()];
+        others[0].label = "iteration 1, second".into();
+        others[1].provenance = Provenance::default().then("a resonance at 200 Hz");
+        others[2].drive = Some(piezotact::checksum::Checksum::of([1.0]));
+        others[3].condition.participant = Some("P02".into());
+        for other in others {
+            assert_eq!(runs.completed(&other).unwrap(), None, "{other:?}");
+        }
+        // What is not ours is not thrown away.
+        let notes = runs.path().join("notes.txt");
+        std::fs::write(&notes, "mine").unwrap();
+        runs.discard().unwrap();
+        let left: Vec<_> = std::fs::read_dir(runs.path()).unwrap().collect();
+        assert!(left.len() == 1 && notes.exists());
+        std::fs::remove_file(&notes).unwrap();
+        runs.discard().unwrap();
+        assert!(!runs.path().exists());
     }
 }

@@ -72,6 +72,13 @@ pub(crate) fn run(args: &Record) -> Outcome {
         journal(acquirer.as_mut(), &run, &args.out, &stop)?
     };
     let duration = start.rate_hz.duration_of(samples);
+    if stop.is_stopped() {
+        return Err(anyhow!(
+            "stopped by hand after {duration:.2}; what was recorded is kept in {}",
+            args.out.display()
+        )
+        .into());
+    }
     if args.json {
         return print_json(&json!({
             "record": args.out,
