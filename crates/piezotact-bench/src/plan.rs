@@ -14,7 +14,7 @@ pub struct RunPlan {
     pub load: Option<Newtons>,
     /// The angle between finger and surface.
     pub angle: Degrees,
-    /// Whether the finger is placed anew for this run.
+    /// Whether the finger was lifted and placed again before this run.
     pub placement: Placement,
     /// When it is over.
     pub until: Until,

@@ -109,8 +109,8 @@ pub(crate) fn run(args: &Play) -> Outcome {
     ))
 }
 
-/// Plays `drive`, which was made as the provenance beside it says, and records what comes of it, kept at a place and with its
-/// progress shown as something.
+/// Plays `drive` and records the response. `made` is the provenance of the drive, `place` where the recording is kept, `what` the
+/// text beside the progress bar.
 pub(crate) fn play(
     bench: &mut Bench,
     (drive, made): (&Series<Drive>, Option<&Provenance>),

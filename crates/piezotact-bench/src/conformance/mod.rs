@@ -103,7 +103,7 @@ const MOST_CHUNKS: usize = 2_000;
 /// The duration of runs that have one, s: no multiple of a usual chunk.
 const DURATION: Seconds = Seconds(0.777);
 
-/// What makes the halves of the bench anew: a bench that only acquires has no player.
+/// Builds a new bench for each check; one that only acquires has no player.
 type Make = Arc<dyn Fn() -> Bench + Send + Sync>;
 type Check = fn(&Make, &Subject) -> Result<(), String>;
 

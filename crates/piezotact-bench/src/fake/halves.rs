@@ -27,7 +27,7 @@ const REST_S: f64 = 0.3;
 const TOO_LONG_S: f64 = 2.5;
 /// How much is lost without a report, s.
 const UNREPORTED_S: f64 = 0.05;
-/// Who waits for what never comes looks so often whether it was stopped, s.
+/// The interval at which a waiting half checks whether it was stopped, s.
 const LOOKS_EVERY_S: f64 = 3600.0;
 /// What the fake is called.
 const NAME: &str = "scripted fake of a bench (no device and no finger)";

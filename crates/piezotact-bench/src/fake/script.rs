@@ -166,7 +166,7 @@ pub enum Breach {
     NotANumber,
     /// An input that says that the run is over.
     EndsEarly,
-    /// An input that goes on, whatever it is told.
+    /// An input that does not end when the playback has ended.
     NeverEnds,
     /// An input that waits for samples that never come.
     DeliversNothing,

@@ -79,7 +79,7 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
     }
 }
 
-/// Plays `drive` and acquires what comes of it; the documents of the run go to `keeper`, and to `gate`, where there is one.
+/// Plays `drive` and records the response; the documents of the run go to `keeper`, and to `gate`, where there is one.
 /// `rendered_for` is the device the drive was made for. A run that `keeper` has already is not measured again.
 ///
 /// # Errors
