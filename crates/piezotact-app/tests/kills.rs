@@ -126,7 +126,7 @@ fn check_left(folder: &Path, said: &str) -> (usize, f64) {
                     Ok(contents) => {
                         journals += 1;
                         seconds += contents.recording.duration().0;
-                        let doubts = contents.recording.doubts.iter();
+                        let doubts = contents.recording.about.doubts.iter();
                         let doubts: Vec<String> = doubts.map(ToString::to_string).collect();
                         // Killed between its end and its removal, the journal is whole.
                         let whole = path.with_extension("").exists() || doubts.is_empty();

@@ -258,7 +258,7 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         .expect_failure(1, &["participant P01", "twice"]);
     run(&folder, "panel add panel a.json").expect_failure(1, &["bit by bit", "repeat 2"]);
     changed(&folder.path("b.json"), &folder.path("bare.json"), |d| {
-        d.condition = piezotact::recording::Condition::default();
+        d.about.condition = piezotact::recording::Condition::default();
     });
     for (filed, part) in [
         ("--participant P09 --load 0 --angle 20", "the load of"),
@@ -278,12 +278,12 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         .expect_failure(1, &["different lines", "1025 lines", "513 lines"]);
     let path = |name: &str| folder.path(name);
     changed(&path("b.json"), &path("nobody.json"), |d| {
-        d.condition.participant = None
+        d.about.condition.participant = None
     });
     run(&folder, "panel add panel nobody.json")
         .expect_failure(1, &["participant", "--participant"]);
     changed(&path("b.json"), &path("nowhere.json"), |d| {
-        d.condition.load_n = None
+        d.about.condition.load_n = None
     });
     run(&folder, "panel add panel nowhere.json").expect_failure(1, &["load", "--load"]);
     changed(&path("b.json"), &path("force.json"), |d| {
@@ -322,7 +322,7 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     )
     .expect_failure(2, &["would be replaced"]);
     changed(&path("b.json"), &path("heavy.json"), |d| {
-        d.condition.load_n = Some(Newtons(0.4))
+        d.about.condition.load_n = Some(Newtons(0.4))
     });
     run(&folder, "panel add panel heavy.json").expect_success();
     run(&folder, "panel average panel --angle 20 --out a2.json")
@@ -448,9 +448,9 @@ fn hand(who: &str, impulse: &[f64]) -> TransferDocument {
         "coherence": vec![1.0; n / 2 + 1],
     }))
     .unwrap();
-    document.condition.participant = Some(who.into());
-    document.condition.load_n = Some(Newtons(1.0));
-    document.condition.angle_deg = Some(Degrees(0.0));
+    document.about.condition.participant = Some(who.into());
+    document.about.condition.load_n = Some(Newtons(1.0));
+    document.about.condition.angle_deg = Some(Degrees(0.0));
     document
 }
 

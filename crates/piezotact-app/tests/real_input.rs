@@ -163,7 +163,7 @@ impl Hand {
             "coherence": vec![1.0; 651],
         }))
         .unwrap();
-        document.condition.participant = Some(who.into());
+        document.about.condition.participant = Some(who.into());
         write_transfer(path, &document).unwrap();
     }
 

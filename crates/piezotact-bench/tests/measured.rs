@@ -57,9 +57,9 @@ fn hand_to(highest_hz: f64, lines: usize) -> Hand {
     let coherence = vec![1.0; lines];
     let mut hand =
         Hand::from_lines(response, coherence, resolution_hz, rate, Estimator::H1, 100).unwrap();
-    hand.condition.participant = Some("P01".into());
-    hand.condition.load_n = Some(Newtons(0.4));
-    hand.condition.angle_deg = Some(Degrees(30.0));
+    hand.about.condition.participant = Some("P01".into());
+    hand.about.condition.load_n = Some(Newtons(0.4));
+    hand.about.condition.angle_deg = Some(Degrees(30.0));
     hand
 }
 
@@ -279,7 +279,7 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
         100,
     )
     .unwrap();
-    stale.condition = truth.condition.clone();
+    stale.about.condition = truth.about.condition.clone();
     let target = texture().amplified(Decibels(-6.0));
     for mode in [Mode::Replicate, Mode::Texture] {
         let config = LoopConfig {
@@ -317,12 +317,14 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
             let rendered = &looped.rendered;
             assert!(
                 rendered
+                    .about
                     .doubts
                     .iter()
                     .any(|d| matches!(d.kind(), Some(RunDoubt::Rehearsed { .. })))
             );
             assert!(
                 rendered
+                    .about
                     .provenance
                     .steps
                     .iter()
@@ -336,24 +338,33 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
 #[test]
 fn it_says_what_it_is_and_what_it_cannot_tell() {
     let mut described = hand();
-    described.provenance.bench = Some(BenchKind::Hardware);
+    described.about.provenance.bench = Some(BenchKind::Hardware);
     described.driven = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
     let setup = DriveSetup::new(set_to("B2"), Volts(1.4), 80e-9).unwrap();
     described.drive = Some(setup.clone());
     let mut measured = bench(described, noise(0.003, 7));
     assert_eq!(measured.player.calibrate().unwrap(), Some(setup.clone()));
     let recording = recorded(&mut measured, &tone(0.1, 100.0), "play");
-    assert_eq!(recording.provenance.bench, Some(BenchKind::Measured));
+    assert_eq!(recording.about.provenance.bench, Some(BenchKind::Measured));
     assert!(
         recording
+            .about
             .provenance
             .source
             .contains("no finger was touched")
     );
-    assert_eq!(recording.condition.load_n, Some(Newtons(0.4)));
-    assert_eq!(recording.condition.participant.as_deref(), Some("P01"));
+    assert_eq!(recording.about.condition.load_n, Some(Newtons(0.4)));
+    assert_eq!(
+        recording.about.condition.participant.as_deref(),
+        Some("P01")
+    );
     let said = |recording: &Recording| {
-        let texts: Vec<String> = recording.doubts.iter().map(Doubt::to_string).collect();
+        let texts: Vec<String> = recording
+            .about
+            .doubts
+            .iter()
+            .map(Doubt::to_string)
+            .collect();
         texts.join("\n")
     };
     let text = said(&recording);
@@ -383,7 +394,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     }
 
     let mut bare = hand();
-    bare.condition = Default::default();
+    bare.about.condition = Default::default();
     let mut bare = bench(bare, noise(0.003, 7));
     let text = said(&recorded(&mut bare, &tone(0.1, 100.0), "play"));
     for part in [
@@ -393,7 +404,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    let condition = announce(bare.acquirer.as_ref(), &run("x")).condition;
+    let condition = announce(bare.acquirer.as_ref(), &run("x")).about.condition;
     assert_eq!((condition.load_n, condition.angle_deg), (None, None));
     let setup = DriveSetup::new(set_to("B3"), Volts(1.4), 80e-9).unwrap();
     let refused = play_and_record(

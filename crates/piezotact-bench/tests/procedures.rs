@@ -169,7 +169,7 @@ fn two_clocks_and_drop_outs_are_said() {
     );
     let measured = measured.unwrap();
     assert_eq!(keeper.ended(), [Ended::Completed]);
-    assert_eq!(lost(&measured.doubts), Some((2, 32)));
+    assert_eq!(lost(&measured.about.doubts), Some((2, 32)));
     let response = measured.series::<Acceleration>(None).unwrap();
     let config = VerifyConfig::over(band(), 5_000.0);
     let v = verify(&target, Measured::alone(&response), &config).unwrap();
@@ -210,7 +210,7 @@ fn an_output_that_runs_dry_is_said() {
         "underruns = [{ at_s = 1, samples = 480 }, { at_s = 2, samples = 96 }]",
         3.0,
     );
-    let doubts = done.unwrap().doubts;
+    let doubts = done.unwrap().about.doubts;
     let said = doubts.iter().any(|d| {
         matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
     });
@@ -279,7 +279,7 @@ fn breaks_of_the_contract_are_named() {
     // An input that ends early is no break where nobody said how long: the playback is incomplete.
     let (done, _) = played("fault = { what = \"ends_early\", at_s = 1.5 }", 3.0);
     let incomplete = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
-    assert!(done.unwrap().doubts.iter().any(incomplete));
+    assert!(done.unwrap().about.doubts.iter().any(incomplete));
 }
 
 /// Whatever does not come to an end by itself is ended from another thread.
@@ -378,7 +378,7 @@ fn a_characterisation_ends_in_order() {
     let mut keeper = Keeper::default();
     let gaps = "clock_ppm = 50\ndrop_outs = [{ at_s = 2, samples = 5 }]";
     let done = characterise(&mut bench(gaps), &config(8.0), &mut keeper).unwrap();
-    assert_eq!(lost(&done.function.doubts), Some((1, 5)));
+    assert_eq!(lost(&done.function.about.doubts), Some((1, 5)));
     let clean = characterise(&mut bench(""), &config(8.0), &mut keeper).unwrap();
     for (line, _) in clean
         .function
@@ -506,7 +506,7 @@ fn a_closed_loop_ends_in_order() {
             Some(piezotact::correct::LoopDoubt::LoopStopped { .. })
         )
     };
-    assert!(done.rendered.doubts.iter().any(stopped));
+    assert!(done.rendered.about.doubts.iter().any(stopped));
     assert!(
         keeper
             .ended()

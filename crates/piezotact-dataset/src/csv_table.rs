@@ -299,7 +299,7 @@ pub(crate) fn recording_of(
                 source,
             }
         })?;
-    recording.doubts = doubts;
+    recording.about.doubts = doubts;
     Ok(recording)
 }
 
@@ -416,7 +416,7 @@ mod tests {
                 "{text}"
             );
             assert!((r.channels()[1].samples[0] - 0.2).abs() < 1e-12, "{text}");
-            assert_eq!(r.doubts, [], "{text}");
+            assert_eq!(r.about.doubts, [], "{text}");
         }
     }
 
@@ -453,6 +453,6 @@ mod tests {
     fn a_guess_is_a_doubt() {
         let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
         assert!((r.rate().hz() - 35.714).abs() < 1e-3);
-        assert_eq!(r.doubts.len(), 2, "{:?}", r.doubts);
+        assert_eq!(r.about.doubts.len(), 2, "{:?}", r.about.doubts);
     }
 }

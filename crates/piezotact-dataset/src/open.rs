@@ -292,14 +292,13 @@ fn from_journal(path: &Path) -> Result<Contents, ReadError> {
 fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     let recording = &mut stored.recording;
     // What files of before say in their provenance alone.
-    let known = std::mem::take(&mut recording.condition);
-    recording.condition = known.with_twin_of(&recording.provenance);
+    recording.about = std::mem::take(&mut recording.about).with_twin();
     if let Some(rendering) = &mut stored.rendering {
-        let known = std::mem::take(&mut rendering.condition);
-        rendering.condition = known.with_twin_of(&rendering.provenance);
-        let its_own = played_through_its_own(&rendering.provenance, &recording.provenance);
-        let said = its_own.filter(|doubt| !recording.doubts.contains(doubt));
-        recording.doubts.extend(said);
+        rendering.about = std::mem::take(&mut rendering.about).with_twin();
+        let its_own =
+            played_through_its_own(&rendering.about.provenance, &recording.about.provenance);
+        let said = its_own.filter(|doubt| !recording.about.doubts.contains(doubt));
+        recording.about.doubts.extend(said);
     }
     let setup = stored.setup.or_else(|| {
         stored
@@ -320,8 +319,8 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
     let wav = parse_wav(path, bytes)?;
-    let (sidecar, of_samples) = read_with_samples(path)?.unwrap_or_default();
-    let mut doubts = of_samples.doubts;
+    let (mut sidecar, of_samples) = read_with_samples(path)?.unwrap_or_default();
+    let mut doubts = std::mem::take(&mut sidecar.about.doubts);
     if let Some(stated) = of_samples.samples
         && stated != fingerprint(path, bytes)?
     {
@@ -398,26 +397,24 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
         path: path.into(),
         source,
     })?;
-    let provenance = if sidecar.provenance == Provenance::default() {
+    let provenance = if sidecar.about.provenance == Provenance::default() {
         Provenance {
             source: path.display().to_string(),
             ..Provenance::default()
         }
     } else {
-        sidecar.provenance
+        sidecar.about.provenance
     };
-    let mut recording =
-        Recording::new(channels, rate, sidecar.condition, provenance).map_err(|source| {
-            ReadError::Recording {
-                path: path.into(),
-                source,
-            }
+    let mut recording = Recording::new(channels, rate, sidecar.about.condition, provenance)
+        .map_err(|source| ReadError::Recording {
+            path: path.into(),
+            source,
         })?;
     recording.annotations = sidecar.annotations;
     for doubt in doubts {
         // What the sidecar says already is not said again.
-        if !recording.doubts.contains(&doubt) {
-            recording.doubts.push(doubt);
+        if !recording.about.doubts.contains(&doubt) {
+            recording.about.doubts.push(doubt);
         }
     }
     Ok(Stored {
@@ -430,7 +427,6 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
 
 /// Refuses a recording with a sample that is NaN or infinite, or without samples.
 fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
-    let rate = contents.recording.rate();
     if contents.recording.is_empty() {
         return Err(ReadError::content(
             path,
@@ -439,7 +435,7 @@ fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
             "it was stopped before its first second: record again",
         ));
     }
-    for channel in contents.recording.channels() {
+    for (channel, clock) in contents.recording.channels_with_clocks() {
         if let Some(at) = channel.samples.iter().position(|v| !is_sample(*v)) {
             return Err(ReadError::content(
                 path,
@@ -447,7 +443,7 @@ fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
                 format!(
                     "{} at sample {at} ({:.3}) of `{}`",
                     channel.samples[at],
-                    rate.duration_of(at),
+                    clock.rate_hz.duration_of(at),
                     channel.name
                 ),
                 "cut that part or repair the export",

@@ -301,12 +301,12 @@ impl PanelFolder {
         let found = read_transfer(&self.path.join(&file))
             .ok()
             .filter(|document| {
-                let at = &document.condition;
+                let at = &document.about.condition;
                 let cell = at
                     .load_n
                     .zip(at.angle_deg)
                     .map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
-                of_campaign(&document.provenance)
+                of_campaign(&document.about.provenance)
                     && at.participant.as_ref() == Some(&filing.participant)
                     && cell.is_some_and(|cell| cell.is(filing.cell))
                     && self.same_units(document).is_ok()
@@ -604,8 +604,9 @@ pub fn function_of_any_unit(
     // Its units are known to whoever asked: it is not a guess that they are left aside.
     let guess = |doubt: &Doubt| matches!(doubt.kind(), Some(RecordingDoubt::Guessed { .. }));
     function
+        .about
         .doubts
-        .retain(|doubt| !guess(doubt) || document.doubts.contains(doubt));
+        .retain(|doubt| !guess(doubt) || document.about.doubts.contains(doubt));
     Ok(function)
 }
 

@@ -12,7 +12,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Annotations, Channel, Condition, Provenance, Recording};
+use piezotact::recording::{About, Annotations, Channel, Provenance, Recording};
 
 use crate::error::ReadError;
 use crate::journal::{
@@ -81,6 +81,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     }
     let mut recording = assemble(path, &start, samples)?;
     recording
+        .about
         .doubts
         .push(Doubt::from(RecordingDoubt::Interrupted {
             read_s: recording.duration().0,
@@ -99,6 +100,7 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
     if start.format > 0 && journal_path(path).exists() {
         stored
             .recording
+            .about
             .doubts
             .push(Doubt::from(RecordingDoubt::InterruptedLater {
                 journal: journal_path(path).display().to_string(),
@@ -168,6 +170,7 @@ fn read_with_documents(
     let mut recording = assemble(path, &start, samples)?;
     if let Some(stated) = rate.filter(|rate| ours && *rate != recording.rate()) {
         recording
+            .about
             .doubts
             .push(Doubt::from(RecordingDoubt::RateNotUsed {
                 stated_hz: stated.hz(),
@@ -186,9 +189,10 @@ fn read_with_documents(
             {
                 return Err(damaged(&"it does not hold what was recorded"));
             }
-            recording.doubts.extend(end.doubts.iter().cloned());
+            recording.about.doubts.extend(end.doubts.iter().cloned());
         }
         None if ours => recording
+            .about
             .doubts
             .push(Doubt::from(RecordingDoubt::Interrupted {
                 read_s: recording.duration().0,
@@ -242,10 +246,12 @@ fn foreign_start(
         format: 0,
         rate_hz,
         channels,
-        condition: Condition::default(),
-        provenance: Provenance {
-            source: path.display().to_string(),
-            ..Provenance::default()
+        about: About {
+            provenance: Provenance {
+                source: path.display().to_string(),
+                ..Provenance::default()
+            },
+            ..About::default()
         },
         annotations: Annotations::default(),
         setup: None,
@@ -332,8 +338,8 @@ pub(crate) fn assemble(
     let mut recording = Recording::new(
         channels,
         start.rate_hz,
-        start.condition.clone(),
-        start.provenance.clone(),
+        start.about.condition.clone(),
+        start.about.provenance.clone(),
     )
     .map_err(|source| ReadError::Recording {
         path: path.into(),

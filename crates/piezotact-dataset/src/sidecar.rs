@@ -6,11 +6,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Measure, Unit};
-use piezotact::recording::{Annotations, Condition, Provenance};
+use piezotact::recording::{About, Annotations};
 use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
 use serde::{Deserialize, Serialize};
 
@@ -31,10 +30,9 @@ pub struct Sidecar {
     /// The names of the channels, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// What was going on.
-    pub condition: Condition,
-    /// Where it comes from.
-    pub provenance: Provenance,
+    /// What was going on, where it comes from, and what a person should know before relying on the samples.
+    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    pub about: About,
     /// When it began, its labels, and what happened while it ran.
     #[serde(flatten)]
     pub annotations: Annotations,
@@ -52,12 +50,9 @@ pub struct Rendering {
     /// The texture it was rendered from, by name.
     #[serde(default)]
     pub target: String,
-    /// Whose finger it is for.
-    #[serde(default)]
-    pub condition: Condition,
-    /// How its transfer function was made.
-    #[serde(default)]
-    pub provenance: Provenance,
+    /// Whose finger it is for, how its transfer function was made, and what a person should know before relying on it.
+    #[serde(flatten)]
+    pub about: About,
     /// The level it was rendered at, relative to the target, dB.
     pub level_db: f64,
     /// How it was made.
@@ -71,8 +66,6 @@ pub struct Rendering {
     pub achievable_band_hz: Vec<Band>,
     /// The parts it gives up, Hz.
     pub given_up_band_hz: Vec<Band>,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
 }
 
 impl Rendering {
@@ -91,8 +84,7 @@ impl Rendering {
     pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
         Self {
             target: target.into(),
-            condition: rendered.condition.clone(),
-            provenance: rendered.provenance.clone(),
+            about: rendered.about.clone(),
             setup: rendered.setup.clone(),
             level_db,
             config: rendered.config.clone(),
@@ -100,7 +92,6 @@ impl Rendering {
             headroom: rendered.headroom.clone(),
             achievable_band_hz: rendered.coverage.reached.clone(),
             given_up_band_hz: rendered.coverage.given_up.clone(),
-            doubts: rendered.doubts.clone(),
         }
     }
 }
@@ -111,8 +102,6 @@ impl Rendering {
 pub(crate) struct OfSamples {
     /// The names of the channels, where it has such a list.
     pub(crate) channels: Option<Vec<String>>,
-    /// What a person should know before relying on them.
-    pub(crate) doubts: Vec<Doubt>,
     /// The fingerprint of the samples that it was written for.
     pub(crate) samples: Option<String>,
 }
@@ -122,8 +111,6 @@ pub(crate) struct OfSamples {
 pub(crate) struct Written<'a> {
     #[serde(flatten)]
     pub(crate) sidecar: &'a Sidecar,
-    #[serde(skip_serializing_if = "<[Doubt]>::is_empty")]
-    pub(crate) doubts: &'a [Doubt],
     /// A scale beside other samples than these is not believed.
     pub(crate) samples: String,
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::Unit;
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{About, Provenance};
 use piezotact::transfer::Estimator;
 
 use crate::error::{ReadError, WriteError};
@@ -312,13 +312,15 @@ pub(crate) fn from_lines(
         effective_averages: None,
         driven_hz: None,
         rate_hz: None,
-        condition: Condition::default(),
-        drive: None,
-        provenance: Provenance {
-            source: path.display().to_string(),
-            ..Provenance::default()
+        about: About {
+            provenance: Provenance {
+                source: path.display().to_string(),
+                ..Provenance::default()
+            },
+            doubts,
+            ..About::default()
         },
-        doubts,
+        drive: None,
         frequency_hz,
         real: response.iter().map(|h| h.re).collect(),
         imaginary: response.iter().map(|h| h.im).collect(),

@@ -6,7 +6,7 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::About;
 use piezotact::transfer::{Confidence, Distortion, Estimator, TransferFunction};
 use serde::{Deserialize, Serialize};
 
@@ -37,18 +37,12 @@ pub struct TransferDocument {
     /// The rate of the recording it was estimated from, Hz; twice the highest frequency when absent.
     #[serde(default)]
     pub rate_hz: Option<SampleRate>,
-    /// Who touched how.
-    #[serde(default)]
-    pub condition: Condition,
+    /// Who touched how, where it comes from, and what a person should know before relying on it.
+    #[serde(flatten)]
+    pub about: About,
     /// The device it was measured through.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<DriveSetup>,
-    /// Where it comes from.
-    #[serde(default)]
-    pub provenance: Provenance,
-    /// What a person should know before relying on it.
-    #[serde(default)]
-    pub doubts: Vec<Doubt>,
     /// The lines, Hz, evenly from 0.
     pub frequency_hz: Vec<f64>,
     /// The real part of every line.
@@ -115,10 +109,8 @@ impl TransferDocument {
             effective_averages: Some(function.effective_averages),
             driven_hz: function.driven,
             rate_hz: Some(function.rate),
-            condition: function.condition.clone(),
+            about: function.about.clone(),
             drive: function.drive.clone(),
-            provenance: function.provenance.clone(),
-            doubts: function.doubts.clone(),
             frequency_hz: function.frequencies_hz(),
             real: function.response().iter().map(|h| h.re).collect(),
             imaginary: function.response().iter().map(|h| h.im).collect(),
@@ -225,16 +217,20 @@ impl TransferDocument {
         }
         function.driven = self.driven_hz;
         // What was doubted when it was measured, and what can be seen now, each once.
-        let seen = std::mem::take(&mut function.doubts);
-        function.doubts.clone_from(&self.doubts);
-        function.doubts.extend(
+        let seen = std::mem::take(&mut function.about.doubts);
+        function.about.doubts.clone_from(&self.about.doubts);
+        function.about.doubts.extend(
             seen.into_iter()
-                .filter(|doubt| !self.doubts.contains(doubt)),
+                .filter(|doubt| !self.about.doubts.contains(doubt)),
         );
-        function.doubts.extend(unstated);
-        function.condition = self.condition.clone().with_twin_of(&self.provenance);
+        function.about.doubts.extend(unstated);
+        function.about.condition = self
+            .about
+            .condition
+            .clone()
+            .with_twin_of(&self.about.provenance);
         function.drive = self.drive.clone();
-        function.provenance = self.provenance.clone();
+        function.about.provenance = self.about.provenance.clone();
         Ok(function)
     }
 }
@@ -254,7 +250,7 @@ pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, 
         Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string()))?,
         Err(_) => return Err(not_one("a file that is no text")),
     };
-    let load = document.condition.load_n;
+    let load = document.about.condition.load_n;
     match load.filter(|load| !(0.0..=1e3).contains(&load.0)) {
         Some(load) => Err(ReadError::content(
             path,

@@ -6,8 +6,6 @@
 use std::io::Write;
 use std::path::Path;
 
-use piezotact::Doubt;
-
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
 use crate::sidecar::{Sidecar, Written, prepare_json, sidecar_path};
@@ -314,29 +312,10 @@ pub fn write_wav_with_sidecar(
     format: SampleFormat,
     sidecar: &Sidecar,
 ) -> Result<(), WriteError> {
-    write_wav_with_doubts(path, channels, rate_hz, format, sidecar, &[])
-}
-
-/// As [`write_wav_with_sidecar`], with `doubts` about the samples, which are there again when the file is read.
-///
-/// # Errors
-/// Those of [`write_wav`], for either file.
-pub fn write_wav_with_doubts(
-    path: &Path,
-    channels: &[&[f64]],
-    rate_hz: u32,
-    format: SampleFormat,
-    sidecar: &Sidecar,
-    doubts: &[Doubt],
-) -> Result<(), WriteError> {
     let mut samples = Fingerprint::new();
     let wav = prepare_wav(path, channels, (rate_hz, format), Some(&mut samples))?;
     let samples = samples.text();
-    let written = Written {
-        sidecar,
-        doubts,
-        samples,
-    };
+    let written = Written { sidecar, samples };
     prepare_json(&sidecar_path(path), &Versioned::of(&written))?.commit()?;
     wav.commit()
 }

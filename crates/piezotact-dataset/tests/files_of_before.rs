@@ -74,18 +74,21 @@ fn a_recording_that_was_played_keeps_its_drive() {
         ]
     );
     within(peak(&read, 1), 1.092_003_083_524_834_2);
-    assert_eq!(r.condition.person().unwrap(), "P02 (twin of seed 7)");
-    assert_eq!(r.condition.touch, Some(Touch::Resting));
-    assert_eq!(r.provenance.bench, Some(BenchKind::Twin));
-    assert_eq!(r.provenance.steps.len(), 3);
-    assert_doubts(&r.doubts, &[]);
+    assert_eq!(r.about.condition.person().unwrap(), "P02 (twin of seed 7)");
+    assert_eq!(r.about.condition.touch, Some(Touch::Resting));
+    assert_eq!(r.about.provenance.bench, Some(BenchKind::Twin));
+    assert_eq!(r.about.provenance.steps.len(), 3);
+    assert_doubts(&r.about.doubts, &[]);
     assert_eq!(read.setup.unwrap().gain.to_string(), "B3");
     let rendering = read.rendering.unwrap();
     assert_eq!(rendering.target, "texture.wav");
-    assert_eq!(rendering.condition.participant.as_deref(), Some("P01"));
+    assert_eq!(
+        rendering.about.condition.participant.as_deref(),
+        Some("P01")
+    );
     assert_eq!(rendering.config.inverse.regularisation, 9e-6);
-    assert_eq!(rendering.provenance.made_with.len(), 1);
-    assert_doubts(&rendering.doubts, &OF_THE_DRIVE);
+    assert_eq!(rendering.about.provenance.made_with.len(), 1);
+    assert_doubts(&rendering.about.doubts, &OF_THE_DRIVE);
 }
 
 #[test]
@@ -94,10 +97,10 @@ fn a_recording_keeps_its_doubts() {
     let r = &read.recording;
     assert_eq!((r.rate().hz(), r.len()), (1000.0, 1000));
     within(r.channels()[0].samples[999], (999.0_f64 * 0.37).sin());
-    assert_eq!(r.condition.sample.as_deref(), Some("S8"));
-    assert_eq!(r.condition.speed_m_s, Some(0.06));
+    assert_eq!(r.about.condition.sample.as_deref(), Some("S8"));
+    assert_eq!(r.about.condition.speed_m_s, Some(0.06));
     assert_doubts(
-        &r.doubts,
+        &r.about.doubts,
         &["mean normal force was 0.310 N", "25 % of acceleration"],
     );
 }
@@ -110,8 +113,8 @@ fn an_interrupted_recording_is_read_by_its_name_and_by_its_journal_s() {
         let r = &read.recording;
         assert_eq!((r.rate().hz(), r.len()), (1000.0, 1000));
         within(r.channels()[0].samples[999], (999.0_f64 * 0.37).sin());
-        assert_eq!(r.condition.person().unwrap(), "P03 (twin of seed 7)");
-        assert_doubts(&r.doubts, &["1.000 s could be read"]);
+        assert_eq!(r.about.condition.person().unwrap(), "P03 (twin of seed 7)");
+        assert_doubts(&r.about.doubts, &["1.000 s could be read"]);
     }
 }
 
@@ -122,13 +125,13 @@ fn a_drive_keeps_how_it_was_made() {
     assert_eq!((r.rate().hz(), r.len()), (5000.0, 4000));
     assert_eq!(r.channels()[0].unit, Unit::FullScale);
     within(peak(&read, 0), 0.094_071_067_869_663_24);
-    assert_eq!(r.condition.load_n.unwrap().0, 0.2);
-    assert!(r.provenance.lineage.is_some());
-    assert_doubts(&r.doubts, &[]);
+    assert_eq!(r.about.condition.load_n.unwrap().0, 0.2);
+    assert!(r.about.provenance.lineage.is_some());
+    assert_doubts(&r.about.doubts, &[]);
     let rendering = read.rendering.unwrap();
     assert_eq!(rendering.headroom.limited_by.to_string(), "the amplifier");
     assert_eq!(rendering.achievable_band_hz[0].low().0, 97.65625);
-    assert_doubts(&rendering.doubts, &OF_THE_DRIVE);
+    assert_doubts(&rendering.about.doubts, &OF_THE_DRIVE);
 }
 
 #[test]
@@ -138,10 +141,10 @@ fn a_manipulated_texture_keeps_its_lineage() {
     assert_eq!((r.rate().hz(), r.len()), (5000.0, 1500));
     assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared);
     within(peak(&read, 0), 1.504_069_531_353_933_6);
-    let lineage = serde_json::to_value(r.provenance.lineage.as_ref().unwrap()).unwrap();
+    let lineage = serde_json::to_value(r.about.provenance.lineage.as_ref().unwrap()).unwrap();
     assert_eq!(lineage["source"], "texture.wav");
     assert_eq!(lineage["steps"].as_array().unwrap().len(), 2);
-    assert_doubts(&r.doubts, &[]);
+    assert_doubts(&r.about.doubts, &[]);
 }
 
 #[test]
@@ -152,9 +155,12 @@ fn a_transfer_function_keeps_its_doubts() {
     assert_eq!((read.real.len(), read.averages), (65, 194));
     assert_eq!(read.real[5], 3.390_463_230_563_537_6);
     assert_eq!(read.coherence[5], 0.918_910_215_098_680_5);
-    assert_eq!(read.condition.person().unwrap(), "P01 (twin of seed 7)");
+    assert_eq!(
+        read.about.condition.person().unwrap(),
+        "P01 (twin of seed 7)"
+    );
     assert_doubts(
-        &read.doubts,
+        &read.about.doubts,
         &["1.8 ± 0.2 ms after the drive", "lowest 0.543 at 39 Hz"],
     );
 }
@@ -168,9 +174,9 @@ fn a_panel_is_read_with_what_it_lists() {
     assert_eq!(entry.filing.participant, "P01");
     assert_eq!(entry.function.response()[5].re, -10.524_351_313_083_312);
     assert_eq!(contents.drive_unit, Unit::FullScale);
-    assert_eq!(entry.function.doubts.len(), 4);
+    assert_eq!(entry.function.about.doubts.len(), 4);
     assert!(
-        entry.function.doubts[2]
+        entry.function.about.doubts[2]
             .to_string()
             .contains("mean normal force was 0.175 N")
     );

@@ -321,6 +321,7 @@ fn clips_come_back_as_they_were_written() {
     assert_eq!(plain.channels()[0].unit, Unit::FullScale);
     assert!(
         plain
+            .about
             .doubts
             .iter()
             .any(|d| matches!(d.kind(), Some(RecordingDoubt::Uncalibrated { .. })))
@@ -363,7 +364,12 @@ fn hjif_of_another_program_is_read_and_its_departures_are_named() {
         .iter()
         .fold(0.0f64, |p, v| p.max(v.abs()));
     assert!((0.1..1.5).contains(&peak), "{peak}");
-    let doubts: Vec<String> = played.doubts.iter().map(ToString::to_string).collect();
+    let doubts: Vec<String> = played
+        .about
+        .doubts
+        .iter()
+        .map(ToString::to_string)
+        .collect();
     assert!(
         doubts
             .iter()

@@ -36,7 +36,12 @@ fn plain(text: &str) -> Result<Recording, ReadError> {
 }
 
 fn doubts(recording: &Recording) -> String {
-    let texts: Vec<String> = recording.doubts.iter().map(Doubt::to_string).collect();
+    let texts: Vec<String> = recording
+        .about
+        .doubts
+        .iter()
+        .map(Doubt::to_string)
+        .collect();
     texts.join("\n")
 }
 
@@ -96,7 +101,7 @@ fn the_small_files_of_others() {
         assert_eq!((&force.unit, force.samples[2]), (&Unit::Newton, 0.616905));
         assert_eq!(response.unit, Unit::MetrePerSecondSquared);
         assert_eq!(response.name, "Response (Trigger)");
-        assert_eq!(recording.doubts, []);
+        assert_eq!(recording.about.doubts, []);
     }
     let all = |name: &str, options: &ReadOptions| {
         measured(name).map(|path| read_recording(&path, options).map(|contents| contents.recording))
@@ -142,7 +147,8 @@ fn the_small_files_of_others() {
             doubts(&read)
         );
         assert!(
-            read.doubts
+            read.about
+                .doubts
                 .contains(&Doubt::from(RecordingDoubt::Uncalibrated {
                     channel: "Dev0/Ai0".into()
                 }))
@@ -204,7 +210,7 @@ fn segments_join_where_nothing_is_missing() {
     };
     let read = read(file("10:00:01,5", "0,0").as_bytes(), &scaled).unwrap();
     assert!((read.channels()[0].samples[0] - 3.0 * 9.80665).abs() < 1e-12);
-    assert_eq!(read.doubts, []);
+    assert_eq!(read.about.doubts, []);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::quantity::{
     Acceleration, Degrees, Force, Newtons, SampleRate, Uncalibrated, Unit, Volts,
 };
-use piezotact::recording::{Condition, Provenance, Touch};
+use piezotact::recording::{About, Condition, Provenance, Touch};
 use piezotact::transfer::{CrossSpectra, Estimator, TransferFunction};
 use piezotact_dataset::matlab::{
     MatEntry, MatFile, MatNumbers, MatValue, NumberClass, parse_mat, write_mat,
@@ -305,9 +305,17 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
         0,
     )
     .unwrap();
-    assert!(impossible(&stored.doubts), "{:?}", stored.doubts);
+    assert!(
+        impossible(&stored.about.doubts),
+        "{:?}",
+        stored.about.doubts
+    );
     let estimated = TransferFunction::from_spectra(&spectra, Estimator::H1, rate).unwrap();
-    assert!(impossible(&estimated.doubts), "{:?}", estimated.doubts);
+    assert!(
+        impossible(&estimated.about.doubts),
+        "{:?}",
+        estimated.about.doubts
+    );
 }
 
 #[test]
@@ -327,14 +335,19 @@ fn time_signals_of_others_become_recordings() {
         assert!((x.samples.iter().sum::<f64>() - 4.157_444_817_172_845).abs() < 1e-9);
         assert!((f.samples[0] - 0.322_720_87).abs() < 1e-8);
         assert!((recording.rate().hz() - 10.0).abs() < 1e-9);
-        assert_eq!(recording.doubts.len(), 2, "{:?}", recording.doubts);
+        assert_eq!(
+            recording.about.doubts.len(),
+            2,
+            "{:?}",
+            recording.about.doubts
+        );
         let scaled = ReadOptions {
             scale: Some("1 N".parse().unwrap()),
             rate: None,
         };
         let scaled = read_recording(&path, &scaled).unwrap().recording;
         assert_eq!(
-            (&scaled.channels()[0].unit, scaled.doubts.len()),
+            (&scaled.channels()[0].unit, scaled.about.doubts.len()),
             (&Unit::Newton, 0)
         );
         assert!(!holds_transfer(&path));
@@ -365,12 +378,23 @@ fn document() -> TransferDocument {
         distortion: None,
         averages: 12,
         rate_hz: Some(SampleRate::new(10_000.0).unwrap()),
-        condition: Condition {
-            participant: Some("Zoë 𝄞".into()),
-            load_n: Some(Newtons(0.2)),
-            angle_deg: Some(Degrees(15.0)),
-            touch: Some(Touch::Resting),
-            ..Condition::default()
+        about: About {
+            condition: Condition {
+                participant: Some("Zoë 𝄞".into()),
+                load_n: Some(Newtons(0.2)),
+                angle_deg: Some(Degrees(15.0)),
+                touch: Some(Touch::Resting),
+                ..Condition::default()
+            },
+            provenance: Provenance {
+                source: "bench".into(),
+                ..Provenance::default()
+            }
+            .then("estimated"),
+            doubts: vec![Doubt::from(TransferDoubt::FewAverages {
+                averages: 12,
+                recommended: 20,
+            })],
         },
         drive: Some(
             DriveSetup::new(
@@ -380,15 +404,6 @@ fn document() -> TransferDocument {
             )
             .unwrap(),
         ),
-        provenance: Provenance {
-            source: "bench".into(),
-            ..Provenance::default()
-        }
-        .then("estimated"),
-        doubts: vec![Doubt::from(TransferDoubt::FewAverages {
-            averages: 12,
-            recommended: 20,
-        })],
         frequency_hz: (0..lines)
             .map(|k| f64::from(k) * 10_000.0 / 128.0)
             .collect(),
@@ -412,7 +427,10 @@ fn what_is_written_is_read_whole() {
     assert_eq!(variables.get("load_n").unwrap().scalar(), Some(0.2));
     assert_eq!(variables.get("participant").unwrap().text(), Some("Zoë 𝄞"));
     let bare = TransferDocument {
-        condition: Condition::default(),
+        about: About {
+            condition: Condition::default(),
+            ..document().about
+        },
         drive_unit: Unit::Other(String::new()),
         response_unit: Unit::Other("counts".into()),
         rate_hz: None,
@@ -445,7 +463,7 @@ fn files_are_those_that_scipy_reads_and_its_own_are_read() {
         read_transfer(&file).unwrap(),
         read_transfer(&kept.join("transfer.mat")).unwrap(),
     );
-    assert_eq!(ours.condition, kept_one.condition);
+    assert_eq!(ours.about.condition, kept_one.about.condition);
     assert_eq!(
         ours.coherence, kept_one.coherence,
         "UPDATE_GOLDEN=1 writes it again; then run golden/matlab.py"
@@ -510,7 +528,7 @@ fn names_that_others_give() {
         (2.0, 4.0)
     );
     assert_eq!(document.coherence, [1.0; 3]);
-    assert!(document.doubts[0].to_string().contains("taken as 1"));
+    assert!(document.about.doubts[0].to_string().contains("taken as 1"));
     put(&[
         frf.clone(),
         column("freq", &[2.0, 4.0, 6.0]),
@@ -546,6 +564,7 @@ fn names_that_others_give() {
     );
     assert!(
         recording
+            .about
             .doubts
             .iter()
             .any(|doubt| doubt.to_string().contains("other"))

@@ -68,7 +68,7 @@ fn arrays_of_every_order_are_read_with_a_stated_rate_and_scale() {
         let r = &contents.recording;
         assert_eq!((r.channels().len(), r.rate().hz()), (channels, 1000.0));
         assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared);
-        assert_eq!(r.doubts, [], "{name}");
+        assert_eq!(r.about.doubts, [], "{name}");
         assert_sines(&contents, scale, within);
     }
     assert_eq!(
@@ -89,7 +89,7 @@ fn an_archive_names_its_channels_and_its_rate() {
     let names: Vec<&str> = r.channels().iter().map(|c| c.name.as_str()).collect();
     assert_eq!((names, r.rate().hz()), (vec!["acc", "force"], 5000.0));
     assert_sines(&contents, 1.0, 1e-15);
-    let doubts: Vec<String> = r.doubts.iter().map(ToString::to_string).collect();
+    let doubts: Vec<String> = r.about.doubts.iter().map(ToString::to_string).collect();
     assert_eq!(doubts.len(), 3, "{doubts:?}");
     assert!(
         doubts.iter().any(|text| text.contains("`note`")),
@@ -98,7 +98,7 @@ fn an_archive_names_its_channels_and_its_rate() {
     // What a person states goes before what the file says, and the difference is said.
     let other = read("named.npz", &stated()).recording;
     assert_eq!(other.rate().hz(), 1000.0);
-    assert!(other.doubts[0].to_string().contains("5000"));
+    assert!(other.about.doubts[0].to_string().contains("5000"));
     // Time stamps in s.
     let timed = read("timed.npz", &ReadOptions::default());
     assert_eq!(timed.recording.rate().hz(), 2000.0);

@@ -8,7 +8,7 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::quantity::SampleRate;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
-use piezotact_dataset::wav::{SampleFormat, write_wav, write_wav_with_doubts};
+use piezotact_dataset::wav::{SampleFormat, write_wav, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, read_recording};
 
 fn of_scale(value: f64) -> Sidecar {
@@ -35,7 +35,7 @@ fn a_scale_beside_other_samples_is_not_believed() {
     for format in [SampleFormat::Pcm24, SampleFormat::Float32] {
         for (path, scale) in [(&old, 10.0), (&new, 200.0)] {
             let samples: Vec<f64> = (0..77_777).map(|i| (f64::from(i) / scale).sin()).collect();
-            write_wav_with_doubts(path, &[&samples], 5_000, format, &of_scale(scale), &[]).unwrap();
+            write_wav_with_sidecar(path, &[&samples], 5_000, format, &of_scale(scale)).unwrap();
             read_recording(path, &ReadOptions::default()).unwrap();
         }
         std::fs::copy(sidecar_path(&new), sidecar_path(&old)).unwrap();
@@ -60,9 +60,9 @@ fn doubts_about_samples_are_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.wav");
     let samples: Vec<f64> = (0..500).map(|i| f64::from(i).sin()).collect();
-    let doubts = [Doubt::from(StrokeDoubt::NothingCut)];
-    let format = SampleFormat::Float32;
-    write_wav_with_doubts(&path, &[&samples], 5_000, format, &of_scale(2.0), &doubts).unwrap();
+    let mut sidecar = of_scale(2.0);
+    sidecar.about.doubts = vec![Doubt::from(StrokeDoubt::NothingCut)];
+    write_wav_with_sidecar(&path, &[&samples], 5_000, SampleFormat::Float32, &sidecar).unwrap();
     let rate = SampleRate::new(1_000.0).ok();
     let read = read_recording(&path, &ReadOptions { scale: None, rate }).unwrap();
     let expected = [
@@ -72,7 +72,7 @@ fn doubts_about_samples_are_read_again() {
             found_hz: 5_000.0,
         }),
     ];
-    assert_eq!(read.recording.doubts, expected);
+    assert_eq!(read.recording.about.doubts, expected);
 }
 
 #[test]
@@ -101,15 +101,7 @@ fn labels_events_and_a_start_come_back_and_are_absent_when_empty() {
     let path = folder.path().join("a.wav");
     let mut sidecar = of_scale(2.0);
     let write = |sidecar: &Sidecar| {
-        write_wav_with_doubts(
-            &path,
-            &[&[0.5; 8]],
-            5_000,
-            SampleFormat::Float32,
-            sidecar,
-            &[],
-        )
-        .unwrap();
+        write_wav_with_sidecar(&path, &[&[0.5; 8]], 5_000, SampleFormat::Float32, sidecar).unwrap();
         std::fs::read_to_string(sidecar_path(&path)).unwrap()
     };
     let text = write(&sidecar);

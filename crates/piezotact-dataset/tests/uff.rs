@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::recording::{About, Channel, Condition, Provenance, Recording};
 use piezotact::transfer::Estimator;
 use piezotact_dataset::uff::{
     UffAbscissa, UffData, UffEncoding, UffFunction, UffKind, parse_uff, write_uff,
@@ -107,7 +107,7 @@ fn headers_that_trap() {
             (&Unit::Newton, &Unit::MetrePerSecondSquared)
         );
         assert_eq!(document.coherence, [1.0; 6]);
-        let doubt = &document.doubts[0];
+        let doubt = &document.about.doubts[0];
         assert!(
             matches!(doubt.kind(), Some(RecordingDoubt::Guessed { what }) if what.contains("no coherence"))
         );
@@ -126,7 +126,7 @@ fn headers_that_trap() {
             // Its 5 Hz are 5 Hz to a few 1e-6 only.
             assert!((sample - sine).abs() < 1e-4, "{k}: {sample} {sine}");
         }
-        assert_eq!(contents.recording.doubts, []);
+        assert_eq!(contents.recording.about.doubts, []);
         assert!(!holds_transfer(&path));
     }
     if let Some(path) = measured("dataset_milestone_in_header.uff") {
@@ -135,7 +135,7 @@ fn headers_that_trap() {
         assert_eq!(function.reference.direction, 0);
         assert_eq!(function.reference.node, -1);
         assert_eq!((function.data.len(), function.promised), (42, 2_508_876));
-        let doubts = recording(&path).recording.doubts;
+        let doubts = recording(&path).recording.about.doubts;
         assert!(
             doubts[0].to_string().contains("2508876 samples"),
             "{doubts:?}"
@@ -182,15 +182,16 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
         distortion: None,
         averages: 40,
         rate_hz: Some(SampleRate::new(rate_hz).unwrap()),
-        condition: Condition {
-            participant: Some("P 07; left".into()),
-            load_n: Some(Newtons(0.2)),
-            angle_deg: Some(Degrees(15.0)),
-            ..Condition::default()
-        },
+        about: About::new(
+            Condition {
+                participant: Some("P 07; left".into()),
+                load_n: Some(Newtons(0.2)),
+                angle_deg: Some(Degrees(15.0)),
+                ..Condition::default()
+            },
+            Provenance::default(),
+        ),
         drive: None,
-        provenance: Provenance::default(),
-        doubts: Vec::new(),
         frequency_hz: (0..lines).map(|k| k as f64 * step_hz).collect(),
         real: response.iter().map(|h| h.re).collect(),
         imaginary: response.iter().map(|h| h.im).collect(),
@@ -218,12 +219,12 @@ fn assert_same(read: &TransferDocument, written: &TransferDocument, rtol: f64) {
     // The rate that stands beside the short step gives it back.
     assert_eq!(read.frequency_hz, written.frequency_hz);
     assert_eq!(read.rate_hz, written.rate_hz);
-    assert_eq!(read.condition, written.condition);
+    assert_eq!(read.about.condition, written.about.condition);
     assert_eq!(read.estimator, written.estimator);
     assert_eq!(read.averages, written.averages);
     assert_eq!(read.drive_unit, written.drive_unit);
     assert_eq!(read.response_unit, written.response_unit);
-    assert_eq!(read.doubts, written.doubts);
+    assert_eq!(read.about.doubts, written.about.doubts);
 }
 
 #[test]
@@ -268,7 +269,7 @@ fn what_is_written_is_read_and_becomes_a_transfer_function() {
     assert_eq!(functions[0].response.to_string(), "RESPONSE:1");
 
     let mut long = made();
-    long.condition.participant = Some("P".repeat(80));
+    long.about.condition.participant = Some("P".repeat(80));
     let refused = write_transfer(&file, &long).unwrap_err().to_string();
     assert!(refused.contains("80 characters"), "{refused}");
     let mut torn = made();
@@ -324,7 +325,7 @@ fn files_are_those_that_pyuff_reads_and_its_own_are_read() {
         }
         assert_eq!(read.response_unit, Unit::MetrePerSecondSquared);
         assert_eq!((read.drive_unit, read.real.len()), (Unit::Newton, 17));
-        assert_eq!(read.doubts, []);
+        assert_eq!(read.about.doubts, []);
     }
 }
 
@@ -378,13 +379,18 @@ fn a_response_above_0_hz_is_filled_below_and_an_uneven_one_refused() {
     assert!((document.real[3] - 2.0 * 9.80665).abs() < 1e-12);
     assert!((document.imaginary[3] + 9.80665).abs() < 1e-12);
     assert_eq!(document.drive_unit, Unit::Newton);
-    assert_eq!(document.doubts.len(), 1, "{:?}", document.doubts);
+    assert_eq!(
+        document.about.doubts.len(),
+        1,
+        "{:?}",
+        document.about.doubts
+    );
     // Its fifth id line is not ours: nothing is read off the others.
     assert_eq!(document.averages, 0);
 
     let khz = read(dataset(4, &header(0.0, 0.5), &hz("kHz"), body)).unwrap();
     assert_eq!(khz.frequency_hz, [0.0, 500.0, 1000.0]);
-    assert!(khz.doubts[0].to_string().contains("taken as 1"));
+    assert!(khz.about.doubts[0].to_string().contains("taken as 1"));
 
     for (text, part) in [
         (
@@ -456,7 +462,7 @@ fn several_time_responses_are_channels() {
     assert_eq!(channels[1].name, "plate 2");
     assert_eq!(channels[1].samples[0], 1e-200);
     assert_eq!(
-        contents.recording.doubts,
+        contents.recording.about.doubts,
         [Doubt::from(RecordingDoubt::Uncalibrated {
             channel: "plate 2".into()
         })]
@@ -464,7 +470,7 @@ fn several_time_responses_are_channels() {
     // A time signal that calls itself a frequency response.
     let strange = dataset(4, &header, &axes((17, "s"), "g", "NONE"), " 1.0 2.0 3.0");
     std::fs::write(&path, strange).unwrap();
-    let doubts = recording(&path).recording.doubts;
+    let doubts = recording(&path).recording.about.doubts;
     assert!(
         doubts[0]
             .to_string()

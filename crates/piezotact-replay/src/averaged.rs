@@ -64,7 +64,14 @@ pub(super) fn with_average(
                 &drive.drive,
                 &resting(&format!("play {what}"), 0.2, 20.0),
             )?;
-            doubts.extend(drive.doubts.iter().chain(&measured.doubts).cloned());
+            doubts.extend(
+                drive
+                    .about
+                    .doubts
+                    .iter()
+                    .chain(&measured.about.doubts)
+                    .cloned(),
+            );
             compared(&target, &measured, level)
         };
         let (individual, common) = (felt(&function, "own")?, felt(average, "averaged")?);

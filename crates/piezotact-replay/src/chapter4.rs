@@ -85,8 +85,8 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             }
             let doubts = [
                 &taken.doubts,
-                &drive.doubts,
-                &measured.doubts,
+                &drive.about.doubts,
+                &measured.about.doubts,
                 &verification.doubts,
             ];
             let doubts = doubts.into_iter().flatten().cloned().collect();

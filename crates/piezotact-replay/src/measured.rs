@@ -45,12 +45,12 @@ pub(super) fn take(
     segment_samples: usize,
 ) -> Result<(Taken, Recording), ReplayError> {
     let recording = record(acquirer.as_mut(), run)?;
-    let what = recording.condition.to_string();
+    let what = recording.about.condition.to_string();
     let cut = |judging: Judging| {
         let (roles, _) = Roles::guess(&recording);
         let expected = Expected {
-            load_n: recording.condition.load_n,
-            speed_m_s: recording.condition.speed_m_s,
+            load_n: recording.about.condition.load_n,
+            speed_m_s: recording.about.condition.speed_m_s,
             judging,
         };
         segment(&recording, &roles, expected).map_err(|error| ReplayError::Segment {
@@ -71,11 +71,11 @@ pub(super) fn take(
         segmentation = cut(Judging::ContactOnly)?;
     }
     let analysis = analysed(&recording, &segmentation, segment_samples)?;
-    let mut doubts = recording.doubts.clone();
+    let mut doubts = recording.about.doubts.clone();
     doubts.extend(segmentation.doubts.iter().chain(&analysis.doubts).cloned());
     doubts.extend(segmentation.rejection_doubt());
     let taken = Taken {
-        condition: recording.condition.clone(),
+        condition: recording.about.condition.clone(),
         segmentation,
         analysis,
         slipped,
@@ -92,7 +92,7 @@ pub(super) fn analysed(
     segment_samples: usize,
 ) -> Result<Analysis, ReplayError> {
     let feature = |error| ReplayError::Feature {
-        what: recording.condition.to_string(),
+        what: recording.about.condition.to_string(),
         error,
     };
     let longest: Vec<usize> = segmentation

@@ -75,7 +75,7 @@ pub(super) fn target(
     taken: &Taken,
     recording: &Recording,
 ) -> Result<Series<Acceleration>, ReplayError> {
-    let what = recording.condition.to_string();
+    let what = recording.about.condition.to_string();
     let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
     let feature = |error| ReplayError::Feature { what, error };
     let freed = freed.map_err(feature)?;

@@ -272,6 +272,7 @@ fn a_run_that_leaves_its_load_is_asked_for_again() {
     assert!(done.apart_db.unwrap() < 0.2, "{:?}", done.apart_db);
     assert!(
         done.function
+            .about
             .provenance
             .steps
             .iter()

@@ -137,7 +137,7 @@ fn closed_loops_are_no_worse_than_open_ones() {
             assert!(confirmed.judged_error_db() <= error_of(&looped, 0) + 0.15);
             assert!(confirmed.judged_error_db() <= 0.5 && confirmed.error_db_max <= 3.0);
             assert!(looped.rendered.headroom.peak <= looped.rendered.headroom.limit + 1e-9);
-            let steps = looped.rendered.provenance.steps.join("; ");
+            let steps = looped.rendered.about.provenance.steps.join("; ");
             assert!(
                 steps.contains("closed loop") && steps.contains("once more"),
                 "{steps}"
@@ -212,7 +212,7 @@ fn the_rate_of_the_target_does_not_matter() {
             assert!(error_of(&looped, looped.iterations.len() - 1) < 0.6);
             let said =
                 |doubt: &Doubt| matches!(doubt.kind(), Some(ResampleDoubt::RateConverted { .. }));
-            assert_eq!(looped.rendered.doubts.iter().any(said), hz > 5_000.0);
+            assert_eq!(looped.rendered.about.doubts.iter().any(said), hz > 5_000.0);
         }
     }
 }
@@ -295,6 +295,7 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
     let turned_down = looped
         .rendered
+        .about
         .doubts
         .iter()
         .find_map(|doubt| match doubt.kind() {
@@ -442,6 +443,7 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
         assert_eq!((looped.best, looped.iterations.len()), (0, 1));
         let said = looped
             .rendered
+            .about
             .doubts
             .iter()
             .find(|d| matches!(d.kind(), Some(LoopDoubt::LoopStopped { .. })));

@@ -1,6 +1,8 @@
 //! Several channels taken together, with what was going on and where they come from.
 
+mod about;
 mod annotations;
+mod clock;
 mod doubt;
 mod rehearsal;
 
@@ -15,7 +17,9 @@ use crate::lineage::Lineage;
 use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
+pub use about::About;
 pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
+pub use clock::Clock;
 pub use rehearsal::{RehearsalDoubt, played_through_its_own};
 
 /// How the finger meets the surface.
@@ -192,19 +196,16 @@ pub struct Channel {
     pub samples: Vec<f64>,
 }
 
-/// Channels of equal length at one rate, with their condition and provenance.
+/// Channels, each with its clock, and what holds for them. Nearly always all share one clock, and are of one length then.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     channels: Vec<Channel>,
-    rate: SampleRate,
-    /// What was going on.
-    pub condition: Condition,
-    /// Where it comes from.
-    pub provenance: Provenance,
+    clocks: Vec<Clock>,
+    clock_of: Vec<usize>,
+    /// What was going on, where it comes from, and what a person should know before relying on it.
+    pub about: About,
     /// When it began, its labels, and what happened while it ran.
     pub annotations: Annotations,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
 }
 
 impl Recording {
@@ -219,8 +220,24 @@ impl Recording {
         condition: Condition,
         provenance: Provenance,
     ) -> Result<Self, RecordingError> {
-        let first = channels.first().ok_or(RecordingError::NoChannel)?;
+        let clock_of = vec![0; channels.len()];
+        let clocks = vec![Clock::at(rate)];
+        Self::of_parts(channels, clocks, clock_of, condition, provenance)
+    }
+
+    fn of_parts(
+        channels: Vec<Channel>,
+        clocks: Vec<Clock>,
+        clock_of: Vec<usize>,
+        condition: Condition,
+        provenance: Provenance,
+    ) -> Result<Self, RecordingError> {
+        if channels.is_empty() {
+            return Err(RecordingError::NoChannel);
+        }
         for (i, channel) in channels.iter().enumerate() {
+            let same = clock_of.iter().position(|clock| *clock == clock_of[i]);
+            let first = &channels[same.unwrap_or(i)];
             if channel.samples.len() != first.samples.len() {
                 return Err(RecordingError::Length {
                     first: first.name.clone(),
@@ -237,11 +254,10 @@ impl Recording {
         }
         Ok(Self {
             channels,
-            rate,
-            condition,
-            provenance,
+            clocks,
+            clock_of,
+            about: About::new(condition, provenance),
             annotations: Annotations::default(),
-            doubts: Vec::new(),
         })
     }
 
@@ -251,19 +267,22 @@ impl Recording {
         &self.channels
     }
 
-    /// The sampling rate.
+    /// The sampling rate of the first channel, and so of all where they share a clock ([`Self::clocks`]).
     #[must_use]
     pub fn rate(&self) -> SampleRate {
-        self.rate
+        self.clocks[0].rate_hz
     }
 
-    /// The length in time.
+    /// The length in time, to the end of the channel that ends last.
     #[must_use]
     pub fn duration(&self) -> Seconds {
-        self.rate.duration_of(self.len())
+        let ends = self.channels_with_clocks().map(|(channel, clock)| {
+            clock.start_s.0 + clock.rate_hz.duration_of(channel.samples.len()).0
+        });
+        Seconds(ends.fold(0.0, f64::max))
     }
 
-    /// The number of samples of each channel.
+    /// The number of samples of the first channel, and so of all where they share a clock ([`Self::clocks`]).
     #[must_use]
     pub fn len(&self) -> usize {
         self.channels
@@ -271,10 +290,12 @@ impl Recording {
             .map_or(0, |channel| channel.samples.len())
     }
 
-    /// Whether the channels hold no samples.
+    /// Whether a channel holds no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.channels
+            .iter()
+            .any(|channel| channel.samples.is_empty())
     }
 
     /// The channel called `name`; without a name the only channel, or the only one in `unit`.
@@ -318,7 +339,7 @@ impl Recording {
                 found: channel.unit.clone(),
             });
         }
-        series_of(channel, self.rate)
+        series_of(channel, self.clock_of(&channel.name).rate_hz)
     }
 
     /// The samples of a channel whatever their unit, as a series that can be looked at but not rendered.
@@ -330,7 +351,8 @@ impl Recording {
         name: Option<&str>,
     ) -> Result<(&Channel, Series<Uncalibrated>), RecordingError> {
         let channel = self.pick(name, &Unit::MetrePerSecondSquared)?;
-        Ok((channel, series_of(channel, self.rate)?))
+        let rate = self.clock_of(&channel.name).rate_hz;
+        Ok((channel, series_of(channel, rate)?))
     }
 
     fn names(&self) -> String {
@@ -372,6 +394,28 @@ pub enum RecordingError {
         channel: String,
         /// Its length.
         found: usize,
+    },
+    /// Channels of two clocks where samples of one index have to belong together.
+    #[error(
+        "expected channels of one clock, found `{first}` at {of_first} and `{channel}` at {found}: samples of one index belong to different times; take channels of one clock, or resample them to one rate and save them together"
+    )]
+    Clocks {
+        /// The first channel.
+        first: String,
+        /// Its clock.
+        of_first: Clock,
+        /// A channel with another.
+        channel: String,
+        /// That one.
+        found: Clock,
+    },
+    /// A clock that begins at no time.
+    #[error("expected a start in s, found {found_s} for channel `{channel}`; correct it")]
+    Start {
+        /// The channel.
+        channel: String,
+        /// Its start.
+        found_s: f64,
     },
     /// Two channels of one name.
     #[error("expected channels of different names, found `{name}` twice; rename one")]

@@ -27,7 +27,7 @@ use crate::device::{DeviceDescription, DriveSetup, GainName};
 use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
-use crate::recording::{Condition, Provenance};
+use crate::recording::About;
 use crate::series::Series;
 use crate::statistics::peak;
 use crate::transfer::TransferFunction;
@@ -88,8 +88,8 @@ pub struct RenderedDrive {
     pub drive: Series<Drive>,
     /// The device it is for; absent when the transfer function did not say.
     pub setup: Option<DriveSetup>,
-    /// Whose finger it is for.
-    pub condition: Condition,
+    /// Whose finger it is for, where it comes from, and what a person should know before relying on it.
+    pub about: About,
     /// How it was made.
     pub config: RenderConfig,
     /// What a closed loop corrected it for; none in an open loop.
@@ -98,10 +98,6 @@ pub struct RenderedDrive {
     pub headroom: Headroom,
     /// The parts of the band that the drive reaches, and those that it gives up.
     pub coverage: Coverage,
-    /// Where it comes from.
-    pub provenance: Provenance,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
 }
 
 /// The drive (full scale = 1) that makes the device answer with `target`, in the SI unit of `O`.
@@ -154,6 +150,7 @@ pub fn render<O: Quantity>(
     // What was doubted of the transfer function is doubted of all that comes of it.
     doubts.extend(
         function
+            .about
             .doubts
             .iter()
             .filter(|doubt| {
@@ -210,26 +207,28 @@ pub fn render<O: Quantity>(
         }
     }
     doubts.extend(headroom.slew_doubt(function.drive.as_ref()));
-    let mut provenance = function.provenance.clone();
+    let mut provenance = function.about.provenance.clone();
     // One that was measured by playing through another stands for that one.
     let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
     provenance.made_with = known.collect();
     Ok(RenderedDrive {
         drive: Series::new(samples, config.output_rate)?,
         setup: function.drive.clone(),
-        condition: function.condition.clone(),
+        about: About {
+            condition: function.about.condition.clone(),
+            provenance: provenance.then(format!(
+                "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
+                config.inverse.inverse.name(),
+                config.inverse.phase.name(),
+                config.inverse.regularisation,
+                config.modelling_delay
+            )),
+            doubts,
+        },
         config: config.clone(),
         aim: None,
         headroom,
         coverage,
-        provenance: provenance.then(format!(
-            "rendered over {band}, inverse {}, phase {}, regularisation {:.1e} of the band's largest |H|², modelling delay {}",
-            config.inverse.inverse.name(),
-            config.inverse.phase.name(),
-            config.inverse.regularisation,
-            config.modelling_delay
-        )),
-        doubts,
     })
 }
 

@@ -4,8 +4,8 @@ use crate::recording::RecordingDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::Doubt;
-use crate::quantity::Unit;
-use crate::recording::{Channel, Recording};
+use crate::quantity::{SampleRate, Unit};
+use crate::recording::{Channel, Recording, RecordingError};
 
 /// Most vibration channels that are taken without being named: a skin of taxels has more than one.
 const MOST_CHANNELS: usize = 64;
@@ -44,6 +44,23 @@ impl Motion {
 }
 
 impl Roles {
+    /// The names of all channels that play a part.
+    pub fn channels(&self) -> impl Iterator<Item = &str> + Clone {
+        let named = self.vibration.iter().chain(&self.normal_force);
+        let named = named.chain(&self.tangential_force).map(String::as_str);
+        named.chain(self.motion.as_ref().map(Motion::channel))
+    }
+
+    /// The rate in Hz that these channels of `recording` share.
+    ///
+    /// # Errors
+    /// [`RecordingError::Clocks`] when they have no clock in common.
+    pub fn rate_in(&self, recording: &Recording) -> Result<SampleRate, RecordingError> {
+        recording.require_one_clock(self.channels())?;
+        let first = self.channels().next();
+        Ok(first.map_or(recording.rate(), |name| recording.clock_of(name).rate_hz))
+    }
+
     /// The roles that the units and names of the channels speak for, and what had to be guessed.
     ///
     /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither

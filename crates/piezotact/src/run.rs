@@ -15,7 +15,7 @@ use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Unit};
-use crate::recording::{Channel, Condition, Provenance, Recording, RecordingError};
+use crate::recording::{About, Channel, Provenance, Recording, RecordingError};
 
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,10 +26,9 @@ pub struct RunStart {
     pub rate_hz: SampleRate,
     /// The channels' names and SI units, in the order of [`RunChunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// Who touches what, and how.
-    pub condition: Condition,
-    /// Which bench, with which seed, for what.
-    pub provenance: Provenance,
+    /// Who touches what, and how; which bench, with which seed, for what. What is doubted stands in the end.
+    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    pub about: About,
     /// The device that plays; absent where nothing plays or nothing describes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
@@ -207,10 +206,11 @@ impl Gathered {
             .collect();
         let (provenance, doubts) = match self.end {
             Some(end) => (end.provenance, end.doubts),
-            None => (start.provenance, Vec::new()),
+            None => (start.about.provenance, start.about.doubts),
         };
-        let mut recording = Recording::new(channels, start.rate_hz, start.condition, provenance)?;
-        recording.doubts = doubts;
+        let condition = start.about.condition;
+        let mut recording = Recording::new(channels, start.rate_hz, condition, provenance)?;
+        recording.about.doubts = doubts;
         Ok(recording)
     }
 }

@@ -36,7 +36,7 @@ use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
 use crate::quantity::{Band, Quantity, SampleRate, Unit};
-use crate::recording::{Condition, Provenance};
+use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 
@@ -88,14 +88,10 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub effective_averages: f64,
     /// From the lowest to the highest line that was driven; absent when not known.
     pub driven: Option<Band>,
-    /// Who touched how.
-    pub condition: Condition,
+    /// Who touched how, where it comes from, and what a person should know before relying on it.
+    pub about: About,
     /// Gain and level of the device it was measured through; absent for a plant that is no PIEZOTACT.
     pub drive: Option<DriveSetup>,
-    /// Where it comes from.
-    pub provenance: Provenance,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
     quantities: PhantomData<(I, O)>,
 }
 
@@ -141,24 +137,33 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         function.effective_averages = spectra.effective_averages;
         let driven = spectra.driven();
         function.driven = judge::driven_band(&driven, spectra.resolution_hz);
-        function.doubts.extend(judge::gaps(&driven, &function));
-        function.doubts.extend(judge::tone(&function));
+        function
+            .about
+            .doubts
+            .extend(judge::gaps(&driven, &function));
+        function.about.doubts.extend(judge::tone(&function));
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
             // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
-            function.doubts.push(Doubt::from(TransferDoubt::Unrelated {
-                coherence: relation.coherence,
-                limit: relation.limit,
-                averages: relation.averages,
-            }));
+            function
+                .about
+                .doubts
+                .push(Doubt::from(TransferDoubt::Unrelated {
+                    coherence: relation.coherence,
+                    limit: relation.limit,
+                    averages: relation.averages,
+                }));
             return Ok(function);
         }
-        function.doubts.extend(judge::weak(&function));
-        function.doubts.extend(judge::step_of_lines(&function));
+        function.about.doubts.extend(judge::weak(&function));
+        function
+            .about
+            .doubts
+            .extend(judge::step_of_lines(&function));
         let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
         let inverted = function.inverted_polarity().filter(|_| from_force);
         let found = [judge::unresolved(&function), inverted];
-        function.doubts.extend(found.into_iter().flatten());
+        function.about.doubts.extend(found.into_iter().flatten());
         Ok(function)
     }
 
@@ -171,7 +176,10 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     ) -> Result<Self, TransferError> {
         let mut function = Self::from_spectra(spectra, estimator, drive.rate())?;
         judge::timing(&mut function, drive, response);
-        function.doubts.extend(broken::doubts(drive, response));
+        function
+            .about
+            .doubts
+            .extend(broken::doubts(drive, response));
         Ok(function)
     }
 
@@ -230,12 +238,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             rate,
             estimator,
             averages,
-            condition: Condition::default(),
+            about: About {
+                doubts,
+                ..About::default()
+            },
             drive: None,
-            provenance: Provenance::default(),
             effective_averages: averages as f64,
             driven: None,
-            doubts,
             quantities: PhantomData,
         })
     }
@@ -439,7 +448,7 @@ pub fn estimate<I: Quantity, O: Quantity>(
 ) -> Result<TransferFunction<I, O>, TransferError> {
     let spectra = cross_spectra(drive, response, config)?;
     let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
-    function.provenance.steps.push(format!(
+    function.about.provenance.steps.push(format!(
         "transfer function {estimator:?}, {} window, segments of {} samples, {} % overlap, {} averages",
         config.window.name(),
         config.segment,

@@ -469,11 +469,15 @@ fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_doubted() {
         10,
     )
     .unwrap();
-    let dc = function.doubts.iter().find_map(|doubt| match doubt.kind() {
-        Some(TransferDoubt::ImpossibleCoherence {
-            at_hz: 0.0, found, ..
-        }) => Some(found),
-        _ => None,
-    });
+    let dc = function
+        .about
+        .doubts
+        .iter()
+        .find_map(|doubt| match doubt.kind() {
+            Some(TransferDoubt::ImpossibleCoherence {
+                at_hz: 0.0, found, ..
+            }) => Some(found),
+            _ => None,
+        });
     assert!((dc.unwrap() - 1.246).abs() < 5e-4, "{dc:?}");
 }

@@ -48,16 +48,20 @@ fn function(x: &[f64], y: &[f64], config: &WelchConfig) -> TransferFunction<Driv
 }
 
 fn unrelated(function: &TransferFunction<Drive, Acceleration>) -> bool {
-    let mut doubts = function.doubts.iter();
+    let mut doubts = function.about.doubts.iter();
     doubts.any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })))
 }
 
 fn delay_said(function: &TransferFunction<Drive, Acceleration>) -> Option<f64> {
-    function.doubts.iter().find_map(|doubt| match doubt.kind() {
-        Some(TransferDoubt::LateResponse { delay_s, .. }) => Some(delay_s),
-        Some(TransferDoubt::Acausal { lead_s, .. }) => Some(-lead_s),
-        _ => None,
-    })
+    function
+        .about
+        .doubts
+        .iter()
+        .find_map(|doubt| match doubt.kind() {
+            Some(TransferDoubt::LateResponse { delay_s, .. }) => Some(delay_s),
+            Some(TransferDoubt::Acausal { lead_s, .. }) => Some(-lead_s),
+            _ => None,
+        })
 }
 
 fn hann(segment: usize, overlap: f64) -> WelchConfig {
@@ -178,7 +182,7 @@ fn one_record_has_one_delay() {
     for segment in [128, 256, 512, 1_024, 2_048] {
         let found = function(&x, &noise(7, 60_000), &hann(segment, 0.5));
         assert_eq!(delay_said(&found), None);
-        assert!(unrelated(&found), "{:?}", found.doubts);
+        assert!(unrelated(&found), "{:?}", found.about.doubts);
     }
 }
 
@@ -193,7 +197,7 @@ fn an_unrelated_pair_is_said_with_what_chance_reaches() {
     assert!(!relation.is_shown() && relation.lines == 63);
     // The mean of held values of Beta(1, n − 1) is a little below 1/n.
     assert!((relation.chance * relation.averages - 0.95).abs() < 0.01);
-    let said = function(&x, &y, &config).doubts[0].to_string();
+    let said = function(&x, &y, &config).about.doubts[0].to_string();
     println!("{said}");
     assert!(said.contains("no relation of drive and response is shown"));
 }

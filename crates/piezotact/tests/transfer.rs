@@ -204,7 +204,11 @@ fn limits_widen_as_coherence_falls_and_end_at_nothing() {
 }
 
 fn named(function: &TransferFunction<Drive, Acceleration>, wanted: fn(&Doubt) -> bool) {
-    assert!(function.doubts.iter().any(wanted), "{:?}", function.doubts);
+    assert!(
+        function.about.doubts.iter().any(wanted),
+        "{:?}",
+        function.about.doubts
+    );
 }
 
 /// A drive to 1 kHz, as the thesis has it.
@@ -260,7 +264,7 @@ fn a_measurement_as_it_should_be_has_no_doubt() {
         *sample += 0.01 * noise;
     }
     let function = function_of(drive, response, 2048);
-    assert_eq!(function.doubts, []);
+    assert_eq!(function.about.doubts, []);
     let driven = function.driven.unwrap();
     assert!(
         driven.low().0 < 5.0 && (1_000.0..1_100.0).contains(&driven.high().0),
@@ -290,12 +294,13 @@ fn swapped_channels_are_named() {
     let response = filtered(&plant, &drive);
     let function = function_of(response, drive, 2048);
     let Some(TransferDoubt::Acausal { lead_s, .. }) = function
+        .about
         .doubts
         .iter()
         .filter(|d| matches!(d.kind(), Some(TransferDoubt::Acausal { .. })))
         .find_map(Doubt::kind)
     else {
-        panic!("{:?}", function.doubts)
+        panic!("{:?}", function.about.doubts)
     };
     assert!((1e-3..5e-3).contains(&lead_s), "{lead_s}");
 }
@@ -314,18 +319,19 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
         let Some(TransferDoubt::LateResponse {
             delay_s, segment_s, ..
         }) = function
+            .about
             .doubts
             .iter()
             .filter(|d| matches!(d.kind(), Some(TransferDoubt::LateResponse { .. })))
             .find_map(Doubt::kind)
         else {
-            panic!("{late_s}: {:?}", function.doubts)
+            panic!("{late_s}: {:?}", function.about.doubts)
         };
         assert!(
             (delay_s - late_s).abs() < 2e-3 && delay_s > segment_s,
             "{delay_s}"
         );
-        assert!(!function.doubts.iter().any(|d| matches!(
+        assert!(!function.about.doubts.iter().any(|d| matches!(
             d.kind(),
             Some(TransferDoubt::Unrelated { .. } | TransferDoubt::Acausal { .. })
         )));
@@ -338,7 +344,7 @@ fn signals_without_anything_in_common_are_not_called_late() {
     named(&function, |d| {
         matches!(d.kind(), Some(TransferDoubt::Unrelated { .. }))
     });
-    assert!(!function.doubts.iter().any(|d| matches!(
+    assert!(!function.about.doubts.iter().any(|d| matches!(
         d.kind(),
         Some(TransferDoubt::LateResponse { .. } | TransferDoubt::Acausal { .. })
     )));
@@ -364,11 +370,13 @@ fn inverted_polarity_is_named() {
     };
     assert!(
         !of(1.0)
+            .about
             .doubts
             .contains(&Doubt::from(TransferDoubt::PolarityInverted))
     );
     assert!(
         of(-1.0)
+            .about
             .doubts
             .contains(&Doubt::from(TransferDoubt::PolarityInverted))
     );
@@ -396,12 +404,13 @@ fn a_gap_in_the_drive_is_named() {
     }
     let function = function_of(drive, response, 2048);
     let Some(TransferDoubt::NotDriven { bands, .. }) = function
+        .about
         .doubts
         .iter()
         .filter(|d| matches!(d.kind(), Some(TransferDoubt::NotDriven { .. })))
         .find_map(Doubt::kind)
     else {
-        panic!("{:?}", function.doubts)
+        panic!("{:?}", function.about.doubts)
     };
     assert!(bands.len() == 1, "{bands:?}");
     assert!(
@@ -436,11 +445,12 @@ fn a_resonance_that_segments_do_not_resolve_is_named() {
     let (true_height, fine) = peak(16_384);
     assert!(
         !fine
+            .about
             .doubts
             .iter()
             .any(|d| matches!(d.kind(), Some(TransferDoubt::UnresolvedResonance { .. }))),
         "{:?}",
-        fine.doubts
+        fine.about.doubts
     );
     let (height, coarse) = peak(2_048);
     named(

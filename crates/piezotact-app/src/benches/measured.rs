@@ -47,7 +47,7 @@ impl NamedBench for MeasuredSpec {
         let bench = match &self.placement {
             None => MeasuredBench::new(function, &called, self.noise)?,
             Some(DrawnPlacement { panel, number }) => {
-                let condition = &function.condition;
+                let condition = &function.about.condition;
                 let panel = panel_of(&PanelFolder::open(panel)?.read()?)?;
                 let cell = condition.load_n.zip(condition.angle_deg);
                 let cell = cell.map(|(load_n, angle_deg)| Cell { load_n, angle_deg });

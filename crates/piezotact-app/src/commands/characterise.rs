@@ -82,12 +82,13 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     };
     write_transfer(&args.out, &document)?;
     done.function
+        .about
         .doubts
         .extend(TransferFormat::of_ending(&args.out).losses());
     let function = &done.function;
     if let Some(report) = &args.report {
         let page = transfer::Page {
-            title: format!("Transfer function: {}", function.provenance.source),
+            title: format!("Transfer function: {}", function.about.provenance.source),
             function,
             unit: format!("({})/{}", Acceleration::UNIT, Drive::UNIT),
             response_unit: Acceleration::UNIT.to_string(),
@@ -110,19 +111,19 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
             "refused": refused_json(&done.refused),
             "distortion": distortion,
             "drive_setup": function.drive,
-            "condition": function.condition,
-            "provenance": function.provenance,
-            "doubts": doubts_json(&function.doubts)?,
+            "condition": function.about.condition,
+            "provenance": function.about.provenance,
+            "doubts": doubts_json(&function.about.doubts)?,
         }));
     }
-    say_doubts(&function.doubts);
+    say_doubts(&function.about.doubts);
     print(&format!(
         "wrote {}: {} lines in steps of {:.2} Hz from {} averages, {}",
         args.out.display(),
         function.response().len(),
         function.resolution_hz(),
         function.averages,
-        function.provenance.source
+        function.about.provenance.source
     ))?;
     if let Some(apart_db) = done.apart_db {
         print(&format!(

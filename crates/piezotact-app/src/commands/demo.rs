@@ -7,7 +7,7 @@ use piezotact::lineage::Lineage;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
-use piezotact::recording::{Annotations, Recording};
+use piezotact::recording::{About, Annotations, Recording};
 use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
@@ -89,9 +89,15 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     say("5/5 comparing");
     let limit = drive.headroom.limit;
     let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
-    verification
-        .doubts
-        .splice(0..0, drive.doubts.iter().chain(&measured.doubts).cloned());
+    verification.doubts.splice(
+        0..0,
+        drive
+            .about
+            .doubts
+            .iter()
+            .chain(&measured.about.doubts)
+            .cloned(),
+    );
     let straight = Straight {
         as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0), None)?,
         turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0), None)?,
@@ -111,8 +117,8 @@ pub(crate) fn run(args: &Demo) -> Outcome {
             found: Found::Rendered,
         }),
         rendering: Some(&rendering),
-        provenance: &measured.provenance,
-        condition: &measured.condition,
+        provenance: &measured.about.provenance,
+        condition: &measured.about.condition,
         predicted: None,
         also: &[],
         before: &[],
@@ -172,8 +178,7 @@ fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)>
             unit: Unit::MetrePerSecondSquared,
         }),
         channels: vec![ACCELERATION_CHANNEL.into()],
-        condition,
-        provenance,
+        about: About::new(condition, provenance),
         annotations: Annotations::default(),
         rendering: None,
     };
@@ -236,7 +241,7 @@ fn rendered(
     };
     let mut drive = drive;
     let softer = target.clone().amplified(level);
-    drive.provenance.lineage = Some(lineage(
+    drive.about.provenance.lineage = Some(lineage(
         Lineage::of(TARGET),
         TRANSFER,
         level.0,
@@ -261,7 +266,7 @@ fn played(
     let setup = bench.player.calibrate()?;
     let what = format!("playing {:.1} of drive", drive.duration());
     let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
-    let made = rendering.as_ref().map(|made| made.provenance.clone());
+    let made = rendering.as_ref().map(|made| made.about.provenance.clone());
     let place = Place::File(path, rendering.map(Box::new));
     play(
         bench,

@@ -11,7 +11,7 @@ use piezotact::envelope::{EnvelopeConfig, Shares, shares_of_full_scale};
 use piezotact::quantity::{
     Acceleration, Band, Drive, Hertz, Measure, SampleRate, Uncalibrated, Unit,
 };
-use piezotact::recording::Recording;
+use piezotact::recording::{About, Recording};
 use piezotact::resample::resample;
 use piezotact::series::Series;
 use piezotact_dataset::haptic::{
@@ -20,7 +20,7 @@ use piezotact_dataset::haptic::{
 };
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
-use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{
     Contents, FileKind, TransferFormat, holds_transfer, read_transfer, write_transfer,
 };
@@ -168,7 +168,7 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     }
     let document = read_transfer(&args.input)?;
     write_transfer(&args.out, &document)?;
-    let mut doubts = document.doubts;
+    let mut doubts = document.about.doubts;
     doubts.extend(TransferFormat::of_ending(&args.out).losses());
     Ok(Written {
         rate: None,
@@ -227,7 +227,7 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     let (channel, signal) = recording
         .raw(args.channel.as_deref())
         .map_err(|error| named(error.into()))?;
-    let mut doubts = recording.doubts.clone();
+    let mut doubts = recording.about.doubts.clone();
     let rate = match format {
         Format::Wav => Some(SampleRate::new(f64::from(AUDIO_HZ))?),
         Format::Hjif if too_fine(signal.rate()) => Some(SampleRate::new(KEYFRAMES_HZ)?),
@@ -359,15 +359,15 @@ fn too_fine(rate: SampleRate) -> bool {
 
 /// All channels, or the one that is named, as time responses.
 fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
-    let mut doubts = recording.doubts.clone();
+    let mut doubts = recording.about.doubts.clone();
     let one = match &args.channel {
         Some(channel) => {
             let (channel, _) = recording.raw(Some(channel))?;
             Some(Recording::new(
                 vec![channel.clone()],
                 recording.rate(),
-                recording.condition.clone(),
-                recording.provenance.clone(),
+                recording.about.condition.clone(),
+                recording.about.provenance.clone(),
             )?)
         }
         None => None,
@@ -392,29 +392,35 @@ fn audio(
     doubts: &[Doubt],
 ) -> Outcome {
     let recording = &contents.recording;
+    let of_texture = full_scale.unit != Unit::FullScale;
     let sidecar = Sidecar {
         full_scale: Some(full_scale.clone()),
         channels: vec![channel.into()],
-        condition: recording.condition.clone(),
-        provenance: recording
-            .provenance
-            .clone()
-            .then(format!("exported from {}", name(&args.input))),
+        about: About {
+            condition: recording.about.condition.clone(),
+            provenance: recording
+                .about
+                .provenance
+                .clone()
+                .then(format!("exported from {}", name(&args.input))),
+            // Those of a drive stand with its rendering.
+            doubts: match of_texture {
+                true => doubts.to_vec(),
+                false => Vec::new(),
+            },
+        },
         annotations: recording.annotations.clone(),
         rendering: contents
             .rendering
             .clone()
             .filter(|_| full_scale.unit == Unit::FullScale),
     };
-    // A drive's stand with its rendering.
-    let of_texture = full_scale.unit != Unit::FullScale;
-    write_wav_with_doubts(
+    write_wav_with_sidecar(
         &args.out,
         &[shares.samples()],
         AUDIO_HZ,
         SampleFormat::Float32,
         &sidecar,
-        if of_texture { doubts } else { &[] },
     )?;
     Ok(())
 }
@@ -441,7 +447,7 @@ fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
 
 /// What a texture is, in a line.
 fn described(args: &Export, recording: &Recording) -> String {
-    let condition = recording.condition.to_string();
+    let condition = recording.about.condition.to_string();
     if condition.is_empty() {
         name(&args.input)
     } else {

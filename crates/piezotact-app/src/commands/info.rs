@@ -50,11 +50,11 @@ fn recording_json(args: &Info, contents: &Contents) -> Outcome {
         "samples": recording.len(),
         "duration_s": recording.duration(),
         "channels": channels,
-        "condition": recording.condition,
-        "provenance": recording.provenance,
+        "condition": recording.about.condition,
+        "provenance": recording.about.provenance,
         "drive_setup": contents.setup,
         "rendering": contents.rendering,
-        "doubts": doubts_json(&recording.doubts)?,
+        "doubts": doubts_json(&recording.about.doubts)?,
     });
     if recording.annotations != Annotations::default() {
         document["annotations"] = json!(recording.annotations);
@@ -83,11 +83,11 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             channel.unit
         );
     }
-    text.push_str(&condition_text(&recording.condition));
-    if !recording.provenance.source.is_empty() {
-        let _never_fails = write!(text, "\n  from: {}", recording.provenance.source);
+    text.push_str(&condition_text(&recording.about.condition));
+    if !recording.about.provenance.source.is_empty() {
+        let _never_fails = write!(text, "\n  from: {}", recording.about.provenance.source);
     }
-    for step in &recording.provenance.steps {
+    for step in &recording.about.provenance.steps {
         let _never_fails = write!(text, "\n    {step}");
     }
     if let Some(time) = &recording.annotations.started_at {
@@ -114,9 +114,9 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             setup.load_f * 1e9
         );
     }
-    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.doubts);
-    let of_the_drive = of_the_drive.filter(|doubt| !recording.doubts.contains(doubt));
-    for doubt in merged(recording.doubts.iter().chain(of_the_drive)) {
+    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
+    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
+    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     print(&text)
@@ -125,8 +125,8 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
 /// What was done to a texture on purpose: to the one in a file, or to the one that a drive was rendered from.
 fn lineage_of(contents: &Contents) -> Option<&Lineage> {
     let rendering = contents.rendering.as_ref();
-    let own = contents.recording.provenance.lineage.as_ref();
-    own.or_else(|| rendering?.provenance.lineage.as_ref())
+    let own = contents.recording.about.provenance.lineage.as_ref();
+    own.or_else(|| rendering?.about.provenance.lineage.as_ref())
 }
 
 /// The band over which coherence is summed up: the one that is rendered unless stated.
@@ -162,10 +162,10 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             "driven_hz": function.driven,
             "distortion": document.distortion,
             "coherence": function.coherence_in(shown_band()?),
-            "condition": function.condition,
+            "condition": function.about.condition,
             "drive_setup": function.drive,
-            "provenance": function.provenance,
-            "doubts": doubts_json(&function.doubts)?,
+            "provenance": function.about.provenance,
+            "doubts": doubts_json(&function.about.doubts)?,
         }));
     }
     let mut text = format!(
@@ -189,7 +189,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
     if let Some(driven) = function.driven {
         let _never_fails = write!(text, "\n  driven over {driven}");
     }
-    text.push_str(&condition_text(&function.condition));
+    text.push_str(&condition_text(&function.about.condition));
     if let Some(setup) = &function.drive {
         let _never_fails = write!(
             text,
@@ -197,7 +197,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
             setup.gain, setup.volts_per_full_scale
         );
     }
-    for doubt in merged(&function.doubts) {
+    for doubt in merged(&function.about.doubts) {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     print(&text)

@@ -12,14 +12,14 @@ use piezotact::filter::HighPass;
 use piezotact::lineage::{Level, Lineage, Operation, Step};
 use piezotact::manipulate::{ManipulateError, Texture};
 use piezotact::quantity::{Acceleration, Measure, Quantity, Seconds, Unit};
-use piezotact::recording::{Annotations, Condition, Provenance, Recording};
+use piezotact::recording::{About, Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::{peak, standard_deviation};
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
-use piezotact_dataset::wav::{SampleFormat, write_wav_with_doubts};
+use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use serde_json::json;
 
 use super::touch::{Take, take_all};
@@ -147,8 +147,8 @@ pub(super) fn open(
         }
         Some(stroke) => one_stroke(path, stroke, channel, reading)?,
     };
-    doubts.splice(0..0, recording.doubts.iter().cloned());
-    let so_far = recording.provenance.lineage.clone();
+    doubts.splice(0..0, recording.about.doubts.iter().cloned());
+    let so_far = recording.about.provenance.lineage.clone();
     let mut lineage = so_far.unwrap_or_else(|| Lineage::of(name(path)));
     lineage.steps.extend(step);
     let found = Texture {
@@ -170,8 +170,8 @@ pub(super) fn open(
         .map_err(|error| refused(path, error))?;
     Ok(Opened {
         texture,
-        condition: recording.condition,
-        provenance: recording.provenance,
+        condition: recording.about.condition,
+        provenance: recording.about.provenance,
     })
 }
 
@@ -394,24 +394,20 @@ fn write(
             unit: Unit::MetrePerSecondSquared,
         }),
         channels: vec!["acceleration".into()],
-        condition: condition.clone(),
-        provenance: Provenance {
-            lineage: Some(texture.lineage.clone()),
-            ..provenance.clone()
+        about: About {
+            condition: condition.clone(),
+            provenance: Provenance {
+                lineage: Some(texture.lineage.clone()),
+                ..provenance.clone()
+            },
+            doubts: texture.doubts.clone(),
         },
         annotations: Annotations::default(),
         rendering: None,
     };
     let rate_hz = texture.series.rate().hz().round() as u32;
     let format = SampleFormat::Float32;
-    write_wav_with_doubts(
-        path,
-        &[&samples],
-        rate_hz,
-        format,
-        &sidecar,
-        &texture.doubts,
-    )?;
+    write_wav_with_sidecar(path, &[&samples], rate_hz, format, &sidecar)?;
     Ok(())
 }
 

@@ -75,7 +75,7 @@ fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
 fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
     let mut contents = read_recording(path, options)?;
     let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
-    contents.recording.doubts.extend(found);
+    contents.recording.about.doubts.extend(found);
     Ok(contents)
 }
 

@@ -66,7 +66,10 @@ pub(crate) fn run(args: &Play) -> Outcome {
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
     let what = format!("playing {:.1} of drive", drive.duration());
     let place = Place::File(&args.record, contents.rendering.clone().map(Box::new));
-    let made = contents.rendering.as_ref().map(|made| &made.provenance);
+    let made = contents
+        .rendering
+        .as_ref()
+        .map(|made| &made.about.provenance);
     let mut recording = play(
         &mut bench,
         (&drive, made),
@@ -75,20 +78,22 @@ pub(crate) fn run(args: &Play) -> Outcome {
         (place, &what),
     )?;
     let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
-    recording.doubts.extend(broken);
+    recording.about.doubts.extend(broken);
     let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
     if clipped > 0.0 {
         recording
+            .about
             .doubts
             .push(Doubt::from(ClippingDoubt::PlayedDriveClipped {
                 fraction: clipped,
             }));
     }
     if let Some(rendering) = &contents.rendering {
-        recording.doubts.extend(
+        recording.about.doubts.extend(
             rendering
+                .about
                 .condition
-                .doubts_when_measured(&recording.condition),
+                .doubts_when_measured(&recording.about.condition),
         );
     }
     if args.json {
@@ -96,16 +101,16 @@ pub(crate) fn run(args: &Play) -> Outcome {
             "record": args.record,
             "rate_hz": recording.rate(),
             "duration_s": recording.duration(),
-            "provenance": recording.provenance,
-            "doubts": doubts_json(&recording.doubts)?,
+            "provenance": recording.about.provenance,
+            "doubts": doubts_json(&recording.about.doubts)?,
         }));
     }
-    say_doubts(&recording.doubts);
+    say_doubts(&recording.about.doubts);
     print(&format!(
         "wrote {}: {:.2} on the {}",
         args.record.display(),
         recording.duration(),
-        recording.provenance.source
+        recording.about.provenance.source
     ))
 }
 
@@ -122,7 +127,7 @@ pub(crate) fn play(
     let mut keeper = Keeper::new(place, Shown::Each(&what, drive.duration()));
     let mut recording =
         play_and_record(bench, drive, setup, run, &mut keeper, None).map_err(bench_failure)?;
-    let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.provenance));
-    recording.doubts.extend(its_own);
+    let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.about.provenance));
+    recording.about.doubts.extend(its_own);
     Ok(recording)
 }

@@ -61,8 +61,8 @@ pub(crate) fn run(args: &Score) -> Outcome {
             }
         }
     };
-    add(&reference.recording.doubts);
-    add(&test.recording.doubts);
+    add(&reference.recording.about.doubts);
+    add(&test.recording.about.doubts);
     let CommonRate {
         first: a,
         second: b,

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
     })?;
     if let Some(path) = &args.spectrogram {
-        say_doubts(&recording.doubts);
+        say_doubts(&recording.about.doubts);
         return over_time(args, channel, &series, path);
     }
     let usual = WelchConfig::thesis_2024();
@@ -52,6 +52,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
     let psd = welch(&series, &config).map_err(|error| refused(args, error))?;
     let unit = channel.unit.of_psd();
     let doubts: Vec<_> = recording
+        .about
         .doubts
         .iter()
         .chain(&psd.doubts)
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
             "file": args.file,
             "channel": channel.name,
             "unit": unit,
-            "rate_hz": recording.rate(),
+            "rate_hz": series.rate(),
             "resolution_hz": psd.resolution_hz,
             "averages": psd.averages,
             "config": psd.config,

@@ -40,6 +40,9 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             args.drive
         )));
     }
+    recording
+        .require_one_clock([args.drive.as_str(), &args.response])
+        .map_err(named)?;
     let (drive_channel, drive) = recording.raw(Some(&args.drive)).map_err(named)?;
     let (response_channel, response) = recording.raw(Some(&args.response)).map_err(named)?;
     let mut drive_unit = drive_channel.unit.clone();
@@ -50,7 +53,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
                 .series::<Potential>(Some(&args.drive))
                 .map_err(named)?;
             let drive = drive_of_potential(&potential, Volts(volts))?;
-            Series::<Uncalibrated>::new(drive.into_samples(), recording.rate())?
+            Series::<Uncalibrated>::new(drive.into_samples(), response.rate())?
         }
         Some(_) if drive_unit != Unit::FullScale => {
             return Err(usage(anyhow!(
@@ -85,21 +88,23 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     })?;
     // The channels here have names and units, not types.
     function
+        .about
         .doubts
         .retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
     let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
     let broken = transfer_doubts(&Pair {
         drive: drive.samples(),
         response: response.samples(),
-        rate: recording.rate(),
+        rate: response.rate(),
         drive_name: &args.drive,
         response_name: &args.response,
         drive_limit: (drive_unit == Unit::FullScale).then_some(limit),
     });
-    function.doubts.extend(broken.iter().cloned());
+    function.about.doubts.extend(broken.iter().cloned());
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     if drive_unit == Unit::MetrePerSecondSquared && sends(&response_channel.unit) {
         function
+            .about
             .doubts
             .push(Doubt::from(TransferDoubt::SwappedUnits {
                 drive: drive_unit.to_string(),
@@ -107,23 +112,25 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             }));
     }
     if drive_unit == Unit::Newton && response_channel.unit == Unit::MetrePerSecondSquared {
-        function.doubts.extend(function.inverted_polarity());
+        function.about.doubts.extend(function.inverted_polarity());
     }
-    let estimated = std::mem::take(&mut function.provenance.steps);
-    function.provenance = recording
+    let estimated = std::mem::take(&mut function.about.provenance.steps);
+    function.about.provenance = recording
+        .about
         .provenance
         .clone()
         .then(format!("{} → {}", args.drive, args.response));
-    function.provenance.steps.extend(estimated);
-    function.condition = recording.condition.clone();
+    function.about.provenance.steps.extend(estimated);
+    function.about.condition = recording.about.condition.clone();
     function.drive = setup.or_else(|| contents.setup.clone());
     // What the transfer function says of its two channels is not said again of each.
-    let of_the_file = recording.doubts.iter();
+    let of_the_file = recording.about.doubts.iter();
     let more = of_the_file.filter(|doubt| !said_of_a_pair(doubt, &broken));
-    function.doubts.extend(more.cloned());
+    function.about.doubts.extend(more.cloned());
     let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
     write_transfer(&args.out, &document)?;
     function
+        .about
         .doubts
         .extend(TransferFormat::of_ending(&args.out).losses());
     if let Some(report) = &args.report {
@@ -146,10 +153,10 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             "averages": function.averages,
             "driven_hz": function.driven,
             "resolution_hz": function.resolution_hz(),
-            "doubts": doubts_json(&function.doubts)?,
+            "doubts": doubts_json(&function.about.doubts)?,
         }));
     }
-    say_doubts(&function.doubts);
+    say_doubts(&function.about.doubts);
     print(&format!(
         "wrote {}: {} lines in steps of {:.2} Hz from {} averages, from {} to {}",
         args.out.display(),

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         target: &target,
         wanted: &wanted,
     };
-    let about_function = function.iter().flat_map(|function| &function.doubts);
+    let about_function = function.iter().flat_map(|function| &function.about.doubts);
     let about_function: Vec<Doubt> = about_function.cloned().collect();
     let mut judged = judge(
         &asked,
@@ -131,8 +131,8 @@ pub(crate) fn run(args: &Verify) -> Outcome {
             function: function.as_ref(),
             drive: recorded.or(rendered),
             rendering: judged.rendering.as_ref(),
-            provenance: &judged.recording.provenance,
-            condition: &judged.recording.condition,
+            provenance: &judged.recording.about.provenance,
+            condition: &judged.recording.about.condition,
             predicted: predicted.as_ref(),
             also: &also,
             before: &before,
@@ -222,7 +222,7 @@ struct Judged {
 impl Judged {
     /// What is doubted of it and not of its target alone.
     fn doubts_of_its_own(&self, target: &Recording) -> impl Iterator<Item = &Doubt> {
-        let of_target = target.doubts.clone();
+        let of_target = target.about.doubts.clone();
         let all = self.verification.doubts.iter();
         all.filter(move |doubt| !of_target.contains(doubt))
     }
@@ -248,7 +248,7 @@ fn judge(
     let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
     let rendering = stated.or(measured.rendering.as_ref());
 
-    let mut doubts: Vec<Doubt> = asked.target.doubts.clone();
+    let mut doubts: Vec<Doubt> = asked.target.about.doubts.clone();
     let mut add = |new: Vec<Doubt>| {
         for doubt in new {
             if !doubts.contains(&doubt) {
@@ -256,12 +256,13 @@ fn judge(
             }
         }
     };
-    add(measured.recording.doubts.clone());
+    add(measured.recording.about.doubts.clone());
     add(more_doubts.to_vec());
     if let Some(rendering) = rendering {
         add(rendering
+            .about
             .condition
-            .doubts_when_measured(&measured.recording.condition));
+            .doubts_when_measured(&measured.recording.about.condition));
         let compared = report::name(&args.target);
         if !rendering.target.is_empty() && rendering.target != compared {
             add(vec![Doubt::from(VerifyDoubt::OtherTarget {
@@ -269,7 +270,7 @@ fn judge(
                 compared,
             })]);
         }
-        add(rendering.doubts.clone());
+        add(rendering.about.doubts.clone());
     }
     // Clipping is looked for at the rate it was acquired with.
     let limit = measured

@@ -87,7 +87,7 @@ impl Page {
         };
         self.aim = drive.aim;
         self.called.push(called.into());
-        let bench = looped.recording.provenance.bench;
+        let bench = looped.recording.about.provenance.bench;
         self.benches
             .insert(bench_told(bench).unwrap_or(UNKNOWN_BENCH));
         self.figures.push(Figures {
@@ -100,7 +100,7 @@ impl Page {
         self.lines.push(line(&row));
         self.sections.push(one(&row)?);
         self.origins.push(html! {
-            tr { th { (called) } td { ol { @for step in &drive.provenance.steps { li { (step) } } } } }
+            tr { th { (called) } td { ol { @for step in &drive.about.provenance.steps { li { (step) } } } } }
         });
         Ok(())
     }
@@ -328,8 +328,8 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
             }
             (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
             (figure(&figures::error(row.looped.told())?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
-            @if !row.drive.doubts.is_empty() {
-                ul.doubts { @for doubt in merged(&row.drive.doubts) { li { (merged_text(&doubt)) } } }
+            @if !row.drive.about.doubts.is_empty() {
+                ul.doubts { @for doubt in merged(&row.drive.about.doubts) { li { (merged_text(&doubt)) } } }
             }
         }
     })

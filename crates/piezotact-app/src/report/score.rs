@@ -323,7 +323,7 @@ fn origin(page: &Page<'_>) -> Markup {
             h2 { "Where it comes from" }
             table {
                 @for (what, recording) in ["A", "B"].iter().zip(page.recordings) {
-                    tr { th { (what) } td { (recording.provenance.source) ol { @for step in &recording.provenance.steps { li { (step) } } } } }
+                    tr { th { (what) } td { (recording.about.provenance.source) ol { @for step in &recording.about.provenance.steps { li { (step) } } } } }
                 }
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }

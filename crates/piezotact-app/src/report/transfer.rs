@@ -47,7 +47,7 @@ pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome
         h1 { (page.title) }
         p.soft { (bench_line(function)) }
         (numbers(page, judged))
-        (doubts(&function.doubts, &page.refused))
+        (doubts(&function.about.doubts, &page.refused))
         section {
             h2 { "Transfer function" }
             @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
@@ -67,9 +67,9 @@ pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome
 }
 
 fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
-    let kind = super::bench_told(function.provenance.bench)
+    let kind = super::bench_told(function.about.provenance.bench)
         .unwrap_or("The recording does not say which bench it comes from.");
-    match function.condition.to_string() {
+    match function.about.condition.to_string() {
         nothing if nothing.is_empty() => kind.into(),
         known => format!("{kind} Measured with {known}."),
     }
@@ -152,8 +152,8 @@ fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Markup
         section {
             h2 { "Where it comes from" }
             table {
-                tr { th { "source" } td { (function.provenance.source) } }
-                tr { th { "steps" } td { ol { @for step in &function.provenance.steps { li { (step) } } } } }
+                tr { th { "source" } td { (function.about.provenance.source) } }
+                tr { th { "steps" } td { ol { @for step in &function.about.provenance.steps { li { (step) } } } } }
                 @if let Some(setup) = &function.drive {
                     tr { th { "device" } td { (format!("gain {}, {:.3} V at full scale, {:.0} nF", setup.gain, setup.volts_per_full_scale, setup.load_f * 1e9)) } }
                 }

@@ -180,7 +180,7 @@ impl MeasuredBench {
 
     /// The transfer function with where it comes from.
     fn through(&self) -> String {
-        let provenance = &self.function.provenance;
+        let provenance = &self.function.about.provenance;
         let on = match provenance.bench {
             Some(BenchKind::Twin) => "measured on a digital twin",
             Some(BenchKind::Hardware) => "measured on hardware",
@@ -214,7 +214,7 @@ impl MeasuredBench {
     fn answers_as(&self, run: &RunPlan) -> Result<(), DeviceError> {
         let Condition {
             load_n, angle_deg, ..
-        } = self.function.condition;
+        } = self.function.about.condition;
         let pairs = [
             (
                 "load",

@@ -57,7 +57,7 @@ impl World for MeasuredBench {
                 (DRIVE_CHANNEL.into(), Drive::UNIT),
                 (ACCELERATION_CHANNEL.into(), Acceleration::UNIT),
             ],
-            condition: self.function.condition.clone(),
+            condition: self.function.about.condition.clone(),
             seed: Some(self.noise.seed),
             answers_with: Some(self.function.checksum()),
             steps: vec![
@@ -99,18 +99,18 @@ impl World for MeasuredBench {
     }
 
     fn condition(&self, _run: &RunPlan) -> Condition {
-        self.function.condition.clone()
+        self.function.about.condition.clone()
     }
 
     fn doubts(&self) -> Vec<Doubt> {
         let mut doubts = vec![Doubt::from(RunDoubt::Rehearsed {
             through: self.through(),
             answers_hz: self.answers,
-            own_doubts: self.function.doubts.len(),
+            own_doubts: self.function.about.doubts.len(),
         })];
         let Condition {
             load_n, angle_deg, ..
-        } = self.function.condition;
+        } = self.function.about.condition;
         let unknown = match (load_n, angle_deg) {
             (None, None) => Some("load and angle"),
             (None, Some(_)) => Some("load"),

@@ -160,20 +160,23 @@ pub fn transfer_of(
         .driven
         .and_then(|driven| driven.common(excitation.band))
         .or(Some(excitation.band));
-    let estimated = std::mem::take(&mut function.provenance.steps);
-    function.provenance = recording
+    let estimated = std::mem::take(&mut function.about.provenance.steps);
+    function.about.provenance = recording
+        .about
         .provenance
         .clone()
         .then(excitation.told(drive.peak()));
-    function.provenance.steps.extend(estimated);
-    function.condition = recording.condition.clone();
+    function.about.provenance.steps.extend(estimated);
+    function.about.condition = recording.about.condition.clone();
     function.drive = setup.cloned();
-    function.doubts.extend(recording.doubts.clone());
+    function.about.doubts.extend(recording.about.doubts.clone());
     let judged = judged_band(config);
     function
+        .about
         .doubts
         .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
     function
+        .about
         .doubts
         .extend(judged.and_then(|band| function.not_driven(band)));
     Ok(Characterisation {

@@ -160,16 +160,17 @@ pub fn repeated(
     let apart_db = band.and_then(|band| farthest_apart_db(&functions, band));
     if each.len() > 1 {
         function
+            .about
             .doubts
             .extend(band.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
     }
-    function.doubts.extend(
+    function.about.doubts.extend(
         apart_db
             .filter(|db| *db > MOST_APART_DB)
             .map(|db_rms| Doubt::from(TransferDoubt::RepeatsScatter { db_rms })),
     );
     if !refused.is_empty() {
-        function.provenance = function.provenance.then(format!(
+        function.about.provenance = function.about.provenance.then(format!(
             "{} measurements refused and repeated",
             refused.len()
         ));

@@ -4,7 +4,7 @@ use piezotact::Series;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::Drive;
-use piezotact::recording::{Provenance, Recording};
+use piezotact::recording::{About, Provenance, Recording};
 use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
@@ -65,15 +65,17 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
         label: run.label.clone(),
         rate_hz: description.rate,
         channels: description.channels,
-        condition: acquirer.condition(run),
-        provenance: Provenance {
-            source: description.name,
-            bench: Some(description.kind),
-            seed: description.seed,
-            steps,
-            answered_with: description.answers_with,
-            ..Provenance::default()
-        },
+        about: About::new(
+            acquirer.condition(run),
+            Provenance {
+                source: description.name,
+                bench: Some(description.kind),
+                seed: description.seed,
+                steps,
+                answered_with: description.answers_with,
+                ..Provenance::default()
+            },
+        ),
         setup: None,
         drive: None,
     }
@@ -227,7 +229,7 @@ pub fn acquire(
     acquirer.stop();
     let doubts = acquirer.doubts(run);
     let samples = run_of.end(outcome, stop, run, (provenance.clone(), doubts))?;
-    start.provenance = provenance;
+    start.about.provenance = provenance;
     Ok((start, samples))
 }
 
@@ -505,7 +507,7 @@ impl<'a> Run<'a> {
     /// The mean force against what was asked for.
     fn force_doubt(&self, run: &RunPlan) -> Option<Doubt> {
         if self.force.1.is_none() {
-            let load_n = self.start.condition.load_n?.0;
+            let load_n = self.start.about.condition.load_n?.0;
             return Some(Doubt::from(RunDoubt::ForceNotMeasured { load_n }));
         }
         let target_n = run.load?.0;
@@ -578,8 +580,9 @@ fn with_rest(start: &RunStart, at_rest: &SensorCalibration) -> Provenance {
         .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
         .collect();
     match read.is_empty() {
-        true => start.provenance.clone(),
+        true => start.about.provenance.clone(),
         false => start
+            .about
             .provenance
             .clone()
             .then(format!("sensors at rest: {}", read.join(", "))),

@@ -250,7 +250,7 @@ fn recording(
                 source,
             }
         })?;
-    recording.doubts = doubts;
+    recording.about.doubts = doubts;
     Ok(recording)
 }
 

@@ -25,7 +25,7 @@ use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Annotations, Condition, Provenance};
+use piezotact::recording::{About, Annotations};
 use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 
@@ -51,12 +51,9 @@ pub struct StartDocument {
     pub rate_hz: SampleRate,
     /// The channels' names and SI units, in their order.
     pub channels: Vec<(String, Unit)>,
-    /// What is going on.
-    #[serde(default)]
-    pub condition: Condition,
-    /// Where it comes from.
-    #[serde(default)]
-    pub provenance: Provenance,
+    /// What is going on, and where it comes from; what is doubted stands in the end document.
+    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    pub about: About,
     /// When it began, its labels, and the events that are planned.
     #[serde(flatten)]
     pub annotations: Annotations,
@@ -85,8 +82,7 @@ impl StartDocument {
             format: Self::FORMAT,
             rate_hz: start.rate_hz,
             channels: start.channels.clone(),
-            condition: start.condition.clone(),
-            provenance: start.provenance.clone(),
+            about: start.about.clone(),
             setup: start.setup.clone(),
             annotations: Annotations::default(),
             rendering,
@@ -234,7 +230,7 @@ mod tests {
     use super::read::read_run_journal as read_journal;
     use super::*;
     use crate::recording_file::read_parquet;
-    use piezotact::recording::RecordingDoubt;
+    use piezotact::recording::{Condition, Provenance, RecordingDoubt};
     use piezotact::run::RunDoubt;
 
     fn start() -> StartDocument {
@@ -245,14 +241,16 @@ mod tests {
                 ("acc".into(), Unit::MetrePerSecondSquared),
                 ("fz".into(), Unit::Newton),
             ],
-            condition: Condition {
-                participant: Some("P03".into()),
-                ..Condition::default()
-            },
-            provenance: Provenance {
-                source: "test".into(),
-                ..Provenance::default()
-            },
+            about: About::new(
+                Condition {
+                    participant: Some("P03".into()),
+                    ..Condition::default()
+                },
+                Provenance {
+                    source: "test".into(),
+                    ..Provenance::default()
+                },
+            ),
             annotations: serde_json::from_str(ANNOTATIONS).unwrap(),
             setup: None,
             rendering: None,
@@ -282,15 +280,18 @@ mod tests {
             target_n: 0.2,
         });
         writer
-            .finish(start().provenance, vec![doubt.clone()])
+            .finish(start().about.provenance, vec![doubt.clone()])
             .unwrap();
         assert!(!journal_path(&path).exists());
         let recording = read_parquet(&path, None).unwrap().recording;
         assert_eq!(recording.len(), 300);
         assert_eq!(recording.channels()[1].samples[299], -299.0);
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
-        assert_eq!(recording.condition.participant.as_deref(), Some("P03"));
-        assert_eq!(recording.doubts, [doubt]);
+        assert_eq!(
+            recording.about.condition.participant.as_deref(),
+            Some("P03")
+        );
+        assert_eq!(recording.about.doubts, [doubt]);
         assert_eq!(recording.annotations, start().annotations);
     }
 
@@ -302,7 +303,7 @@ mod tests {
         let record = |of| {
             let mut writer = JournalWriter::create(&path, start()).unwrap();
             writer.append(&second(of)).unwrap();
-            writer.finish(start().provenance, vec![]).unwrap()
+            writer.finish(start().about.provenance, vec![]).unwrap()
         };
         assert_eq!(record(0), None);
         assert_eq!(record(0), None, "the same again");
@@ -349,7 +350,7 @@ mod tests {
             assert_eq!(recording.len(), safe.unwrap(), "cut at {length}");
             assert_eq!(recording.annotations, start().annotations);
             assert!(
-                matches!(&recording.doubts[..], [doubt] if matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. })))
+                matches!(&recording.about.doubts[..], [doubt] if matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. })))
             );
         }
     }
@@ -368,7 +369,7 @@ mod tests {
         let mut next = JournalWriter::create(&path, start()).unwrap();
         let aside = next.set_aside().unwrap().to_owned();
         next.append(&second(1)).unwrap();
-        next.finish(start().provenance, vec![]).unwrap();
+        next.finish(start().about.provenance, vec![]).unwrap();
         assert!(aside.ends_with("r.parquet.interrupted-1.part"));
         let samples =
             |recording: &piezotact::recording::Recording| recording.channels()[0].samples.clone();
@@ -396,7 +397,12 @@ mod tests {
             bytes[at] ^= 0x10;
             std::fs::write(&damaged, &bytes).unwrap();
             let recording = read_journal(&damaged).unwrap().recording;
-            let said: Vec<String> = recording.doubts.iter().map(ToString::to_string).collect();
+            let said: Vec<String> = recording
+                .about
+                .doubts
+                .iter()
+                .map(ToString::to_string)
+                .collect();
             let said = said.join("\n");
             let block = (1..=3).find(|k| (at as u64) >= ends[k - 1] && (at as u64) < ends[*k]);
             let samples = &recording.channels()[0].samples;
@@ -418,7 +424,7 @@ mod tests {
         let path = folder.path().join("r.parquet");
         let mut writer = JournalWriter::create(&path, start()).unwrap();
         writer.append(&second(0)).unwrap();
-        writer.finish(start().provenance, vec![]).unwrap();
+        writer.finish(start().about.provenance, vec![]).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for length in (0..whole.len()).step_by(11) {
             std::fs::write(&path, &whole[..length]).unwrap();

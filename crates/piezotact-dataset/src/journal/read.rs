@@ -85,8 +85,8 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     }
     let rate_hz = start.rate_hz.hz();
     let mut recording = assemble(path, &start, samples)?;
-    recording.doubts = doubts;
-    recording.doubts.extend((damages > 0).then(|| {
+    recording.about.doubts = doubts;
+    recording.about.doubts.extend((damages > 0).then(|| {
         Doubt::from(RunDoubt::JournalDamaged {
             places: damages,
             lost_s: lost
@@ -99,6 +99,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     }));
     if !whole {
         recording
+            .about
             .doubts
             .push(Doubt::from(RecordingDoubt::Interrupted {
                 read_s: recording.duration().0,

@@ -99,7 +99,7 @@ impl RunFolder {
     /// The recording of the run that begins with `start`.
     #[must_use]
     pub fn file(&self, start: &RunStart) -> PathBuf {
-        let person = start.condition.person().unwrap_or_default();
+        let person = start.about.condition.person().unwrap_or_default();
         let mut name = String::new();
         for c in format!("{person} {}", start.label).trim().chars() {
             match c {
@@ -134,13 +134,13 @@ impl RunFolder {
             && stored.drive == start.drive
             && stored.channels == start.channels
             && stored.rate_hz == start.rate_hz
-            && stored.condition == start.condition
+            && stored.about.condition == start.about.condition
             && setup == start.setup
-            && stored.provenance.source == start.provenance.source
-            && stored.provenance.seed == start.provenance.seed
-            && stored.provenance.answered_with == start.provenance.answered_with
+            && stored.about.provenance.source == start.about.provenance.source
+            && stored.about.provenance.seed == start.about.provenance.seed
+            && stored.about.provenance.answered_with == start.about.provenance.answered_with
             // How the bench is set and what it is; what the sensors read at rest comes behind it.
-            && stored.provenance.steps.starts_with(&start.provenance.steps);
+            && stored.about.provenance.steps.starts_with(&start.about.provenance.steps);
         let completed = end.is_some_and(|end| end.ended == Some(Ended::Completed));
         Ok((same && completed).then_some(recording))
     }
@@ -212,7 +212,7 @@ fn is_run(path: &Path) -> bool {
 mod tests {
     use super::*;
     use piezotact::quantity::{SampleRate, Unit};
-    use piezotact::recording::{Condition, Provenance};
+    use piezotact::recording::{About, Condition, Provenance};
     use piezotact::run::RunChunk;
 
     fn start() -> RunStart {
@@ -220,8 +220,10 @@ mod tests {
             label: "iteration 1, first".into(),
             rate_hz: SampleRate::new(100.0).unwrap(),
             channels: vec![("acc".into(), Unit::MetrePerSecondSquared)],
-            condition: Condition::default(),
-            provenance: Provenance::default().then("a resonance at 180 Hz"),
+            about: About::new(
+                Condition::default(),
+                Provenance::default().then("a resonance at 180 Hz"),
+            ),
             setup: None,
             drive: None,
         }
@@ -241,7 +243,7 @@ mod tests {
             let end = RunEnd {
                 samples: 2,
                 ended,
-                provenance: start().provenance.then("sensors at rest: none"),
+                provenance: start().about.provenance.then("sensors at rest: none"),
                 doubts: Vec::new(),
             };
             for document in [
@@ -260,9 +262,9 @@ mod tests {
         assert_eq!(found.channels()[0].samples, [1.0, 2.0]);
         let mut others = [start(), start(), start(), start()];
         others[0].label = "iteration 1, second".into();
-        others[1].provenance = Provenance::default().then("a resonance at 200 Hz");
+        others[1].about.provenance = Provenance::default().then("a resonance at 200 Hz");
         others[2].drive = Some(piezotact::checksum::Checksum::of([1.0]));
-        others[3].condition.participant = Some("P02".into());
+        others[3].about.condition.participant = Some("P02".into());
         for other in others {
             assert_eq!(runs.completed(&other).unwrap(), None, "{other:?}");
         }

@@ -176,7 +176,7 @@ impl JournalWriter {
         ended: Option<Ended>,
     ) -> Result<Option<PathBuf>, WriteError> {
         // What was learned on the way, as the sensors' noise, joins what was known at the start.
-        self.start.provenance = provenance;
+        self.start.about.provenance = provenance;
         let fingerprint = Some(Fingerprint::all(&self.fingerprints));
         let end = EndDocument {
             samples: self.samples,

@@ -360,7 +360,7 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         document
     });
     if let Some(described) = &described {
-        doubts.clone_from(&described.doubts);
+        doubts.clone_from(&described.about.doubts);
     }
     let lines = Lines {
         frequency_hz,
@@ -369,9 +369,9 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     };
     let mut document = from_lines(path, lines, doubts)?;
     if let Some(described) = described {
-        document.condition = described.condition;
+        document.about.condition = described.about.condition;
         document.drive = described.drive;
-        document.provenance = described.provenance;
+        document.about.provenance = described.about.provenance;
         document.effective_averages = described.effective_averages;
         document.driven_hz = described.driven_hz;
         document.distortion = described.distortion;
@@ -386,13 +386,13 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         .map_or(0, |count| count as usize);
     document.rate_hz = number("rate_hz").and_then(|hz| SampleRate::new(hz).ok());
     if let Some(name) = text("participant").filter(|name| !name.is_empty()) {
-        document.condition.participant = Some(name.to_owned());
+        document.about.condition.participant = Some(name.to_owned());
     }
     if let Some(load) = number("load_n") {
-        document.condition.load_n = Some(Newtons(load));
+        document.about.condition.load_n = Some(Newtons(load));
     }
     if let Some(angle) = number("angle_deg") {
-        document.condition.angle_deg = Some(Degrees(angle));
+        document.about.condition.angle_deg = Some(Degrees(angle));
     }
     Ok(document)
 }

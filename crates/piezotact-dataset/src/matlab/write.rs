@@ -41,7 +41,7 @@ pub fn write_mat(path: &Path, document: &TransferDocument) -> Result<(), WriteEr
     numbers(&mut bytes, "frequency_hz", &document.frequency_hz, None);
     numbers(&mut bytes, "H", &document.real, Some(&document.imaginary));
     numbers(&mut bytes, "coherence", &document.coherence, None);
-    let condition = &document.condition;
+    let condition = &document.about.condition;
     let scalars = [
         ("rate_hz", document.rate_hz.map(|rate| rate.hz())),
         ("averages", Some(document.averages as f64)),

@@ -21,9 +21,9 @@ fn document(who: &str) -> TransferDocument {
         r#"{"frequency_hz":[0,1,2],"real":[1,2,3],"imaginary":[0,0,1],"coherence":[1,1,1],"averages":20}"#,
     )
     .unwrap();
-    document.condition.participant = Some(who.into());
-    document.condition.load_n = Some(Newtons(0.2));
-    document.condition.angle_deg = Some(Degrees(20.0));
+    document.about.condition.participant = Some(who.into());
+    document.about.condition.load_n = Some(Newtons(0.2));
+    document.about.condition.angle_deg = Some(Degrees(20.0));
     document
 }
 
@@ -42,7 +42,7 @@ fn a_session_that_breaks_off_leaves_a_panel() {
     let of_campaign = |bench: &str, filing: &Filing| {
         let mut document = document(&filing.participant);
         let step = PanelFolder::campaign_step(bench, filing);
-        document.provenance = document.provenance.then(step);
+        document.about.provenance = document.about.provenance.then(step);
         document
     };
     let left = filing("b", 1);
@@ -103,7 +103,7 @@ fn units_and_doubts_survive() {
     assert!(twice.contains("each measurement once"), "{twice}");
     let contents = panel.read().unwrap();
     assert_eq!(contents.drive_unit, Unit::Newton);
-    assert!(contents.panel[0].function.doubts.is_empty());
+    assert!(contents.panel[0].function.about.doubts.is_empty());
 }
 
 #[test]

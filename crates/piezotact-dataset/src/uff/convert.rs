@@ -113,7 +113,7 @@ pub(crate) fn recording_of(
         }
     }
     let mut recording = table_of(path, columns, rate, doubts, options, WithoutUnit::OnlyScale)?;
-    recording.provenance.steps.push(format!(
+    recording.about.provenance.steps.push(format!(
         "universal file of {}",
         Some(first.date())
             .filter(|date| !date.is_empty())
@@ -270,7 +270,7 @@ pub(crate) fn transfer_of(
     document.estimator = own.estimator;
     document.averages = own.averages;
     document.rate_hz = own.rate;
-    document.condition = own.condition;
+    document.about.condition = own.condition;
     Ok(document)
 }
 

@@ -49,7 +49,7 @@ pub fn write_uff(
     if let Some(rate) = document.rate_hz {
         first.push_str(&format!("; rate_hz={}", rate.hz()));
     }
-    let condition = &document.condition;
+    let condition = &document.about.condition;
     let mut parts = Vec::new();
     parts.extend(condition.load_n.map(|load| format!("load_n={}", load.0)));
     parts.extend(

@@ -21,11 +21,11 @@ pub(super) const OWN_TIME: &str = "piezotact recording";
 /// # Errors
 /// [`WriteError`] when it cannot be written, or a name or unit is longer than the format holds.
 pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Doubt>, WriteError> {
-    let rate = format!("rate_hz={}", recording.rate().hz());
     let time = format!("{:10}{:5}{:5}{:5} {:20} {:20}", 17, 0, 0, 0, "Time", "s");
     let none = format!("{:10}{:5}{:5}{:5} {:20} {:20}", 0, 0, 0, 0, "NONE", "NONE");
     let mut heads = Vec::new();
-    for channel in recording.channels() {
+    for (channel, clock) in recording.channels_with_clocks() {
+        let rate = format!("rate_hz={}", clock.rate_hz.hz());
         let mut text = format!("{:6}{:74}\n{:6}{:74}\n", -1, "", 58, "");
         for id in [
             line(path, &channel.name, "a name of a channel")?.as_str(),
@@ -45,8 +45,8 @@ pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Dou
             4,
             channel.samples.len(),
             1,
-            scientific(0.0, 13, 5),
-            scientific(1.0 / recording.rate().hz(), 13, 6),
+            scientific(clock.start_s.0, 13, 5),
+            scientific(1.0 / clock.rate_hz.hz(), 13, 6),
             scientific(0.0, 13, 5)
         ));
         let ordinate = axis(path, &channel.unit, "Response")?;

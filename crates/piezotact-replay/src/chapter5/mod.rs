@@ -137,9 +137,18 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         averaged.finding,
         Finding::not_yet(26, "the issue of campaigns"),
     ];
-    let of_entries = fingers.entries().iter().flat_map(|e| &e.function.doubts);
-    let of_devices = devices.entries().iter().flat_map(|e| &e.function.doubts);
-    let of_repeats = repeats.entries().iter().flat_map(|e| &e.function.doubts);
+    let of_entries = fingers
+        .entries()
+        .iter()
+        .flat_map(|e| &e.function.about.doubts);
+    let of_devices = devices
+        .entries()
+        .iter()
+        .flat_map(|e| &e.function.about.doubts);
+    let of_repeats = repeats
+        .entries()
+        .iter()
+        .flat_map(|e| &e.function.about.doubts);
     Ok(Chapter {
         number: 5,
         title: "Transfer functions of finger and device",
@@ -207,7 +216,7 @@ fn h1<I: Quantity>(
     let config = WelchConfig::hann(SEGMENT);
     let mut function =
         estimate(&from, &to, &config, Estimator::H1).map_err(ProcedureError::from)?;
-    function.condition = recording.condition.clone();
+    function.about.condition = recording.about.condition.clone();
     Ok(function)
 }
 

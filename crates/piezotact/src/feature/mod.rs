@@ -239,7 +239,7 @@ pub fn analyse(
     if !short.is_empty() && !long.is_empty() {
         doubts.push(Doubt::from(FeatureDoubt::ShortStrokes {
             count: short.len(),
-            needed_s: config.welch.segment as f64 / recording.rate().hz(),
+            needed_s: config.welch.segment as f64 / signals.rate.hz(),
         }));
     }
     let segmentation = &match long.as_slice() {
@@ -260,6 +260,7 @@ pub fn analyse(
             .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
         let fraction = clipped.fold(0.0, f64::max);
         let known = recording
+            .about
             .doubts
             .iter()
             .any(|doubt| matches!(doubt.kind(), Some(ClippingDoubt::Clipped { .. })));
@@ -270,7 +271,7 @@ pub fn analyse(
             }));
         }
     }
-    let mut plan = FeaturePlan::new(config, recording.rate(), unit.clone())?;
+    let mut plan = FeaturePlan::new(config, signals.rate, unit.clone())?;
     let mut strokes = Vec::with_capacity(segmentation.strokes.len());
     let mut psds = Vec::with_capacity(segmentation.strokes.len());
     for stroke in &segmentation.strokes {
@@ -278,7 +279,7 @@ pub fn analyse(
         strokes.push(features);
         psds.push(psd);
     }
-    let resolution_hz = recording.rate().hz() / config.welch.segment as f64;
+    let resolution_hz = signals.rate.hz() / config.welch.segment as f64;
     let hop = config.welch.hop().map_err(FeatureError::Estimate)?;
     let segments: usize = segmentation
         .strokes
@@ -291,10 +292,10 @@ pub fn analyse(
         }));
     }
     if config.high_pass.is_none() {
-        doubts.extend(gesture_kept(&vibrations, segmentation, recording.rate()));
+        doubts.extend(gesture_kept(&vibrations, segmentation, signals.rate));
     }
     Ok(Analysis {
-        fft: amplitudes(&vibrations, segmentation, recording.rate())?,
+        fft: amplitudes(&vibrations, segmentation, signals.rate)?,
         psd: StrokeSpectra::over(psds, resolution_hz),
         strokes,
         unit,
@@ -326,9 +327,11 @@ pub fn vibrations(
     segmentation: &Segmentation,
     high_pass: Option<HighPass>,
 ) -> Result<Vibrations, FeatureError> {
+    let roles = &segmentation.roles;
+    let rate = roles.rate_in(recording).map_err(FeatureError::Recording)?;
     let filter = match high_pass {
         Some(high_pass) => {
-            Some(ZeroPhase::high_pass(high_pass, recording.rate()).map_err(FeatureError::Filter)?)
+            Some(ZeroPhase::high_pass(high_pass, rate).map_err(FeatureError::Filter)?)
         }
         None => None,
     };

@@ -199,15 +199,15 @@ fn measured(unit: &Unit) -> bool {
 #[must_use]
 pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    for channel in recording.channels() {
+    for (channel, clock) in recording.channels_with_clocks() {
         let (name, samples) = (&channel.name, &channel.samples);
-        doubts.extend(inspect_samples(samples, recording.rate(), &channel.unit).doubts(name));
+        doubts.extend(inspect_samples(samples, clock.rate_hz, &channel.unit).doubts(name));
         if channel.unit == Unit::FullScale {
             let beyond = pair::beyond(samples, name, limit_fraction);
             doubts.extend(beyond.map(Doubt::from));
         }
     }
     doubts.extend(pair::copies_in(recording));
-    doubts.retain(|doubt| !recording.doubts.contains(doubt));
+    doubts.retain(|doubt| !recording.about.doubts.contains(doubt));
     doubts
 }

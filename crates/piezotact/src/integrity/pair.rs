@@ -13,15 +13,14 @@ use crate::recording::Recording;
 /// The copies among the channels of a recording. What a computer sends and what an amplifier is given may be one.
 pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
     let channels: Vec<_> = recording
-        .channels()
-        .iter()
-        .filter(|c| !super::commanded(&c.unit) && !never_changes(&c.samples))
+        .channels_with_clocks()
+        .filter(|(c, _)| !super::commanded(&c.unit) && !never_changes(&c.samples))
         .collect();
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     let mut doubts = Vec::new();
-    for (i, copy) in channels.iter().enumerate().skip(1) {
-        let found = channels[..i].iter().find_map(|of| {
-            if sends(&copy.unit) && sends(&of.unit) {
+    for (i, (copy, clock)) in channels.iter().enumerate().skip(1) {
+        let found = channels[..i].iter().find_map(|(of, of_clock)| {
+            if clock != of_clock || sends(&copy.unit) && sends(&of.unit) {
                 return None;
             }
             Some((of, copied(&of.samples, &copy.samples)?))
@@ -31,7 +30,7 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
                 channel: copy.name.clone(),
                 of: of.name.clone(),
                 factor: found.factor,
-                delay_s: found.later as f64 / recording.rate().hz(),
+                delay_s: found.later as f64 / clock.rate_hz.hz(),
             }));
         }
     }

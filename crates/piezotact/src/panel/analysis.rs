@@ -169,7 +169,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
     doubts.extend(odd);
     let members = panel.entries().iter();
     doubts.extend(of_members(
-        members.map(|e| (e.filing.to_string(), e.function.doubts.as_slice())),
+        members.map(|e| (e.filing.to_string(), e.function.about.doubts.as_slice())),
     ));
     Ok(PanelAnalysis {
         config: config.clone(),

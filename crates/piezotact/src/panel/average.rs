@@ -497,16 +497,19 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     }
     let functions: Vec<&TransferFunction<I, O>> = functions.iter().collect();
     let mut averaged = average(&functions, averaging).map_err(|error| named(error.into()))?;
-    averaged.doubts.extend(panel.unsound(band, Some(cell)));
-    averaged.doubts.extend(opposites.iter().cloned());
+    averaged
+        .about
+        .doubts
+        .extend(panel.unsound(band, Some(cell)));
+    averaged.about.doubts.extend(opposites.iter().cloned());
     let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
-    averaged.provenance.steps.push(format!(
+    averaged.about.provenance.steps.push(format!(
         "of {} measurements at {cell} of participants {}, each person's own averaged first",
         measured.clone().count(),
         people.join(", ")
     ));
-    averaged.doubts.extend(of_members(
-        measured.map(|e| (e.filing.to_string(), e.function.doubts.as_slice())),
+    averaged.about.doubts.extend(of_members(
+        measured.map(|e| (e.filing.to_string(), e.function.about.doubts.as_slice())),
     ));
     if functions.len() > 1 {
         let costs = costs(
@@ -517,18 +520,24 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             Criterion::thesis_2024(),
         )
         .map_err(named)?;
-        averaged.doubts.push(Doubt::from(PanelDoubt::Averaged {
-            participants: people.len(),
-            penalty_db_rms: costs.mean_db_rms,
-            interval_db_rms: costs.interval_db_rms,
-            worst: costs.worst.participant,
-            worst_db_rms: costs.worst.db_rms,
-        }));
+        averaged
+            .about
+            .doubts
+            .push(Doubt::from(PanelDoubt::Averaged {
+                participants: people.len(),
+                penalty_db_rms: costs.mean_db_rms,
+                interval_db_rms: costs.interval_db_rms,
+                worst: costs.worst.participant,
+                worst_db_rms: costs.worst.db_rms,
+            }));
     } else {
-        averaged.doubts.push(Doubt::from(CompareDoubt::NoInterval {
-            what: "the average over people".into(),
-            groups: 1,
-        }));
+        averaged
+            .about
+            .doubts
+            .push(Doubt::from(CompareDoubt::NoInterval {
+                what: "the average over people".into(),
+                groups: 1,
+            }));
     }
     Ok(averaged)
 }

@@ -29,9 +29,9 @@ fn of(who: &str, repeat: u32, level_db: f64) -> Entry<Force, Acceleration> {
     let mut function =
         TransferFunction::from_lines(lines, vec![0.99; 201], 5.0, rate, Estimator::H1, 100)
             .unwrap();
-    function.condition.participant = Some(who.into());
-    function.condition.load_n = Some(at().load_n);
-    function.condition.angle_deg = Some(at().angle_deg);
+    function.about.condition.participant = Some(who.into());
+    function.about.condition.load_n = Some(at().load_n);
+    function.about.condition.angle_deg = Some(at().angle_deg);
     let filing = Filing {
         participant: who.into(),
         cell: at(),
@@ -53,7 +53,7 @@ fn turned(entry: Entry<Force, Acceleration>) -> Entry<Force, Acceleration> {
         function.averages,
     )
     .unwrap();
-    other.condition = function.condition;
+    other.about.condition = function.about.condition;
     Entry {
         filing,
         function: other,
@@ -91,7 +91,7 @@ fn a_turned_sign_is_named() {
     let log = BundleAverage::LogMagnitude;
     let averaged = average_of_panel(&panel, at(), log, band()).unwrap();
     let opposite = |d: &Doubt| matches!(d.kind(), Some(PanelDoubt::OppositeSign { .. }));
-    assert!(averaged.doubts.iter().any(opposite));
+    assert!(averaged.about.doubts.iter().any(opposite));
     // Two that cancel: no word of a device that does not answer.
     let cancel = Panel::new(vec![of("a", 1, 0.0), turned(of("b", 1, 0.0))]).unwrap();
     let mut config = PanelConfig::usual(band(), 1);
@@ -114,18 +114,18 @@ fn a_turned_sign_is_named() {
 fn other_benches_and_estimators_are_told_apart() {
     let refused = |change: &dyn Fn(&mut Entry<Force, Acceleration>)| {
         let mut entries = four();
-        entries[0].function.provenance.bench = Some(BenchKind::Twin);
+        entries[0].function.about.provenance.bench = Some(BenchKind::Twin);
         change(&mut entries[2]);
         Panel::new(entries).unwrap_err().to_string()
     };
     let said = refused(&|e| e.function.estimator = Estimator::H2);
     assert!(said.contains("estimator") && said.contains("H2"), "{said}");
-    let said = refused(&|e| e.function.provenance.bench = Some(BenchKind::Hardware));
+    let said = refused(&|e| e.function.about.provenance.bench = Some(BenchKind::Hardware));
     assert!(said.contains("twin") && said.contains("real"), "{said}");
     let mut entries = four();
     for (seed, entry) in [7, 7, 8, 7].into_iter().zip(&mut entries) {
-        entry.function.provenance.bench = Some(BenchKind::Twin);
-        entry.function.provenance.seed = Some(seed);
+        entry.function.about.provenance.bench = Some(BenchKind::Twin);
+        entry.function.about.provenance.seed = Some(seed);
     }
     let said = doubts(entries)[0].to_string();
     assert!(
@@ -140,8 +140,8 @@ fn two_twins_under_one_name_are_refused() {
     let mut entries = four();
     entries.push(of("a", 2, 0.15));
     for (seed, entry) in [7, 7, 7, 7, 8].into_iter().zip(&mut entries) {
-        entry.function.provenance.bench = Some(BenchKind::Twin);
-        entry.function.provenance.seed = Some(seed);
+        entry.function.about.provenance.bench = Some(BenchKind::Twin);
+        entry.function.about.provenance.seed = Some(seed);
     }
     let said = Panel::new(entries).unwrap_err().to_string();
     assert!(
@@ -154,8 +154,8 @@ fn two_twins_under_one_name_are_refused() {
 fn a_measurement_of_somebody_else_is_named() {
     for text in ["twin, participant P02", "as participant P02 at 20°, 0.2 N"] {
         let mut entries = four();
-        entries[1].function.provenance.source = text.into();
-        entries[2].function.provenance.source = "twin, participant c".into();
+        entries[1].function.about.provenance.source = text.into();
+        entries[2].function.about.provenance.source = "twin, participant c".into();
         let said = doubts(entries);
         let text = said[0].to_string();
         assert!(
@@ -232,7 +232,7 @@ fn what_was_not_driven_is_doubted() {
     let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band()).unwrap();
     assert_eq!(averaged.driven, Band::new(Hertz(100.0), Hertz(1000.0)).ok());
     let not_driven = |d: &Doubt| matches!(d.kind(), Some(TransferDoubt::NotDriven { .. }));
-    assert!(averaged.doubts.iter().any(not_driven));
+    assert!(averaged.about.doubts.iter().any(not_driven));
     let mut entries = four();
     let loud = &entries[3].function;
     let mut faint = TransferFunction::from_lines(
@@ -244,7 +244,7 @@ fn what_was_not_driven_is_doubted() {
         100,
     )
     .unwrap();
-    faint.condition = loud.condition.clone();
+    faint.about.condition = loud.about.condition.clone();
     entries[3].function = faint;
     let said = verdict(entries).1;
     assert!(
@@ -287,7 +287,7 @@ fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
         let rate = function.rate;
         let mut other =
             TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap();
-        other.condition = function.condition;
+        other.about.condition = function.about.condition;
         Entry {
             filing,
             function: other,

@@ -300,12 +300,12 @@ impl Artefact {
             function.averages,
         )
         .map_err(ControlError::Transfer)?;
-        freed.condition = function.condition.clone();
+        freed.about.condition = function.about.condition.clone();
         freed.drive.clone_from(&function.drive);
         freed.driven = function.driven;
         freed.effective_averages = function.effective_averages;
-        freed.doubts.clone_from(&function.doubts);
-        freed.provenance = function.provenance.clone().then(format!(
+        freed.about.doubts.clone_from(&function.about.doubts);
+        freed.about.provenance = function.about.provenance.clone().then(format!(
             "divided by the bench's artefact at {:.1} Hz, {:.1} dB deep in the control",
             self.at_hz, self.depth_db
         ));

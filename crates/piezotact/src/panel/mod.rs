@@ -257,7 +257,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }
         let all: Vec<&TransferFunction<I, O>> = placements.iter().collect();
         let mut own = average(&all, averaging)?;
-        own.condition.participant = Some(participant.to_owned());
+        own.about.condition.participant = Some(participant.to_owned());
         Ok(Some(own))
     }
 

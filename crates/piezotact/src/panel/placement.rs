@@ -270,9 +270,9 @@ mod tests {
         )
         .unwrap();
         let participant = format!("P{person:02}");
-        function.condition.participant = Some(participant.clone());
-        function.condition.load_n = Some(AT.load_n);
-        function.condition.angle_deg = Some(AT.angle_deg);
+        function.about.condition.participant = Some(participant.clone());
+        function.about.condition.load_n = Some(AT.load_n);
+        function.about.condition.angle_deg = Some(AT.angle_deg);
         let filing = Filing {
             participant,
             cell: AT,

@@ -37,9 +37,9 @@ fn filed(
     [placement, repeat]: [u32; 2],
     mut function: H,
 ) -> Entry<Force, Acceleration> {
-    function.condition.participant = Some(who.into());
-    function.condition.load_n = Some(cell.load_n);
-    function.condition.angle_deg = Some(cell.angle_deg);
+    function.about.condition.participant = Some(who.into());
+    function.about.condition.load_n = Some(cell.load_n);
+    function.about.condition.angle_deg = Some(cell.angle_deg);
     let filing = Filing {
         participant: who.into(),
         cell,
@@ -233,15 +233,19 @@ fn the_complex_mean_loses_what_phases_spread() {
     let log =
         average_of_panel(&panel, cell(0.2, 20.0), BundleAverage::LogMagnitude, band()).unwrap();
     assert!((log.response()[100].norm() - 1.0).abs() < 1e-12);
-    assert!(log.condition.participant.is_none() && log.condition.load_n == Some(Newtons(0.2)));
     assert!(
-        log.provenance
+        log.about.condition.participant.is_none()
+            && log.about.condition.load_n == Some(Newtons(0.2))
+    );
+    assert!(
+        log.about
+            .provenance
             .steps
             .last()
             .unwrap()
             .contains("participants a, b")
     );
-    assert!(log.doubts.iter().any(|d| matches!(
+    assert!(log.about.doubts.iter().any(|d| matches!(
         d.kind(),
         Some(PanelDoubt::Averaged {
             participants: 2,
@@ -382,23 +386,23 @@ fn what_does_not_belong_together_is_refused_by_name() {
     type Change<'a> = &'a dyn Fn(&mut Entry<Force, Acceleration>);
     let cases: [(Change<'_>, &[&str]); 8] = [
         (
-            &|e| e.function.condition.participant = Some("c".into()),
+            &|e| e.function.about.condition.participant = Some("c".into()),
             &["participant b", "participant c"],
         ),
         (
-            &|e| e.function.condition.participant = None,
+            &|e| e.function.about.condition.participant = None,
             &["participant", "nothing that says it"],
         ),
         (
-            &|e| e.function.condition.load_n = None,
+            &|e| e.function.about.condition.load_n = None,
             &["load", "state it"],
         ),
         (
-            &|e| e.function.condition.angle_deg = None,
+            &|e| e.function.about.condition.angle_deg = None,
             &["angle", "state it"],
         ),
         (
-            &|e| e.function.condition.load_n = Some(Newtons(0.4)),
+            &|e| e.function.about.condition.load_n = Some(Newtons(0.4)),
             &["measured at 20°, 0.4 N"],
         ),
         (
@@ -515,6 +519,7 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
     assert!(
         removed
             .function
+            .about
             .provenance
             .steps
             .last()

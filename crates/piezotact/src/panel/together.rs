@@ -61,7 +61,7 @@ impl Filing {
 pub(super) fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(), PanelError> {
     let filing = &entry.filing;
     filing.checked()?;
-    let known = &entry.function.condition;
+    let known = &entry.function.about.condition;
     let lacks = |what| PanelError::Unknown {
         filing: filing.clone(),
         what,
@@ -123,7 +123,7 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
         let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
         return Err(differ("estimator", name(one), name(other)));
     }
-    match (one.provenance.bench, other.provenance.bench) {
+    match (one.about.provenance.bench, other.about.provenance.bench) {
         (Some(a), Some(b)) if a != b => Err(differ("bench", kind(a), kind(b))),
         _ => Ok(()),
     }
@@ -176,8 +176,10 @@ pub(super) fn distinct<I: Quantity, O: Quantity>(
 
 /// Whose measurement it is; a file of before says a twin's seed in its provenance alone.
 fn person<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Option<String> {
-    let known = entry.function.condition.clone();
-    known.with_twin_of(&entry.function.provenance).person()
+    let known = entry.function.about.condition.clone();
+    known
+        .with_twin_of(&entry.function.about.provenance)
+        .person()
 }
 
 /// Refuses two people under one name: P02 of the twin of one seed and P02 of that of another.
@@ -205,14 +207,15 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The doubt about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Doubt> {
         let twin = |entry: &&Entry<I, O>| {
-            entry.function.provenance.bench == Some(BenchKind::Twin)
-                && entry.function.provenance.seed.is_some()
+            entry.function.about.provenance.bench == Some(BenchKind::Twin)
+                && entry.function.about.provenance.seed.is_some()
         };
         let mut twins = self.entries.iter().filter(twin);
         let first = twins.next()?;
-        let other = twins.find(|e| e.function.provenance.seed != first.function.provenance.seed)?;
+        let other = twins
+            .find(|e| e.function.about.provenance.seed != first.function.about.provenance.seed)?;
         let told = |entry: &Entry<I, O>| {
-            let seed = entry.function.provenance.seed.unwrap_or_default();
+            let seed = entry.function.about.provenance.seed.unwrap_or_default();
             format!("{} is of seed {seed}", entry.filing)
         };
         Some(Doubt::from(PanelDoubt::SeveralTwins {
@@ -225,7 +228,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     pub(super) fn named_otherwise(&self) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         for entry in &self.entries {
-            let provenance = &entry.function.provenance;
+            let provenance = &entry.function.about.provenance;
             let texts = std::iter::once(&provenance.source).chain(&provenance.steps);
             let mut named = texts.filter_map(|text| {
                 let (_, after) = text.split_once("participant ")?;

@@ -51,9 +51,9 @@ fn panel_of(people: &[Vec<Vec<f64>>]) -> Panel<Force, Acceleration> {
                 load_n: Newtons(0.2 * (load + 1) as f64),
                 angle_deg: Degrees(20.0),
             };
-            function.condition.participant = Some(format!("P{i:02}"));
-            function.condition.load_n = Some(cell.load_n);
-            function.condition.angle_deg = Some(cell.angle_deg);
+            function.about.condition.participant = Some(format!("P{i:02}"));
+            function.about.condition.load_n = Some(cell.load_n);
+            function.about.condition.angle_deg = Some(cell.angle_deg);
             let filing = Filing {
                 participant: format!("P{i:02}"),
                 cell,

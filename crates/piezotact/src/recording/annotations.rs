@@ -22,6 +22,49 @@ pub struct Annotations {
     pub events: Vec<Event>,
 }
 
+impl Annotations {
+    /// Those of the part of a recording from `from_s` on for `length_s`: labels as they are, events counted from the first
+    /// sample of the part and cropped to it, those outside it left out; the start that much later.
+    #[must_use]
+    pub fn cut(&self, from_s: Seconds, length_s: Seconds) -> Self {
+        let cropped = |event: &Event| {
+            let begins_s = event.onset_s.0 - from_s.0;
+            let ends_s = begins_s + event.duration_s.0.max(0.0);
+            let inside = if event.duration_s.0 > 0.0 {
+                begins_s < length_s.0 && ends_s > 0.0
+            } else {
+                (0.0..length_s.0).contains(&begins_s)
+            };
+            let (onset_s, end_s) = (begins_s.max(0.0), ends_s.min(length_s.0));
+            let whole = begins_s >= 0.0 && ends_s <= length_s.0;
+            inside.then(|| Event {
+                onset_s: Seconds(onset_s),
+                duration_s: match whole {
+                    true => event.duration_s,
+                    false => Seconds(end_s - onset_s),
+                },
+                ..event.clone()
+            })
+        };
+        Self {
+            started_at: self.started_at.as_ref().map(|start| start.later(from_s)),
+            labels: self.labels.clone(),
+            events: self.events.iter().filter_map(cropped).collect(),
+        }
+    }
+
+    /// Those of a recording whose time was warped: labels and the start as they are, no events, as they have no place in it;
+    /// and how many were left out.
+    #[must_use]
+    pub fn without_events(&self) -> (Self, usize) {
+        let kept = Self {
+            events: Vec::new(),
+            ..self.clone()
+        };
+        (kept, self.events.len())
+    }
+}
+
 /// Something that happened while a recording ran: a stimulus, an answer, a mark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
@@ -66,6 +109,81 @@ pub enum EventValue {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct StartTime(String);
+
+impl StartTime {
+    /// The time `by` later, to the nanosecond, in the same zone.
+    #[must_use]
+    pub fn later(&self, by: Seconds) -> Self {
+        /// Nanoseconds of a second, and of a day.
+        const SECOND: i128 = 1_000_000_000;
+        const DAY: i128 = 86_400 * SECOND;
+        let added = (by.0 * 1e9).round();
+        let zone = self.0.rfind(['Z', '+']).or_else(|| {
+            let sign = self.0.rfind('-')?;
+            (sign > 10).then_some(sign)
+        });
+        let (clock, offset) = self.0.split_at(zone.unwrap_or(self.0.len()));
+        let (whole, fraction) = clock.split_once('.').unwrap_or((clock, ""));
+        let parts: Vec<i128> = whole
+            .split(['-', 'T', ':'])
+            .filter_map(|part| part.parse().ok())
+            .collect();
+        let &[year, month, day, hour, minute, second] = parts.as_slice() else {
+            return self.clone();
+        };
+        if added == 0.0 || !added.is_finite() {
+            return self.clone();
+        }
+        let fraction: String = fraction
+            .chars()
+            .chain("000000000".chars())
+            .take(9)
+            .collect();
+        let of_day = ((hour * 60 + minute) * 60 + second) * SECOND;
+        let at = days_of(year, month, day) * DAY
+            + of_day
+            + fraction.parse::<i128>().unwrap_or(0)
+            + added as i128;
+        let (year, month, day) = date_of(at.div_euclid(DAY));
+        let of_day = at.rem_euclid(DAY);
+        let second = of_day / SECOND;
+        let fraction = format!(".{:09}", of_day % SECOND);
+        Self(format!(
+            "{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}{}{offset}",
+            second / 3600,
+            second / 60 % 60,
+            second % 60,
+            fraction.trim_end_matches('0').trim_end_matches('.')
+        ))
+    }
+}
+
+/// The days from 1 March of year 0 to a date of the Gregorian calendar.
+fn days_of(year: i128, month: i128, day: i128) -> i128 {
+    let (year, month) = match month {
+        1 | 2 => (year - 1, month + 9),
+        _ => (year, month - 3),
+    };
+    365 * year + year.div_euclid(4) - year.div_euclid(100)
+        + year.div_euclid(400)
+        + (153 * month + 2) / 5
+        + day
+        - 1
+}
+
+/// The date so many days after 1 March of year 0.
+fn date_of(days: i128) -> (i128, i128, i128) {
+    let of_era = days.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let year = year_of_era + 400 * days.div_euclid(146_097);
+    match month {
+        0..=9 => (year, month + 3, day),
+        _ => (year + 1, month - 9, day),
+    }
+}
 
 impl TryFrom<String> for StartTime {
     type Error = NoStartTime;
@@ -155,6 +273,60 @@ mod tests {
         ] {
             assert!(StartTime::try_from(text.to_owned()).is_err(), "{text}");
         }
+    }
+
+    /// Against the calendar of Python's `datetime`.
+    #[test]
+    fn a_later_time_follows_the_calendar() {
+        for (from, by_s, to) in [
+            (
+                "2024-02-28T23:59:59.5+01:00",
+                0.75,
+                "2024-02-29T00:00:00.25+01:00",
+            ),
+            ("2023-12-31T23:00:00Z", 3600.0, "2024-01-01T00:00:00Z"),
+            ("1900-02-28T12:00:00", 86_400.0, "1900-03-01T12:00:00"),
+            (
+                "2000-02-28T12:00:00-05:00",
+                86_400.0,
+                "2000-02-29T12:00:00-05:00",
+            ),
+            ("2024-03-01T00:00:00Z", -1.0, "2024-02-29T23:59:59Z"),
+            ("2024-03-01T10:22:33.500Z", 0.0, "2024-03-01T10:22:33.500Z"),
+        ] {
+            let start = StartTime::try_from(from.to_owned()).unwrap();
+            assert_eq!(start.later(Seconds(by_s)).to_string(), to, "{from}");
+        }
+    }
+
+    #[test]
+    fn a_part_keeps_the_events_within_it() {
+        let event = |onset_s: f64, duration_s: f64| Event {
+            onset_s: Seconds(onset_s),
+            duration_s: Seconds(duration_s),
+            kind: "stimulus".into(),
+            value: None,
+        };
+        let whole = Annotations {
+            started_at: StartTime::try_from("2024-03-01T10:22:33Z".to_owned()).ok(),
+            labels: [("session".to_owned(), "2".to_owned())].into(),
+            events: vec![
+                event(0.5, 0.0),
+                event(0.5, 1.0),
+                event(1.5, 0.25),
+                event(2.75, 1.0),
+                event(3.0, 0.0),
+            ],
+        };
+        let part = whole.cut(Seconds(1.0), Seconds(2.0));
+        assert_eq!(part.labels, whole.labels);
+        let at = part.started_at.map(|start| start.to_string());
+        assert_eq!(at.as_deref(), Some("2024-03-01T10:22:34Z"));
+        let expected = [event(0.0, 0.5), event(0.5, 0.25), event(1.75, 0.25)];
+        assert_eq!(part.events, expected);
+        let (warped, left_out) = whole.without_events();
+        assert_eq!((warped.events.len(), left_out), (0, 5));
+        assert_eq!(warped.started_at, whole.started_at);
     }
 
     #[test]

@@ -88,7 +88,7 @@ impl<'a> Signals<'a> {
             }
         };
         Ok(Self {
-            rate: recording.rate(),
+            rate: roles.rate_in(recording).map_err(SegmentError::Channel)?,
             vibration: match roles.vibration.first() {
                 Some(name) => Some(channel(name)?.samples.as_slice()),
                 None => None,

@@ -279,10 +279,10 @@ pub fn average<I: Quantity, O: Quantity>(
         BundleAverage::LogMagnitude => "mean of log magnitudes and phases",
     };
     averaged.drive.clone_from(&first.drive);
-    averaged.condition = first.condition.clone();
-    averaged.condition.participant = None;
-    averaged.condition.twin_seed = None;
-    averaged.provenance = in_common(functions, people)
+    averaged.about.condition = first.about.condition.clone();
+    averaged.about.condition.participant = None;
+    averaged.about.condition.twin_seed = None;
+    averaged.about.provenance = in_common(functions, people)
         .then(format!("{told} of {} transfer functions", functions.len()));
     Ok(averaged)
 }
@@ -291,7 +291,7 @@ pub fn average<I: Quantity, O: Quantity>(
 fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) -> usize {
     let mut people: Vec<String> = functions
         .iter()
-        .filter_map(|f| f.condition.person())
+        .filter_map(|f| f.about.condition.person())
         .collect();
     people.sort();
     people.dedup();
@@ -320,8 +320,9 @@ fn in_common<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     people: usize,
 ) -> Provenance {
-    let mut common = functions[0].provenance.clone();
-    let all = |holds: &dyn Fn(&Provenance) -> bool| functions.iter().all(|f| holds(&f.provenance));
+    let mut common = functions[0].about.provenance.clone();
+    let all =
+        |holds: &dyn Fn(&Provenance) -> bool| functions.iter().all(|f| holds(&f.about.provenance));
     if people > 1 {
         common.source = format!("average of {people} people");
     } else if !all(&|p| p.source == common.source) {
@@ -445,10 +446,10 @@ mod tests {
     fn an_average_says_what_it_is_of() {
         let of = |who: &str, seed: u64, driven: [f64; 2]| {
             let mut f = flat([0.0; 5], 0.0);
-            f.condition.participant = Some(who.into());
-            f.provenance.source = format!("bench with {who}");
-            f.provenance.seed = Some(seed);
-            f.provenance.steps = vec!["bench".into(), format!("of {who}")];
+            f.about.condition.participant = Some(who.into());
+            f.about.provenance.source = format!("bench with {who}");
+            f.about.provenance.seed = Some(seed);
+            f.about.provenance.steps = vec!["bench".into(), format!("of {who}")];
             f.effective_averages = 12.5;
             f.averages = usize::MAX;
             f.driven = Band::new(Hertz(driven[0]), Hertz(driven[1])).ok();
@@ -464,16 +465,19 @@ mod tests {
         assert_eq!(own.averages, usize::MAX);
         assert!((own.effective_averages - 25.0).abs() < 1e-12 && own.confidence().is_some());
         assert_eq!(own.driven, Band::new(Hertz(10.0), Hertz(30.0)).ok());
-        assert_eq!(own.provenance.source, "bench with a");
+        assert_eq!(own.about.provenance.source, "bench with a");
         assert_eq!(
-            (own.provenance.seed, own.provenance.steps.len()),
+            (own.about.provenance.seed, own.about.provenance.steps.len()),
             (Some(7), 3)
         );
         let both = average(&[&a, &b], log).unwrap();
         assert!(both.effective_averages == 0.0 && both.confidence().is_none());
-        assert_eq!(both.provenance.source, "average of 2 people");
+        assert_eq!(both.about.provenance.source, "average of 2 people");
         assert_eq!(
-            (both.provenance.seed, both.provenance.steps.len()),
+            (
+                both.about.provenance.seed,
+                both.about.provenance.steps.len()
+            ),
             (None, 2)
         );
         let apart = average(&[&of("a", 7, [10.0, 20.0]), &of("a", 7, [30.0, 40.0])], log);

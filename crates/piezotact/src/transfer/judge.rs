@@ -213,7 +213,7 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Doubt> {
     // Late or early signals turn the phases, and nothing follows from them.
-    if function.doubts.iter().any(out_of_step) {
+    if function.about.doubts.iter().any(out_of_step) {
         return None;
     }
     let (mut net, mut all) = (0.0, 0.0);
@@ -236,27 +236,31 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
 ) {
-    if !function.doubts.iter().any(out_of_step) {
+    if !function.about.doubts.iter().any(out_of_step) {
         return;
     }
     let whole = function
         .driven
         .and_then(|band| delay_of_signals(drive.samples(), response.samples(), drive.rate(), band));
     let unrelated = function
+        .about
         .doubts
         .iter()
         .any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })));
     match (whole, function.delay()) {
         // No lag stands out: there is none to speak of.
-        (None, _) => function.doubts.retain(|doubt| {
+        (None, _) => function.about.doubts.retain(|doubt| {
             !out_of_step(doubt) || matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. }))
         }),
         // Lines resolve a delay within their segment better than the signals do, which may be of few frequencies.
         (Some(whole), Some(of_lines)) if !unrelated && whole.agrees(&of_lines) => {}
         (Some(whole), _) => {
-            function.doubts.retain(|doubt| !out_of_step(doubt));
+            function.about.doubts.retain(|doubt| !out_of_step(doubt));
             let segment_s = 1.0 / function.resolution_hz;
-            function.doubts.extend(out_of_step_by(whole, segment_s));
+            function
+                .about
+                .doubts
+                .extend(out_of_step_by(whole, segment_s));
         }
     }
 }

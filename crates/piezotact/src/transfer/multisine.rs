@@ -207,7 +207,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         segment,
     )?;
     let mut function = TransferFunction::estimated(&spectra, Estimator::H1, drive, response)?;
-    function.provenance.steps.push(format!(
+    function.about.provenance.steps.push(format!(
         "best linear approximation from {} realisations of {} periods of {:.3}, neighbouring lines averaged to steps of {:.3} Hz: {} averages",
         blocks.rows,
         blocks.in_a_row,
@@ -216,7 +216,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         spectra.averages
     ));
     let distortion = distortion(&transformed, [&x, &y], &driven, blocks);
-    function.doubts.extend(distortion_doubt(&distortion));
+    function.about.doubts.extend(distortion_doubt(&distortion));
     Ok(BestLinear {
         function,
         distortion,

@@ -189,7 +189,7 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
         segment,
     )?;
     let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
-    function.provenance.steps.push(format!(
+    function.about.provenance.steps.push(format!(
         "transfer function {estimator:?} of {} sweeps of {:.3}, neighbouring lines averaged to steps of {:.3} Hz: {} averages",
         records.len(),
         drive.rate().duration_of(blocks.length),

@@ -76,9 +76,9 @@ pub fn pooled<I: Quantity, O: Quantity>(
     .map_err(BundleError::Transfer)?;
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
     one.driven = first.driven;
-    one.condition.clone_from(&first.condition);
+    one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
-    one.provenance.clone_from(&first.provenance);
+    one.about.provenance.clone_from(&first.about.provenance);
     // What follows from the estimate is judged anew.
     let own = |doubt: &&Doubt| {
         !matches!(
@@ -90,12 +90,13 @@ pub fn pooled<I: Quantity, O: Quantity>(
             )
         )
     };
-    for doubt in repeats.iter().flat_map(|r| &r.doubts).filter(own) {
-        if !one.doubts.contains(doubt) {
-            one.doubts.push(doubt.clone());
+    for doubt in repeats.iter().flat_map(|r| &r.about.doubts).filter(own) {
+        if !one.about.doubts.contains(doubt) {
+            one.about.doubts.push(doubt.clone());
         }
     }
-    one.provenance = one
+    one.about.provenance = one
+        .about
         .provenance
         .then(format!("{} repeats as one estimate", repeats.len()));
     Ok(one)

@@ -77,7 +77,7 @@ fn filing_of(
         )
         .into()
     };
-    let known = &mut document.condition;
+    let known = &mut document.about.condition;
     let participant = args
         .participant
         .clone()

@@ -34,6 +34,7 @@ pub(crate) fn run(args: &Average) -> Outcome {
     let document = TransferDocument::of(&function, contents.drive_unit, contents.response_unit);
     write_transfer(&args.out, &document)?;
     function
+        .about
         .doubts
         .extend(TransferFormat::of_ending(&args.out).losses());
     let people: Vec<&str> = panel
@@ -45,15 +46,15 @@ pub(crate) fn run(args: &Average) -> Outcome {
     if args.json {
         return print_json(&json!({
             "out": args.out,
-            "condition": function.condition,
+            "condition": function.about.condition,
             "participants": people,
             "average": args.average.averaging(),
             "averages": function.averages,
-            "provenance": function.provenance,
-            "doubts": doubts_json(&function.doubts)?,
+            "provenance": function.about.provenance,
+            "doubts": doubts_json(&function.about.doubts)?,
         }));
     }
-    say_doubts(&function.doubts);
+    say_doubts(&function.about.doubts);
     print(&format!(
         "wrote {}: the average of {} people at {cell}",
         args.out.display(),

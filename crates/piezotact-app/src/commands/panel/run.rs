@@ -264,6 +264,6 @@ fn measure(
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
     let step = PanelFolder::campaign_step(campaign, filing);
-    document.provenance.steps.push(step);
+    document.about.provenance.steps.push(step);
     Ok(folder.file(filing, &document)?)
 }

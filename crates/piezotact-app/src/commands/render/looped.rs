@@ -7,6 +7,7 @@ use crate::benches::BenchSpec;
 use piezotact::correct::CorrectConfig;
 use piezotact::lineage::Mode;
 use piezotact::quantity::Acceleration;
+use piezotact::recording::About;
 use piezotact::run::RunStart;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
@@ -54,7 +55,7 @@ pub(super) fn run(
     let run = run_plan(&label, &args.finger, bench.acquirer.as_ref());
     let here = bench.acquirer.condition(&run);
     // Before anything plays.
-    for doubt in asked.function.condition.doubts_when_measured(&here) {
+    for doubt in asked.function.about.condition.doubts_when_measured(&here) {
         say(&format!("doubt: {}", text(&doubt)));
     }
     let loop_config = LoopConfig {
@@ -169,8 +170,10 @@ impl Corrected {
                     label: "render".into(),
                     rate_hz: recording.rate(),
                     channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
-                    condition: recording.condition.clone(),
-                    provenance: recording.provenance.clone(),
+                    about: About::new(
+                        recording.about.condition.clone(),
+                        recording.about.provenance.clone(),
+                    ),
                     setup: None,
                     drive: None,
                 },
@@ -184,7 +187,10 @@ impl Corrected {
             .map(|channel| channel.samples.clone())
             .collect();
         journal.append(&samples)?;
-        let kept = journal.finish(recording.provenance.clone(), recording.doubts.clone())?;
+        let kept = journal.finish(
+            recording.about.provenance.clone(),
+            recording.about.doubts.clone(),
+        )?;
         if let Some(kept) = kept {
             say(&format!(
                 "the recording of that name that was there is kept as {}",

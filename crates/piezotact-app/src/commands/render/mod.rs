@@ -9,7 +9,7 @@ use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
-use piezotact::recording::Annotations;
+use piezotact::recording::{About, Annotations};
 use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_device, require_gain,
@@ -274,17 +274,18 @@ impl Job<'_> {
             },
         };
         let (mut drive, corrected) = first.map_err(|refused| refused.failure)?;
-        let doubts = contents.recording.doubts.iter();
-        drive.doubts.splice(0..0, doubts.cloned());
+        let doubts = contents.recording.about.doubts.iter();
+        drive.about.doubts.splice(0..0, doubts.cloned());
         drive
+            .about
             .provenance
             .steps
             .insert(0, format!("target {}", self.target.display()));
         let target = texture.amplified(Decibels(level));
-        let so_far = contents.recording.provenance.lineage.clone();
+        let so_far = contents.recording.about.provenance.lineage.clone();
         let so_far = so_far.unwrap_or_else(|| Lineage::of(name(self.target)));
         let lineage = lineage(so_far, &name(self.transfer), level, (&target, &drive));
-        drive.provenance.lineage = Some(lineage);
+        drive.about.provenance.lineage = Some(lineage);
         let rendering = Rendering::of(&drive, &name(self.target), level);
         write_drive(&self.out, &drive, args.rate, rendering.clone())?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
@@ -446,7 +447,7 @@ impl Done {
     /// What was written, in words.
     fn told(&self) -> Outcome {
         let drive = &self.drive;
-        say_doubts(&drive.doubts);
+        say_doubts(&drive.about.doubts);
         let bands: Vec<String> = drive
             .coverage
             .reached
@@ -486,8 +487,8 @@ impl Done {
             "drive_setup": drive.setup,
             "gains": gains.map(|setup| gains_for(&drive.headroom, setup)),
             "loop": self.corrected.as_ref().map(|corrected| corrected.json()),
-            "condition": drive.condition,
-            "doubts": doubts_json(&drive.doubts)?,
+            "condition": drive.about.condition,
+            "doubts": doubts_json(&drive.about.doubts)?,
         }))
     }
 }
@@ -505,8 +506,11 @@ pub(crate) fn write_drive(
             unit: Unit::FullScale,
         }),
         channels: vec!["drive".into()],
-        condition: drive.condition.clone(),
-        provenance: drive.provenance.clone(),
+        // What is doubted of a drive stands with its rendering.
+        about: About::new(
+            drive.about.condition.clone(),
+            drive.about.provenance.clone(),
+        ),
         annotations: Annotations::default(),
         rendering: Some(rendering),
     };

@@ -52,7 +52,7 @@ pub(crate) struct Take {
 
 impl Take {
     pub(crate) fn condition(&self) -> &Condition {
-        &self.recording.condition
+        &self.recording.about.condition
     }
 
     /// Everything that is in doubt about it.
@@ -60,6 +60,7 @@ impl Take {
         let analysis = self.analysis.iter().flat_map(|a| &a.doubts);
         let all = self
             .recording
+            .about
             .doubts
             .iter()
             .chain(&self.segmentation.doubts);
@@ -147,16 +148,19 @@ fn take(path: &Path, args: &Takes) -> Outcome<Take> {
         labels,
         doubts,
     } = naming;
-    recording.doubts.extend(doubts);
-    complete(&mut recording.condition, named, args)?;
+    recording.about.doubts.extend(doubts);
+    complete(&mut recording.about.condition, named, args)?;
     let (guessed, doubts) = Roles::guess(&recording);
     let roles = stated_roles(guessed, args, &recording).map_err(at)?;
     if args.vibration.is_empty() {
-        recording.doubts.extend(doubts);
+        recording.about.doubts.extend(doubts);
     }
+    let recording = recording
+        .on_the_clock_of(roles.channels())
+        .map_err(|e| at(e.into()))?;
     let expected = Expected {
-        load_n: recording.condition.load_n,
-        speed_m_s: recording.condition.speed_m_s,
+        load_n: recording.about.condition.load_n,
+        speed_m_s: recording.about.condition.speed_m_s,
         judging: if args.every_contact {
             Judging::ContactOnly
         } else {

@@ -85,14 +85,14 @@ pub(crate) fn run(args: &Record) -> Outcome {
             "rate_hz": start.rate_hz,
             "duration_s": duration,
             "channels": start.channels,
-            "condition": start.condition,
-            "provenance": start.provenance,
+            "condition": start.about.condition,
+            "provenance": start.about.provenance,
         }));
     }
     print(&format!(
         "wrote {}: {duration:.2} on the {}",
         args.out.display(),
-        start.provenance.source
+        start.about.provenance.source
     ))
 }
 
@@ -244,8 +244,7 @@ fn sound(
             unit: Acceleration::UNIT,
         }),
         channels: vec![ACCELERATION_CHANNEL.into()],
-        condition: start.condition.clone(),
-        provenance: start.provenance.clone(),
+        about: start.about.clone(),
         annotations: Annotations::default(),
         rendering: None,
     };

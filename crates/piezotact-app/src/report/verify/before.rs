@@ -20,10 +20,10 @@ pub(crate) struct Before<'a> {
 
 /// What was done to the texture before it was rendered: the target says it, or else the drive that was rendered from it.
 fn made_from<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
-    let own = page.target.provenance.lineage.as_ref();
+    let own = page.target.about.provenance.lineage.as_ref();
     own.or_else(|| {
         let rendering = page.rendering?;
-        let known = rendering.provenance.lineage.as_ref();
+        let known = rendering.about.provenance.lineage.as_ref();
         // A texture that was only rendered was made from nothing else.
         known.filter(|lineage| lineage.source != rendering.target)
     })

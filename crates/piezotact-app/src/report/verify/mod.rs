@@ -258,8 +258,10 @@ fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
 
 /// What was done to the texture on purpose, up to its rendering where that is known.
 fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
-    let rendered = page.rendering.and_then(|r| r.provenance.lineage.as_ref());
-    rendered.or(page.target.provenance.lineage.as_ref())
+    let rendered = page
+        .rendering
+        .and_then(|r| r.about.provenance.lineage.as_ref());
+    rendered.or(page.target.about.provenance.lineage.as_ref())
 }
 
 fn origin(page: &Page<'_>) -> Markup {
@@ -267,14 +269,14 @@ fn origin(page: &Page<'_>) -> Markup {
         section {
             h2 { "Where it comes from" }
             table {
-                tr { th { "texture" } td { (page.target.provenance.source) ol { @for step in &page.target.provenance.steps { li { (step) } } } } }
+                tr { th { "texture" } td { (page.target.about.provenance.source) ol { @for step in &page.target.about.provenance.steps { li { (step) } } } } }
                 @if let Some(lineage) = lineage(page) {
                     tr { th { "what was done" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
                 }
                 tr { th { "bench" } td { (page.provenance.source) } }
                 tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }
                 @if let Some(rendering) = page.rendering {
-                    tr { th { "transfer function" } td { ol { @for step in &rendering.provenance.steps { li { (step) } } } } }
+                    tr { th { "transfer function" } td { ol { @for step in &rendering.about.provenance.steps { li { (step) } } } } }
                     tr { th { "rendering" } td { (format!(
                         "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
                         rendering.config.inverse.band, rendering.config.inverse.regularisation,

@@ -180,7 +180,7 @@ impl Listener<'_> {
                 Some(RunDoubt::PlaybackIncomplete { .. } | RunDoubt::SamplesLost { .. })
             ) || matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. }))
         };
-        if let Some(doubt) = recording.doubts.iter().find(incomplete) {
+        if let Some(doubt) = recording.about.doubts.iter().find(incomplete) {
             return Err(Mishap::Playback {
                 doubt: Box::new(doubt.clone()),
             });

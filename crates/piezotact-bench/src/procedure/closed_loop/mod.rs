@@ -16,7 +16,7 @@ use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
-use piezotact::recording::{Recording, played_through_its_own};
+use piezotact::recording::{About, Recording, played_through_its_own};
 use piezotact::render::{
     Coverage, Inverse, Overload, RenderConfig, RenderError, RenderedDrive, headroom, power_outside,
     render,
@@ -136,19 +136,22 @@ pub fn closed_loop(
     if converted.is_some() {
         // What a lower rate leaves out is part of the texture all the same.
         first
+            .about
             .doubts
             .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::PowerOutsideBand { .. })));
         first
+            .about
             .doubts
             .extend(power_outside(recorded, &config.render)?);
     }
-    first.doubts.extend(converted);
+    first.about.doubts.extend(converted);
     // A transfer function that does not say its device is used on this one.
     let mut function = function.clone();
     if function.drive.is_none() {
         function.drive = bench.player.calibrate()?;
         if function.drive.is_some() {
             first
+                .about
                 .doubts
                 .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::DeviceNotDescribed)));
         }
@@ -175,7 +178,7 @@ pub fn closed_loop(
     let hidden = correction
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
-    first.doubts.extend(hidden);
+    first.about.doubts.extend(hidden);
     let judge = |felt: &Felt, coverage: &Coverage| {
         judged(&target, felt, (coverage, correction_welch.clone()), config)
     };
@@ -303,7 +306,7 @@ pub fn closed_loop(
     rendered.coverage = best.fit.coverage;
     let (confirmed, recording) = match again {
         Ok((verification, felt)) => {
-            rendered.provenance = rendered.provenance.then(format!(
+            rendered.about.provenance = rendered.about.provenance.then(format!(
                 "measured once more at {:.2} dB rms, NMSE {:.1} dB, on the {}",
                 verification.judged_error_db(),
                 verification.waveform_nmse_db,
@@ -313,18 +316,23 @@ pub fn closed_loop(
         }
         Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
         Err(broken) => {
-            rendered.doubts.push(Doubt::from(LoopDoubt::LoopStopped {
-                best: best.number,
-                why: format!("the drive that is kept could not be measured once more: {broken}"),
-            }));
+            rendered
+                .about
+                .doubts
+                .push(Doubt::from(LoopDoubt::LoopStopped {
+                    best: best.number,
+                    why: format!(
+                        "the drive that is kept could not be measured once more: {broken}"
+                    ),
+                }));
             (None, best.felt.recording)
         }
     };
-    let condition = recording.condition.clone();
-    let its_own = played_through_its_own(&rendered.provenance, &recording.provenance);
+    let condition = recording.about.condition.clone();
+    let its_own = played_through_its_own(&rendered.about.provenance, &recording.about.provenance);
     // It was corrected on what answered.
-    let answered = recording.provenance.answered_with;
-    let known = &mut rendered.provenance.made_with;
+    let answered = recording.about.provenance.answered_with;
+    let known = &mut rendered.about.provenance.made_with;
     known.extend(answered.filter(|one| !known.contains(one)));
     let shown = confirmed
         .as_ref()
@@ -337,20 +345,21 @@ pub fn closed_loop(
         })
     });
     let new = function
+        .about
         .condition
         .doubts_when_measured(&condition)
         .into_iter()
         .chain(missed)
         .chain(its_own)
-        .chain(recording.doubts.iter().cloned())
+        .chain(recording.about.doubts.iter().cloned())
         .chain(shown.doubts.iter().cloned());
     for doubt in new {
-        if !rendered.doubts.contains(&doubt) {
-            rendered.doubts.push(doubt);
+        if !rendered.about.doubts.contains(&doubt) {
+            rendered.about.doubts.push(doubt);
         }
     }
     // It was corrected on the finger that was there.
-    rendered.condition = condition;
+    rendered.about.condition = condition;
     Ok(Looped {
         iterations,
         best: best.number,
@@ -517,7 +526,7 @@ fn opened(
     let mut first = render(target, function, &open)?;
     first.config = config.render.clone();
     // What clipped while the transfer function was measured stays.
-    first.doubts.retain(|doubt| {
+    first.about.doubts.retain(|doubt| {
         let clipped = matches!(doubt.kind(), Some(ClippingDoubt::DriveClipped { .. }));
         let slewed = matches!(doubt.kind(), Some(RenderDoubt::SlewLimited { .. }));
         !clipped && !slewed
@@ -591,7 +600,7 @@ fn finished(
     (best, end, kept): (&Iteration, &LoopEnd, Kept),
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
-    let mut doubts = first.doubts;
+    let mut doubts = first.about.doubts;
     doubts.extend(fit);
     doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
     if matches!(end, LoopEnd::Worse | LoopEnd::Broken(_)) {
@@ -604,14 +613,17 @@ fn finished(
         drive,
         headroom,
         aim: Some(config.correct.mode),
-        provenance: first.provenance.then(format!(
-            "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}; {kept}",
-            config.correct.mode.name(),
-            best.number,
-            config.iterations,
-            best.aim_db
-        )),
-        doubts,
+        about: About {
+            condition: first.about.condition,
+            provenance: first.about.provenance.then(format!(
+                "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}; {kept}",
+                config.correct.mode.name(),
+                best.number,
+                config.iterations,
+                best.aim_db
+            )),
+            doubts,
+        },
         ..first
     }
 }

@@ -1,0 +1,58 @@
+//! What holds for a value beside its numbers: what was going on, where it comes from, and what is doubted of it.
+
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::{Condition, Provenance};
+use crate::doubt::Doubt;
+
+/// What a recording, a drive or a transfer function says of itself. Written flat: three fields of the value that holds it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct About {
+    /// What was going on: who touched what, and how.
+    pub condition: Condition,
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl About {
+    /// What is known before anything is doubted.
+    #[must_use]
+    pub fn new(condition: Condition, provenance: Provenance) -> Self {
+        Self {
+            condition,
+            provenance,
+            doubts: Vec::new(),
+        }
+    }
+
+    /// The same with the seed of the twin that the provenance names, as [`Condition::with_twin_of`].
+    #[must_use]
+    pub fn with_twin(mut self) -> Self {
+        self.condition = self.condition.with_twin_of(&self.provenance);
+        self
+    }
+
+    /// Writes it without an empty list of doubts, as the documents that are written before anything is doubted; for serde's
+    /// `serialize_with`.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    pub fn without_empty_doubts<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Stated<'a> {
+            condition: &'a Condition,
+            provenance: &'a Provenance,
+            #[serde(skip_serializing_if = "<[Doubt]>::is_empty")]
+            doubts: &'a [Doubt],
+        }
+        Stated {
+            condition: &self.condition,
+            provenance: &self.provenance,
+            doubts: &self.doubts,
+        }
+        .serialize(serializer)
+    }
+}
