@@ -121,7 +121,7 @@ impl Sink for Kept {
                     ));
                 }
             }
-            RunDocument::Start(_) | RunDocument::Judged(_) => {}
+            RunDocument::Start(_) | RunDocument::Judged(_) | RunDocument::Event(_) => {}
         }
         Ok(None)
     }

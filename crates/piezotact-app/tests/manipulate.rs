@@ -470,3 +470,31 @@ fn a_texture_backwards() {
     assert_eq!(backwards, forth);
     assert!(x.len() == back.len() && back != forth);
 }
+
+/// Labels and the start are kept; events where they have a place, shifted and cropped, and a step says where they have none.
+#[test]
+fn annotations_stay_with_a_texture() {
+    let folder = two_textures();
+    folder.write(
+        "S2.wav.json",
+        r#"{"full_scale": "15 m/s2", "started_at": "2024-03-01T10:22:33Z", "labels": {"session": "2"},
+            "events": [{"onset_s": 0.5, "duration_s": 0.25, "kind": "stimulus"}, {"onset_s": 3.0, "duration_s": 0.0, "kind": "mark"}]}"#,
+    );
+    let before = sidecar(&folder, "S2.wav");
+    for (operation, kept) in [
+        ("--gain -3dB", Some(2)),
+        ("--loop 2s", Some(1)),
+        ("--reverse", None),
+    ] {
+        manipulate(&folder, &format!("S2.wav {operation} --out out.wav")).expect_success();
+        let after = sidecar(&folder, "out.wav");
+        for field in ["started_at", "labels"] {
+            assert_eq!(after[field], before[field], "{operation}");
+        }
+        let events = after["events"].as_array().map(Vec::len);
+        assert_eq!(events, kept, "{operation}");
+        let steps = after["provenance"]["steps"].to_string();
+        let said = steps.contains("2 event(s) of the recording left out");
+        assert_eq!(said, kept.is_none(), "{operation}: {steps}");
+    }
+}

@@ -273,8 +273,8 @@ impl<W: World> Acquire for Acquirer<W> {
         let chunk = RunChunk {
             first: run.acquired,
             device_s: Some(run.acquired as f64 / rate_hz),
-            lost: 0,
             channels,
+            ..RunChunk::default()
         };
         run.acquired += chunk.len() as u64;
         Ok(Some(chunk))

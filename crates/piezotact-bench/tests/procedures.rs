@@ -11,6 +11,7 @@ use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::recording::Recording;
+use piezotact::recording::{Event, EventValue};
 use piezotact::render::RenderConfig;
 use piezotact::run::{
     Discard, Ended, Judged, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
@@ -35,6 +36,7 @@ struct Kept {
     label: String,
     samples: usize,
     judged: usize,
+    events: Vec<Event>,
     end: Option<RunEnd>,
 }
 
@@ -72,6 +74,7 @@ impl Sink for OneOf<'_> {
                 run.samples += chunk.len();
             }
             RunDocument::Judged(_) => run.judged += 1,
+            RunDocument::Event(event) => run.events.push(event.clone()),
             RunDocument::End(end) => {
                 assert_eq!(end.samples, run.samples as u64, "{}", run.label);
                 run.end = Some(end.clone());
@@ -82,6 +85,11 @@ impl Sink for OneOf<'_> {
 }
 
 impl Keeper {
+    /// What happened in the last run.
+    fn events(&self) -> Vec<Event> {
+        self.0.borrow().last().unwrap().events.clone()
+    }
+
     /// How the runs ended, each of which has an end.
     fn ended(&self) -> Vec<Ended> {
         let runs = self.0.borrow();
@@ -347,6 +355,19 @@ fn an_acquisition_without_a_drive_ends_in_order() {
     let (done, keeper) = taken(gaps, Until::Duration(Seconds(2.0)));
     assert_eq!(done.unwrap().1, 10_000);
     assert_eq!(lost(&keeper.last().1.doubts), Some((2, 15)));
+    // Each stretch is an event as well, with its time and its number of samples.
+    let events: Vec<(String, f64, f64)> = keeper
+        .events()
+        .iter()
+        .map(|event| match event.value {
+            Some(EventValue::Number(count)) => (event.kind.clone(), event.onset_s.0, count),
+            _ => unreachable!("a number of samples"),
+        })
+        .collect();
+    let counts: Vec<f64> = events.iter().map(|(_, _, count)| *count).collect();
+    assert_eq!(counts, [10.0, 5.0]);
+    assert!(events.iter().all(|(kind, ..)| kind == "samples_lost"));
+    assert!((events[0].1 - 1.0).abs() < 0.01, "{events:?}");
     assert_eq!(keeper.ended(), [Ended::Completed]);
     let (done, keeper) = taken(
         "lost = { half = \"input\", after_s = 1.5 }",
@@ -361,6 +382,8 @@ fn an_acquisition_without_a_drive_ends_in_order() {
     let (done, keeper) = taken("pace = \"real_time\"\nchunks_s = [0.05]", Until::Stopped);
     assert!(done.unwrap().1 > 0);
     assert_eq!(keeper.ended(), [Ended::Stopped]);
+    let kinds: Vec<String> = keeper.events().into_iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, ["stopped"]);
     let early = "fault = { what = \"ends_early\", at_s = 1.5 }";
     let (done, _) = taken(early, Until::Duration(Seconds(2.0)));
     let said = done.unwrap_err().to_string();

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::recording::{Channel, Clock, Condition, Provenance, Recording};
 use piezotact::series::is_sample;
 
 use crate::error::ReadError;
@@ -147,6 +147,7 @@ pub(crate) fn read_table(
 }
 
 /// One column as a file holds it.
+#[derive(Clone)]
 pub(crate) struct Column {
     pub(crate) name: String,
     pub(crate) unit: Option<String>,
@@ -243,13 +244,26 @@ pub(crate) fn recording_of(
     path: &Path,
     columns: Vec<Column>,
     rate: SampleRate,
+    doubts: Vec<Doubt>,
+    options: &ReadOptions,
+    unnamed: WithoutUnit,
+) -> Result<Recording, ReadError> {
+    let clock = Clock::at(rate);
+    let columns = columns.into_iter().map(|column| (column, clock)).collect();
+    recording_of_clocks(path, columns, doubts, options, unnamed)
+}
+
+/// As [`recording_of`], where every column has a clock.
+pub(crate) fn recording_of_clocks(
+    path: &Path,
+    columns: Vec<(Column, Clock)>,
     mut doubts: Vec<Doubt>,
     options: &ReadOptions,
     unnamed: WithoutUnit,
 ) -> Result<Recording, ReadError> {
     let mut channels = Vec::with_capacity(columns.len());
     let (mut without_unit, mut scaled) = (Vec::new(), false);
-    for column in columns {
+    for (column, clock) in columns {
         let (mut unit, mut factor) = Unit::parse(column.unit.as_deref().unwrap_or(""));
         if matches!(&unit, Unit::Other(text) if text.is_empty()) {
             match &options.scale {
@@ -261,11 +275,15 @@ pub(crate) fn recording_of(
         for sample in &mut samples {
             *sample *= factor;
         }
-        channels.push(Channel {
-            name: column.name,
-            unit,
-            samples,
-        });
+        let name = column.name;
+        channels.push((
+            Channel {
+                name,
+                unit,
+                samples,
+            },
+            clock,
+        ));
     }
     if unnamed == WithoutUnit::OnlyScale {
         let uncalibrated = |channel| Doubt::from(RecordingDoubt::Uncalibrated { channel });
@@ -292,12 +310,10 @@ pub(crate) fn recording_of(
         source: path.display().to_string(),
         ..Provenance::default()
     };
-    let mut recording =
-        Recording::new(channels, rate, Condition::default(), provenance).map_err(|source| {
-            ReadError::Recording {
-                path: path.into(),
-                source,
-            }
+    let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
+        .map_err(|source| ReadError::Recording {
+            path: path.into(),
+            source,
         })?;
     recording.about.doubts = doubts;
     Ok(recording)

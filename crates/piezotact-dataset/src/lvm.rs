@@ -6,10 +6,10 @@ use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
-use piezotact::quantity::SampleRate;
-use piezotact::recording::{Recording, StartTime};
+use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::recording::{Clock, Recording, StartTime};
 
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
+use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 
@@ -51,6 +51,8 @@ struct Field {
 struct Segment {
     fields: Vec<Field>,
     rows: usize,
+    /// Whether it is several segments of the file, one behind the other.
+    joined: bool,
 }
 
 /// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
@@ -165,7 +167,11 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
             self.row(at + 1, line, &mut fields)?;
             rows += 1;
         }
-        Ok(Some(Segment { fields, rows }))
+        Ok(Some(Segment {
+            fields,
+            rows,
+            joined: false,
+        }))
     }
 
     fn fields(&self, header: &[&str], names: &str) -> Result<Vec<Field>, ReadError> {
@@ -357,6 +363,7 @@ fn join(
             None => return Err(differs("no start".into())),
         }
         whole.rows += next.rows;
+        whole.joined = true;
     }
     Ok(whole)
 }
@@ -434,71 +441,80 @@ fn assemble(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let started_at = start_of(&segment);
-    let (mut columns, mut empty) = (Vec::new(), Vec::new());
-    let (mut time, mut step) = (None::<Column>, None);
+    let several = segment.joined;
+    let mut empty = Vec::new();
+    let mut groups = Vec::<Group>::new();
+    let mut time = None::<Column>;
     for field in segment.fields {
         match field.role {
             Role::Comment => {}
             Role::Time if field.values.is_empty() => {}
             Role::Time => {
-                let column = Column {
+                time = Some(Column {
                     name: field.name,
                     unit: Some("s".into()),
                     values: field.values,
-                };
-                match &time {
-                    None => time = Some(column),
-                    Some(first) if first.values == column.values => {}
-                    Some(_) => {
-                        return Err(ReadError::content(
-                            path,
-                            "channels that share one time",
-                            "X_Value columns that differ",
-                            "save channels of different rates as files of their own",
-                        ));
-                    }
-                }
+                });
             }
             Role::Channel if field.values.is_empty() => empty.push(field.name),
             Role::Channel => {
-                match (&step, &field.step) {
-                    (Some((first, _)), Some((other, _))) if first != other => {
-                        return Err(ReadError::content(
-                            path,
-                            format!("channels of one rate, Delta_X {first}"),
-                            format!("{other} of `{}`", field.name),
-                            "save channels of different rates as files of their own",
-                        ));
+                let known = groups
+                    .iter_mut()
+                    .find(|group| group.holds(&field, time.as_ref()));
+                let (column, head) = field.split();
+                match known {
+                    Some(group) => {
+                        group.step = group.step.take().or(head.step);
+                        group.columns.push(column);
                     }
-                    (None, Some(found)) => step = Some(found.clone()),
-                    _ => {}
+                    None => groups.push(Group {
+                        time: time.clone(),
+                        columns: vec![column],
+                        ..head
+                    }),
                 }
-                columns.push(Column {
-                    name: field.name,
-                    unit: Some(field.unit),
-                    values: field.values,
-                });
             }
         }
     }
-    if columns.is_empty() {
+    let Some(first) = groups.first() else {
         return Err(ReadError::content(
             path,
             "rows of numbers below the names of the channels",
             "none",
             "check the export",
         ));
-    }
-    if let Some(short) = columns
-        .iter()
-        .find(|column| column.values.len() != segment.rows)
-    {
+    };
+    let rows = segment.rows;
+    if groups.len() > 1 && (several || options.rate.is_some()) {
         return Err(ReadError::content(
             path,
-            format!("{} numbers in every channel", segment.rows),
-            format!("{} of `{}`", short.values.len(), short.name),
-            "the file was cut short or the channels differ in length: cut the rows without them, or save them as files of their own",
+            match several {
+                true => "channels of one rate in all segments",
+                false => "channels of one rate, as one is stated",
+            },
+            format!("channels of {} clocks", groups.len()),
+            "save channels of different rates as files of their own",
         ));
+    }
+    let longest = groups.iter().flat_map(|group| &group.columns);
+    let longest = longest.map(|column| column.values.len()).max();
+    for group in &groups {
+        let expected = match groups.len() {
+            1 => rows,
+            _ => group.columns[0].values.len(),
+        };
+        let short = group
+            .columns
+            .iter()
+            .find(|column| column.values.len() != expected);
+        if let Some(short) = short.or((longest != Some(rows)).then_some(&first.columns[0])) {
+            return Err(ReadError::content(
+                path,
+                format!("{expected} numbers in every channel of one clock"),
+                format!("{} of `{}`", short.values.len(), short.name),
+                "the file was cut short or the channels differ in length: cut the rows without them, or save them as files of their own",
+            ));
+        }
     }
     if !empty.is_empty() {
         empty.truncate(6);
@@ -519,31 +535,109 @@ fn assemble(
         }));
     }
     let mut of_rate = Vec::new();
-    let found = match (&time, step) {
-        (Some(time), _) if time.values.len() > 1 => Some(rate_of(path, time, &mut of_rate)),
-        (_, Some((step, written))) if step > 0.0 => {
-            of_rate.extend(coarse(step, &written));
-            Some(
-                SampleRate::new(1.0 / step).map_err(|source| ReadError::Quantity {
-                    path: path.into(),
-                    source,
-                }),
-            )
-        }
-        _ => None,
-    };
-    let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
+    let mut columns = Vec::new();
+    let first_clock = groups[0].began.clone();
+    for group in groups {
+        let start_s = group.start_s(first_clock.as_ref());
+        let found = match (&group.time, group.step) {
+            (Some(time), _) if time.values.len() > 1 => Some(rate_of(path, time, &mut of_rate)),
+            (_, Some((step, written))) if step > 0.0 => {
+                of_rate.extend(coarse(step, &written));
+                Some(
+                    SampleRate::new(1.0 / step).map_err(|source| ReadError::Quantity {
+                        path: path.into(),
+                        source,
+                    }),
+                )
+            }
+            _ => None,
+        };
+        let clock = Clock {
+            rate_hz: choose_rate(path, options.rate, found, &mut of_rate)?,
+            start_s: Seconds(start_s),
+        };
+        columns.extend(group.columns.into_iter().map(|column| (column, clock)));
+    }
     of_rate.append(&mut doubts);
-    let mut recording = recording_of(
-        path,
-        columns,
-        rate,
-        of_rate,
-        options,
-        WithoutUnit::OnlyScale,
-    )?;
-    recording.annotations.started_at = started_at;
+    let mut recording =
+        recording_of_clocks(path, columns, of_rate, options, WithoutUnit::OnlyScale)?;
+    let begins_first = recording.clocks()[0].start_s.0 <= 0.0;
+    recording.annotations.started_at = started_at.filter(|_| begins_first);
     Ok(recording)
+}
+
+/// The channels that share a clock.
+struct Group {
+    time: Option<Column>,
+    step: Option<(f64, String)>,
+    /// When its segment began, by the clock of the computer.
+    began: Option<StartTime>,
+    /// Where its first sample lies from there, s.
+    start: Option<f64>,
+    columns: Vec<Column>,
+}
+
+impl Group {
+    /// Whether a channel behind this column of times belongs to it.
+    fn holds(&self, field: &Field, time: Option<&Column>) -> bool {
+        let steps = match (&self.step, &field.step) {
+            (Some((own, _)), Some((other, _))) => own == other,
+            _ => true,
+        };
+        let times = match (&self.time, time) {
+            (Some(own), Some(other)) => own.values == other.values,
+            (own, other) => own.is_none() == other.is_none(),
+        };
+        let starts = match (self.start, field.start) {
+            (Some(own), Some(other)) => own == other,
+            _ => true,
+        };
+        let half_a_step = self.step.as_ref().map_or(0.0, |(step, _)| 0.5 * step.abs());
+        let began = match (&self.began, &field.began()) {
+            (Some(own), Some(other)) => own.seconds_since(other).0.abs() <= half_a_step,
+            _ => true,
+        };
+        steps && times && starts && began
+    }
+
+    /// The time of its first sample, s, from the moment at which the first group's segment began.
+    fn start_s(&self, first: Option<&StartTime>) -> f64 {
+        let own = self
+            .time
+            .as_ref()
+            .and_then(|time| time.values.first().copied());
+        let later = match (&self.began, first) {
+            (Some(own), Some(first)) => own.seconds_since(first).0,
+            _ => 0.0,
+        };
+        own.or(self.start).unwrap_or(0.0) + later
+    }
+}
+
+impl Field {
+    /// The time at which the header says that its segment began.
+    fn began(&self) -> Option<StartTime> {
+        let (day, time) = self.clock.as_ref()?.split_once(' ')?;
+        let at = format!("{}T{}", day.replace('/', "-"), time.replace(',', "."));
+        StartTime::try_from(at).ok()
+    }
+
+    /// Its samples, and what its header says of their times.
+    fn split(self) -> (Column, Group) {
+        let head = Group {
+            time: None,
+            began: self.began(),
+            step: self.step,
+            start: self.start,
+            columns: Vec::new(),
+        };
+        let column = Column {
+            name: self.name,
+            unit: Some(self.unit),
+            values: self.values,
+        };
+        (column, head)
+    }
 }
 
 /// When the first sample was taken, by the clock of the computer, whose zone the file does not say; `None` where the
@@ -551,10 +645,8 @@ fn assemble(
 fn start_of(segment: &Segment) -> Option<StartTime> {
     let mut fields = segment.fields.iter();
     let first = fields.find(|field| field.role == Role::Channel)?;
-    let (day, time) = first.clock.as_ref()?.split_once(' ')?;
-    let at = format!("{}T{}", day.replace('/', "-"), time.replace(',', "."));
-    StartTime::try_from(at)
-        .ok()
+    first
+        .began()
         .filter(|_| first.start.is_none_or(|start| start == 0.0))
 }
 

@@ -21,7 +21,7 @@ use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
 use crate::sidecar::{Rendering, read_with_samples, sidecar_path, unit_and_factor};
 use crate::uff;
-use crate::wav::{SampleFormat, fingerprint, parse_wav};
+use crate::wav::{SampleFormat, fingerprint, parse_wav, start_in};
 
 /// What a person adds to what a file says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -411,6 +411,8 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             source,
         })?;
     recording.annotations = sidecar.annotations;
+    let started = &mut recording.annotations.started_at;
+    *started = started.take().or_else(|| start_in(bytes));
     for doubt in doubts {
         // What the sidecar says already is not said again.
         if !recording.about.doubts.contains(&doubt) {

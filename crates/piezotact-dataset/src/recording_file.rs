@@ -57,10 +57,13 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     let (start, chunks) = journal_batches::open(BufReader::new(file)).map_err(damaged)?;
     let start: StartDocument = serde_json::from_str(&start)
         .map_err(|error| damaged(format!("a start document that cannot be read ({error})")))?;
-    if start.format > StartDocument::FORMAT {
+    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(ReadError::content(
             path,
-            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!(
+                "a recording of format {} or before",
+                StartDocument::FORMAT_WITH_CLOCKS
+            ),
             format!("format {}", start.format),
             "read it with the newer program that wrote it",
         ));
@@ -146,10 +149,13 @@ fn read_with_documents(
         None => foreign_start(path, builder.schema(), rate)?,
     };
     let ours = start.format > 0;
-    if start.format > StartDocument::FORMAT {
+    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(ReadError::content(
             path,
-            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!(
+                "a recording of format {} or before",
+                StartDocument::FORMAT_WITH_CLOCKS
+            ),
             format!("format {}", start.format),
             "read it with the newer program that wrote it",
         ));
@@ -160,7 +166,8 @@ fn read_with_documents(
         .map_err(|error| damaged(&error))?;
     let mut samples = vec![Vec::new(); start.channels.len()];
     for batch in builder.build().map_err(|error| damaged(&error))? {
-        append_columns(path, &batch.map_err(|error| damaged(&error))?, &mut samples)?;
+        let batch = batch.map_err(|error| damaged(&error))?;
+        append_columns(path, &batch, !start.clocks.is_empty(), &mut samples)?;
     }
     let fingerprints: Vec<Fingerprint> = samples
         .iter()
@@ -190,6 +197,8 @@ fn read_with_documents(
                 return Err(damaged(&"it does not hold what was recorded"));
             }
             recording.about.doubts.extend(end.doubts.iter().cloned());
+            let happened = end.events.iter().cloned();
+            recording.annotations.events.extend(happened);
         }
         None if ours => recording
             .about
@@ -254,6 +263,7 @@ fn foreign_start(
             ..About::default()
         },
         annotations: Annotations::default(),
+        clocks: Vec::new(),
         setup: None,
         rendering: None,
         label: None,
@@ -264,6 +274,7 @@ fn foreign_start(
 fn append_columns(
     path: &Path,
     batch: &RecordBatch,
+    filled_up: bool,
     samples: &mut [Vec<f64>],
 ) -> Result<(), ReadError> {
     if batch.num_columns() != samples.len() {
@@ -280,6 +291,11 @@ fn append_columns(
         .zip(batch.schema().fields())
         .zip(samples)
     {
+        // Where channels have clocks of their own, shorter ones are filled up with nulls at their end.
+        let column = match filled_up {
+            true => &column.slice(0, column.len() - column.null_count()),
+            false => column,
+        };
         if column.null_count() > 0 {
             return Err(ReadError::content(
                 path,
@@ -335,16 +351,12 @@ pub(crate) fn assemble(
             samples,
         })
         .collect();
-    let mut recording = Recording::new(
-        channels,
-        start.rate_hz,
-        start.about.condition.clone(),
-        start.about.provenance.clone(),
-    )
-    .map_err(|source| ReadError::Recording {
-        path: path.into(),
-        source,
-    })?;
+    let about = start.about.clone();
+    let mut recording = Recording::on_clocks(channels, start.rate_hz, &start.clocks, about)
+        .map_err(|source| ReadError::Recording {
+            path: path.into(),
+            source,
+        })?;
     recording.annotations = start.annotations.clone();
     Ok(recording)
 }

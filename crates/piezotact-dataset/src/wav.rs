@@ -6,6 +6,8 @@
 use std::io::Write;
 use std::path::Path;
 
+use piezotact::recording::StartTime;
+
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
 use crate::sidecar::{Sidecar, Written, prepare_json, sidecar_path};
@@ -115,6 +117,34 @@ impl Fingerprint {
     fn text(&self) -> String {
         format!("fold64:{:016x}", self.0)
     }
+}
+
+/// When the first sample was taken, as a broadcast WAV file says it in its `bext` chunk: without a zone, as the format states
+/// none; `None` where it says no date or no time.
+///
+/// Source: EBU Tech 3285, *Specification of the Broadcast Wave Format*, section 2.3.
+pub(crate) fn start_in(bytes: &[u8]) -> Option<StartTime> {
+    /// The date, `yyyy-mm-dd`, stands behind description, originator and reference; the time, `hh:mm:ss`, behind it.
+    const DATE: std::ops::Range<usize> = 320..330;
+    const TIME: std::ops::Range<usize> = 330..338;
+    let mut at = 12usize;
+    while let Some(head) = bytes.get(at..at.checked_add(8)?) {
+        let body = at + 8;
+        let size = u32_at(head, 4) as usize;
+        if &head[..4] == b"bext" {
+            let content = bytes.get(body..body.checked_add(size)?)?;
+            // Programs write other signs between the numbers.
+            let joined = |range: std::ops::Range<usize>, sign: &str| {
+                let text = std::str::from_utf8(content.get(range)?).ok()?;
+                let parts = text.split(|c: char| !c.is_ascii_digit());
+                Some(parts.collect::<Vec<_>>().join(sign))
+            };
+            let (date, time) = (joined(DATE, "-")?, joined(TIME, ":")?);
+            return StartTime::try_from(format!("{date}T{time}")).ok();
+        }
+        at = body.checked_add(size)?.checked_add(size % 2)?;
+    }
+    None
 }
 
 /// The `data` chunk of a WAV file and how its samples lie in it.
@@ -527,6 +557,41 @@ mod tests {
                     .any(|(v, got)| far(v, got)),
                 "{format}"
             );
+        }
+    }
+
+    #[test]
+    fn a_broadcast_file_says_when_it_began() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        write_wav(&path, &[&[0.25; 40]], 10_000, SampleFormat::Pcm24).unwrap();
+        let plain = std::fs::read(&path).unwrap();
+        assert_eq!(start_in(&plain), None);
+        let with = |date: &str, time: &str| {
+            let mut chunk = vec![0; 602];
+            chunk[..7].copy_from_slice(b"texture");
+            chunk[320..330].copy_from_slice(date.as_bytes());
+            chunk[330..338].copy_from_slice(time.as_bytes());
+            let mut bytes = plain[..12].to_vec();
+            bytes.extend(b"bext");
+            bytes.extend(602u32.to_le_bytes());
+            bytes.extend(chunk);
+            bytes.extend(&plain[12..]);
+            bytes
+        };
+        for (date, time) in [("2024-03-01", "10:22:33"), ("2024:03:01", "10-22-33")] {
+            let bytes = with(date, time);
+            std::fs::write(&path, &bytes).unwrap();
+            let read = crate::read_recording(&path, &crate::ReadOptions::default()).unwrap();
+            let start = read.recording.annotations.started_at.clone().unwrap();
+            assert_eq!(start.to_string(), "2024-03-01T10:22:33");
+            assert_eq!(read.recording.len(), 40);
+        }
+        assert_eq!(start_in(&with("0000-00-00", "00:00:00")), None);
+        assert_eq!(start_in(&with("          ", "        ")), None);
+        let cut = with("2024-03-01", "10:22:33");
+        for length in 0..700 {
+            let _either = start_in(&cut[..length.min(cut.len())]);
         }
     }
 

@@ -286,3 +286,46 @@ fn damage_is_an_error_and_no_panic() {
         }
     }
 }
+
+/// Two channels with a time column each, of 1 kHz and of 100 Hz from 0.2 s on, as `X_Columns Multi` writes them.
+#[test]
+fn channels_of_two_rates_keep_their_clocks() {
+    let header = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nMulti_Headings\tYes\nX_Columns\tMulti\nTime_Pref\tAbsolute\n***End_of_Header***\t\n\t\n\
+        Channels\t2\t\t\t\t\nSamples\t20\t\t3\t\t\nDate\t2024/03/01\t\t2024/03/01\t\t\nTime\t10:22:33.25\t\t10:22:33.25\t\t\n\
+        Y_Unit_Label\tm/s2\t\tN\t\t\nX_Dimension\tTime\t\tTime\t\t\nX0\t0.0\t\t0.2\t\t\nDelta_X\t0.001\t\t0.01\t\t\n\
+        ***End_of_Header***\t\t\t\t\t\nX_Value\tacc\tX_Value\tfz\tComment\n";
+    let mut text = header.to_owned();
+    for k in 0..20 {
+        let slow = match k {
+            0..=2 => format!("{:.2}\t{}", 0.2 + 0.01 * f64::from(k), k),
+            _ => "\t".into(),
+        };
+        text.push_str(&format!(
+            "{:.3}\t{}\t{slow}\t\n",
+            0.001 * f64::from(k),
+            k * 2
+        ));
+    }
+    let recording = plain(&text).unwrap();
+    let found: Vec<(f64, f64, usize)> = recording
+        .channels_with_clocks()
+        .map(|(c, clock)| {
+            let hz = (clock.rate_hz.hz() * 1e6).round() / 1e6;
+            (hz, clock.start_s.0, c.samples.len())
+        })
+        .collect();
+    assert_eq!(found, [(1000.0, 0.0, 20), (100.0, 0.2, 3)]);
+    assert!((recording.duration().0 - 0.23).abs() < 1e-9);
+    let started = recording.annotations.started_at.as_ref().unwrap();
+    assert_eq!(started.to_string(), "2024-03-01T10:22:33.25");
+    let said = recording.require_one_clock(["acc", "fz"]).unwrap_err();
+    assert!(
+        said.to_string().contains("`fz` at 100 Hz from 0.2 s on"),
+        "{said}"
+    );
+    // One rate cannot be stated for both.
+    let rate = SampleRate::new(500.0).ok();
+    let stated = read(text.as_bytes(), &ReadOptions { scale: None, rate });
+    let said = stated.unwrap_err().to_string();
+    assert!(said.contains("2 clocks"), "{said}");
+}

@@ -176,8 +176,8 @@ impl<T: Touching> Acquire for Session<T> {
         let chunk = RunChunk {
             first: run.acquired as u64,
             device_s: Some(run.acquired as f64 / RATE_HZ),
-            lost: 0,
             channels,
+            ..RunChunk::default()
         };
         run.acquired += count;
         Ok(Some(chunk))

@@ -409,6 +409,16 @@ pub enum RecordingError {
         /// That one.
         found: Clock,
     },
+    /// As many clocks as channels, or none.
+    #[error(
+        "expected a clock for each of {channels} channels, found {found}; write the file again"
+    )]
+    ClocksOf {
+        /// The channels.
+        channels: usize,
+        /// The clocks.
+        found: usize,
+    },
     /// A clock that begins at no time.
     #[error("expected a start in s, found {found_s} for channel `{channel}`; correct it")]
     Start {

@@ -1,7 +1,7 @@
 //! What an acquisition says while it runs: a start, chunks of samples, what was judged of them, and an end.
 //!
 //! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
-//! four documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
+//! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
 mod doubt;
 
@@ -15,7 +15,9 @@ use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Unit};
-use crate::recording::{About, Channel, Provenance, Recording, RecordingError};
+use crate::recording::{
+    About, Annotations, Channel, Clock, Event, Provenance, Recording, RecordingError,
+};
 
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +31,12 @@ pub struct RunStart {
     /// Who touches what, and how; which bench, with which seed, for what. What is doubted stands in the end.
     #[serde(flatten, serialize_with = "About::without_empty_doubts")]
     pub about: About,
+    /// When it begins, where the bench runs on the time of the day; labels; events that are planned.
+    #[serde(flatten)]
+    pub annotations: Annotations,
+    /// The clock of each channel; none where all run at [`Self::rate_hz`] from the first sample on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<Clock>,
     /// The device that plays; absent where nothing plays or nothing describes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
@@ -37,7 +45,7 @@ pub struct RunStart {
     pub drive: Option<crate::checksum::Checksum>,
 }
 
-/// Samples as they come: a list for each channel, all of one length.
+/// Samples as they come: a list for each channel of one clock, all of one length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunChunk {
     /// The index of its first sample in the run, lost samples counted.
@@ -48,8 +56,16 @@ pub struct RunChunk {
     /// Samples that the device lost just before the first one.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub lost: u64,
-    /// One list of samples a channel, in its SI unit.
+    /// The number of the clock that its channels share, in the order in which clocks come up in [`RunStart::clocks`]; 0 where
+    /// there is one.
+    #[serde(default, skip_serializing_if = "is_zero_clock")]
+    pub clock: u32,
+    /// One list of samples for each channel of that clock, in its SI unit.
     pub channels: Vec<Vec<f64>>,
+}
+
+fn is_zero_clock(clock: &u32) -> bool {
+    *clock == 0
 }
 
 fn is_zero(count: &u64) -> bool {
@@ -153,6 +169,8 @@ pub enum RunDocument {
     Chunk(RunChunk),
     /// What was judged.
     Judged(Judged),
+    /// Something that happened.
+    Event(Event),
     /// The last.
     End(RunEnd),
 }
@@ -184,6 +202,7 @@ impl Sink for Discard {
 pub struct Gathered {
     start: Option<RunStart>,
     samples: Vec<Vec<f64>>,
+    events: Vec<Event>,
     end: Option<RunEnd>,
 }
 
@@ -204,13 +223,13 @@ impl Gathered {
                 samples,
             })
             .collect();
-        let (provenance, doubts) = match self.end {
-            Some(end) => (end.provenance, end.doubts),
-            None => (start.about.provenance, start.about.doubts),
-        };
-        let condition = start.about.condition;
-        let mut recording = Recording::new(channels, start.rate_hz, condition, provenance)?;
-        recording.about.doubts = doubts;
+        let mut about = start.about;
+        if let Some(end) = self.end {
+            (about.provenance, about.doubts) = (end.provenance, end.doubts);
+        }
+        let mut recording = Recording::on_clocks(channels, start.rate_hz, &start.clocks, about)?;
+        recording.annotations = start.annotations;
+        recording.annotations.events.extend(self.events);
         Ok(recording)
     }
 }
@@ -221,14 +240,22 @@ impl Sink for Gathered {
             RunDocument::Start(start) => {
                 self.samples = vec![Vec::new(); start.channels.len()];
                 self.end = None;
+                self.events = Vec::new();
                 self.start = Some((**start).clone());
             }
             RunDocument::Chunk(chunk) => {
-                for (channel, new) in self.samples.iter_mut().zip(&chunk.channels) {
+                let clocks = self.start.as_ref().map_or(&[][..], |start| &start.clocks);
+                let numbers = Clock::numbered(clocks).1;
+                let of_clock =
+                    self.samples.iter_mut().enumerate().filter(|(k, _)| {
+                        numbers.get(*k).copied().unwrap_or(0) == chunk.clock as usize
+                    });
+                for ((_, channel), new) in of_clock.zip(&chunk.channels) {
                     channel.extend(new);
                 }
             }
             RunDocument::Judged(_) => {}
+            RunDocument::Event(event) => self.events.push(event.clone()),
             RunDocument::End(end) => self.end = Some(end.clone()),
         }
         Ok(None)

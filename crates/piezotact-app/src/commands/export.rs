@@ -365,19 +365,17 @@ fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
             let (channel, _) = recording.raw(Some(channel))?;
             Some(Recording::new(
                 vec![channel.clone()],
-                recording.rate(),
+                recording.clock_of(&channel.name).rate_hz,
                 recording.about.condition.clone(),
                 recording.about.provenance.clone(),
             )?)
         }
         None => None,
     };
-    doubts.extend(write_uff_recording(
-        &args.out,
-        one.as_ref().unwrap_or(recording),
-    )?);
+    let written = one.as_ref().unwrap_or(recording);
+    doubts.extend(write_uff_recording(&args.out, written)?);
     Ok(Written {
-        rate: Some(recording.rate()),
+        rate: Some(written.rate()),
         full_scale: None,
         doubts,
     })
@@ -409,7 +407,13 @@ fn audio(
                 false => Vec::new(),
             },
         },
-        annotations: recording.annotations.clone(),
+        annotations: match recording.clocks() {
+            [_] => recording.annotations.clone(),
+            _ => {
+                let start_s = recording.clock_of(channel).start_s;
+                recording.annotations.cut(start_s, shares.duration())
+            }
+        },
         rendering: contents
             .rendering
             .clone()

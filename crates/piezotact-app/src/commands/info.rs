@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
-use piezotact::recording::{Annotations, Condition};
+use piezotact::recording::{Annotations, Clock, Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
 use serde_json::json;
@@ -56,22 +56,58 @@ fn recording_json(args: &Info, contents: &Contents) -> Outcome {
         "rendering": contents.rendering,
         "doubts": doubts_json(&recording.about.doubts)?,
     });
+    if recording.clocks().len() > 1 {
+        let groups = groups(recording);
+        let group = |(clock, samples, names): &(Clock, usize, Vec<&str>)| {
+            json!({
+                "rate_hz": clock.rate_hz,
+                "start_s": clock.start_s,
+                "samples": samples,
+                "channels": names,
+            })
+        };
+        document["clocks"] = groups.iter().map(group).collect();
+    }
     if recording.annotations != Annotations::default() {
         document["annotations"] = json!(recording.annotations);
     }
     print_json(&document)
 }
 
+/// The channels of each clock, with the number of their samples.
+fn groups(recording: &Recording) -> Vec<(Clock, usize, Vec<&str>)> {
+    let of = |clock: &Clock| {
+        let channels = recording.channels_with_clocks();
+        let channels: Vec<_> = channels
+            .filter_map(|(channel, own)| (own == *clock).then_some(channel))
+            .collect();
+        let names = channels.iter().map(|channel| channel.name.as_str());
+        let samples = channels.first().map_or(0, |channel| channel.samples.len());
+        (*clock, samples, names.collect())
+    };
+    recording.clocks().iter().map(of).collect()
+}
+
 fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     let recording = &contents.recording;
-    let mut text = format!(
-        "{}\n  {}, {} samples at {}, {:.3}",
-        args.file.display(),
-        contents.kind,
-        recording.len(),
-        recording.rate(),
-        recording.duration()
-    );
+    let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
+    let groups = groups(recording);
+    match groups.as_slice() {
+        [(clock, samples, _)] => {
+            let _never_fails = write!(text, "{samples} samples at {}, ", clock.rate_hz);
+        }
+        several => {
+            let _never_fails = write!(text, "channels of {} clocks, ", several.len());
+        }
+    }
+    let _never_fails = write!(text, "{:.3}", recording.duration());
+    for (clock, samples, names) in groups.iter().filter(|_| groups.len() > 1) {
+        let _never_fails = write!(
+            text,
+            "\n  {samples} samples at {clock}: {}",
+            names.join(", ")
+        );
+    }
     for channel in recording.channels() {
         let _never_fails = write!(
             text,

@@ -41,6 +41,8 @@ pub(super) struct Opened {
     pub(super) texture: Texture<Acceleration>,
     condition: Condition,
     provenance: Provenance,
+    /// Those of the recording, and the number of steps of the lineage before it.
+    annotations: (Annotations, usize),
 }
 
 /// A stroke by its number from 1, and the option that asked for it.
@@ -93,11 +95,24 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     let (after, others) = all_done(args, opened.texture)?;
     let after = at_a_whole_rate(after)?;
     let condition = condition_of(opened.condition, operations);
-    write(&args.out, &after, &condition, &opened.provenance)?;
+    let (mut annotations, steps_before) = opened.annotations;
+    let mut provenance = opened.provenance;
+    for step in after.lineage.steps.iter().skip(steps_before) {
+        let (kept, left_out) = annotations.after(&step.operation);
+        annotations = kept;
+        provenance.steps.extend(left_out);
+    }
+    let about = About::new(condition, provenance);
+    write(&args.out, &after, &about, annotations)?;
+    let About {
+        condition,
+        provenance,
+        ..
+    } = about;
     if let Some(path) = &args.report {
         let page = report::manipulate::Page {
             title: format!("{}, made otherwise", name(&args.input)),
-            bench: opened.provenance.bench,
+            bench: provenance.bench,
             before: &before,
             after: &after,
             others: &others,
@@ -142,6 +157,8 @@ pub(super) fn open(
         None => {
             let recording = read(path, reading)?.recording;
             let series = texture(path, &recording, channel)?;
+            let name = recording.pick(channel, &Acceleration::UNIT)?.name.clone();
+            let recording = recording.on_the_clock_of([name.as_str()])?;
             let doubts = taken_whole(path, &recording).into_iter().collect();
             (series, recording, None, doubts)
         }
@@ -149,6 +166,7 @@ pub(super) fn open(
     };
     doubts.splice(0..0, recording.about.doubts.iter().cloned());
     let so_far = recording.about.provenance.lineage.clone();
+    let steps_before = so_far.as_ref().map_or(0, |lineage| lineage.steps.len());
     let mut lineage = so_far.unwrap_or_else(|| Lineage::of(name(path)));
     lineage.steps.extend(step);
     let found = Texture {
@@ -172,6 +190,7 @@ pub(super) fn open(
         texture,
         condition: recording.about.condition,
         provenance: recording.about.provenance,
+        annotations: (recording.annotations, steps_before),
     })
 }
 
@@ -378,8 +397,8 @@ fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition
 fn write(
     path: &Path,
     texture: &Texture<Acceleration>,
-    condition: &Condition,
-    provenance: &Provenance,
+    about: &About,
+    annotations: Annotations,
 ) -> Outcome {
     let full_scale = peak(texture.series.samples());
     let samples: Vec<f64> = texture
@@ -395,14 +414,14 @@ fn write(
         }),
         channels: vec!["acceleration".into()],
         about: About {
-            condition: condition.clone(),
+            condition: about.condition.clone(),
             provenance: Provenance {
                 lineage: Some(texture.lineage.clone()),
-                ..provenance.clone()
+                ..about.provenance.clone()
             },
             doubts: texture.doubts.clone(),
         },
-        annotations: Annotations::default(),
+        annotations,
         rendering: None,
     };
     let rate_hz = texture.series.rate().hz().round() as u32;

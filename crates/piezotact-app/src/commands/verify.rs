@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::clipping::clipping;
-use piezotact::quantity::{Acceleration, Decibels, Drive};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::with_felt_difference;
@@ -278,6 +278,13 @@ fn judge(
         .as_ref()
         .map_or(1.0, |setup| setup.drive_limit());
     let drive = measured.recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
+    if drive.is_some() {
+        let channel = args.measured_channel.as_deref();
+        let response = measured.recording.pick(channel, &Acceleration::UNIT);
+        let names = [DRIVE_CHANNEL, response.map_or(DRIVE_CHANNEL, |c| &c.name)];
+        let shared = measured.recording.require_one_clock(names);
+        shared.map_err(|error| of_file(path, error))?;
+    }
     let drive = drive.map(|drive| (drive, limit));
     let clipping = clipping(
         &response,

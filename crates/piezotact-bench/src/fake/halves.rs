@@ -320,6 +320,7 @@ impl Shared {
             device_s: Some(began as f64 / rate_hz),
             lost,
             channels,
+            ..RunChunk::default()
         };
         if let Some(breach) = faulty {
             run.faulty = true;

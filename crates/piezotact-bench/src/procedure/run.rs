@@ -3,8 +3,8 @@
 use piezotact::Series;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::Drive;
-use piezotact::recording::{About, Provenance, Recording};
+use piezotact::quantity::{Drive, Seconds};
+use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
@@ -30,6 +30,11 @@ const LONGEST_GAP_S: f64 = 60.0;
 const TIME_OFF: (f64, f64) = (0.005, 0.001);
 /// Playback and the rest behind it end within the length of the drive, and this much more, s.
 const ENDS_WITHIN_S: f64 = 60.0;
+
+/// The kinds of events of a run: samples that the device lost, with their number; a stop by hand; a gate that refused.
+const SAMPLES_LOST: &str = "samples_lost";
+const STOPPED: &str = "stopped";
+const REFUSED: &str = "refused";
 
 /// Where the runs of a procedure are kept.
 pub trait RunKeeper {
@@ -76,6 +81,8 @@ pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
                 ..Provenance::default()
             },
         ),
+        annotations: Annotations::default(),
+        clocks: Vec::new(),
         setup: None,
         drive: None,
     }
@@ -382,9 +389,31 @@ impl<'a> Run<'a> {
         self.hand_on(chunk, until)
     }
 
+    /// Says what happened from `onset_s` on.
+    fn happened(
+        &mut self,
+        onset_s: f64,
+        duration_s: f64,
+        kind: &str,
+        value: Option<EventValue>,
+    ) -> Result<(), ProcedureError> {
+        self.emit(RunDocument::Event(Event {
+            onset_s: Seconds(onset_s),
+            duration_s: Seconds(duration_s),
+            kind: kind.into(),
+            value,
+        }))
+    }
+
     /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.
     fn fill(&mut self, lost: u64, next: &[f64], until: Until) -> Result<(), ProcedureError> {
         let last = self.last.clone().unwrap_or_else(|| next.to_vec());
+        self.happened(
+            self.at_s(),
+            lost as f64 / self.rate_hz(),
+            SAMPLES_LOST,
+            Some(EventValue::Number(lost as f64)),
+        )?;
         let steps = (lost + 1) as f64;
         let most = (self.rate_hz() as u64).max(1);
         let mut from = 1;
@@ -551,6 +580,12 @@ impl<'a> Run<'a> {
                 .into(),
             );
         }
+        let kind = match ended {
+            Ended::Stopped => Some(STOPPED),
+            Ended::Refused => Some(REFUSED),
+            Ended::Completed | Ended::Failed { .. } => None,
+        };
+        let said = kind.map_or(Ok(()), |kind| self.happened(acquired_s, 0.0, kind, None));
         let kept = self.emit(RunDocument::End(RunEnd {
             samples: self.samples,
             ended: ended.clone(),
@@ -558,6 +593,7 @@ impl<'a> Run<'a> {
             doubts,
         }));
         outcome?;
+        said?;
         kept?;
         match (ended, self.refused.take()) {
             (Ended::Refused, Some(judged)) => Err(ProcedureError::Refused(Refusal(judged))),

@@ -4,8 +4,10 @@
 //! CRC-32 of kind, length and content (u32), and the content; numbers are little-endian. Kinds: `S` start document (JSON;
 //! it stands there twice, so that one damaged byte does not take it), `C` samples (index of the first, u64; samples lost before it, u64; device time
 //! in s, f64, NaN where there is none; number of channels, u32; samples of each, u32; then f64, channel after channel), `J` what was judged
-//! (JSON), `E` end document (JSON).
+//! (JSON), `V` an event (JSON), `E` end document (JSON); `G` samples as `C`, with the number of their clock (u32) before, where it is
+//! not the first.
 
+use piezotact::recording::Event;
 use piezotact::run::{Judged, RunChunk};
 
 /// What a journal begins with.
@@ -22,6 +24,8 @@ pub(super) enum Block {
     Chunk(RunChunk),
     /// What was judged.
     Judged(Judged),
+    /// Something that happened.
+    Event(Event),
     /// The end document, as text.
     End(String),
 }
@@ -30,7 +34,12 @@ pub(super) enum Block {
 pub(super) fn block_bytes(block: &Block) -> Result<Vec<u8>, serde_json::Error> {
     let (kind, content) = match block {
         Block::Start(text) => (b'S', text.clone().into_bytes()),
+        Block::Chunk(chunk) if chunk.clock > 0 => {
+            let clock = chunk.clock.to_le_bytes();
+            (b'G', [&clock[..], &chunk_bytes(chunk)].concat())
+        }
         Block::Chunk(chunk) => (b'C', chunk_bytes(chunk)),
+        Block::Event(event) => (b'V', serde_json::to_vec(event)?),
         Block::Judged(judged) => (b'J', serde_json::to_vec(judged)?),
         Block::End(text) => (b'E', text.clone().into_bytes()),
     };
@@ -86,6 +95,7 @@ fn chunk_of(content: &[u8]) -> Option<RunChunk> {
         first: u64::from_le_bytes(word(0)?),
         lost: u64::from_le_bytes(word(8)?),
         device_s: Some(device_s).filter(|time| !time.is_nan()),
+        clock: 0,
         channels: (0..channels)
             .map(|_| samples.by_ref().take(count).collect())
             .collect(),
@@ -146,6 +156,14 @@ fn block_at(bytes: &[u8]) -> Option<(Block, usize)> {
     let block = match kind {
         b'S' => Block::Start(text()?),
         b'C' => Block::Chunk(chunk_of(content)?),
+        b'G' => {
+            let (clock, content) = content.split_at_checked(4)?;
+            Block::Chunk(RunChunk {
+                clock: u32::from_le_bytes(clock.try_into().ok()?),
+                ..chunk_of(content)?
+            })
+        }
+        b'V' => Block::Event(serde_json::from_slice(content).ok()?),
         b'J' => Block::Judged(serde_json::from_slice(content).ok()?),
         b'E' => Block::End(text()?),
         _ => return None,
@@ -165,6 +183,7 @@ mod tests {
                 first: 50 * second,
                 device_s: (second > 0).then_some(second as f64),
                 lost: 0,
+                clock: u32::from(second == 2),
                 channels: vec![vec![second as f64; 50], vec![-1.5; 50]],
             }));
         }

@@ -25,7 +25,7 @@ use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{About, Annotations};
+use piezotact::recording::{About, Annotations, Clock, Event};
 use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,9 @@ pub struct StartDocument {
     /// When it began, its labels, and the events that are planned.
     #[serde(flatten)]
     pub annotations: Annotations,
+    /// The clock of each channel; none where all run at [`Self::rate_hz`] from the first sample on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<Clock>,
     /// The device that plays, when one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
@@ -72,19 +75,25 @@ pub struct StartDocument {
 }
 
 impl StartDocument {
-    /// The version that this program writes.
+    /// The version that this program writes where all channels share a clock.
     pub const FORMAT: u32 = 1;
+    /// The version that it writes where they do not: columns differ in length, and are filled up with nulls.
+    pub const FORMAT_WITH_CLOCKS: u32 = 2;
 
     /// What is kept of the start of a run.
     #[must_use]
     pub fn of(start: &RunStart, rendering: Option<Rendering>) -> Self {
         Self {
-            format: Self::FORMAT,
+            format: match start.clocks.as_slice() {
+                [] => Self::FORMAT,
+                _ => Self::FORMAT_WITH_CLOCKS,
+            },
             rate_hz: start.rate_hz,
             channels: start.channels.clone(),
             about: start.about.clone(),
             setup: start.setup.clone(),
-            annotations: Annotations::default(),
+            annotations: start.annotations.clone(),
+            clocks: start.clocks.clone(),
             rendering,
             label: Some(start.label.clone()),
             drive: start.drive,
@@ -107,6 +116,9 @@ pub struct EndDocument {
     /// What came up while recording.
     #[serde(default)]
     pub doubts: Vec<Doubt>,
+    /// What happened while it ran.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
     /// How the run ended; absent in files of before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<Ended>,
@@ -160,10 +172,9 @@ fn schema_of(start: &StartDocument) -> Result<SchemaRef, ArrowError> {
         .channels
         .iter()
         .map(|(name, unit)| {
-            Field::new(name, DataType::Float64, false).with_metadata(HashMap::from([(
-                UNIT_KEY.to_owned(),
-                unit.symbol().to_owned(),
-            )]))
+            Field::new(name, DataType::Float64, !start.clocks.is_empty()).with_metadata(
+                HashMap::from([(UNIT_KEY.to_owned(), unit.symbol().to_owned())]),
+            )
         })
         .collect();
     let text =
@@ -252,6 +263,7 @@ mod tests {
                 },
             ),
             annotations: serde_json::from_str(ANNOTATIONS).unwrap(),
+            clocks: Vec::new(),
             setup: None,
             rendering: None,
             label: None,
@@ -293,6 +305,64 @@ mod tests {
         );
         assert_eq!(recording.about.doubts, [doubt]);
         assert_eq!(recording.annotations, start().annotations);
+    }
+
+    /// Two clocks: what each channel holds, and when, comes back from the Parquet file and from the journal of a run that was
+    /// killed, and with them the events of the run.
+    #[test]
+    fn channels_of_two_clocks_come_back_with_their_events() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let clock = |hz: f64, start_s: f64| Clock {
+            rate_hz: SampleRate::new(hz).unwrap(),
+            start_s: piezotact::quantity::Seconds(start_s),
+        };
+        let clocks = vec![clock(100.0, 0.0), clock(10.0, 0.25)];
+        let start = StartDocument {
+            format: StartDocument::FORMAT_WITH_CLOCKS,
+            clocks: clocks.clone(),
+            ..start()
+        };
+        let mut writer = JournalWriter::create(&path, start.clone()).unwrap();
+        let lost: Event = serde_json::from_str(
+            r#"{"onset_s": 1.5, "duration_s": 0.5, "kind": "samples_lost", "value": 50.0}"#,
+        )
+        .unwrap();
+        for of in 0..3 {
+            for (clock, rate) in [(0, 100), (1, 10)] {
+                let samples = (0..rate).map(|k| f64::from(of * rate + k)).collect();
+                let chunk = piezotact::run::RunChunk {
+                    first: (of * rate) as u64,
+                    clock,
+                    channels: vec![samples],
+                    ..Default::default()
+                };
+                writer.append_chunk(&chunk).unwrap();
+            }
+            if of == 1 {
+                writer.append_event(&lost).unwrap();
+            }
+        }
+        let expected: Vec<Event> = [start.annotations.events.clone(), vec![lost]].concat();
+        let check = |recording: &piezotact::recording::Recording| {
+            assert_eq!(recording.stated_clocks(), clocks);
+            let counts = recording.channels().iter().map(|c| c.samples.len());
+            assert_eq!(counts.collect::<Vec<_>>(), [300, 30]);
+            assert_eq!(recording.channels()[1].samples[29], 29.0);
+            assert!((recording.duration().0 - 3.25).abs() < 1e-12);
+            assert_eq!(recording.annotations.events, expected);
+            assert_eq!(recording.annotations.labels, start.annotations.labels);
+        };
+        let killed = folder.path().join("killed.parquet.part");
+        std::fs::copy(journal_path(&path), &killed).unwrap();
+        check(&read_journal(&killed).unwrap().recording);
+        let provenance = start.about.provenance.clone();
+        writer.finish(provenance, vec![]).unwrap();
+        check(&read_parquet(&path, None).unwrap().recording);
+
+        // A chunk with the channels of another clock is none of this recording.
+        let mut writer = JournalWriter::create(&path, start.clone()).unwrap();
+        assert!(writer.append(&second(0)).is_err());
     }
 
     /// "A session with a volunteer cannot be lost": not to the next one of the same name either.

@@ -1,6 +1,6 @@
 //! Reads the journals of runs, as far as they are whole.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::{Clock, RecordingDoubt};
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read as _};
 use std::path::Path;
@@ -45,28 +45,51 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             serde_json::from_str(text)
                 .map_err(|error| damaged(&format!("a start that says {error}")))
         })?;
-    if start.format > StartDocument::FORMAT {
+    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(ReadError::content(
             path,
-            format!("a recording of format {} or before", StartDocument::FORMAT),
+            format!(
+                "a recording of format {} or before",
+                StartDocument::FORMAT_WITH_CLOCKS
+            ),
             format!("format {}", start.format),
             "read it with the newer program that wrote it",
         ));
     }
-    let mut samples = vec![Vec::new(); start.channels.len()];
-    let mut lost = Vec::new();
+    let (mut clocks, mut clock_of) = Clock::numbered(&start.clocks);
+    if clocks.is_empty() {
+        clocks.push(Clock::at(start.rate_hz));
+        clock_of = vec![0; start.channels.len()];
+    }
+    let channels_of = |clock| clock_of.iter().filter(|of| **of == clock).count();
+    let mut by_clock: Vec<Vec<Vec<f64>>> = (0..clocks.len())
+        .map(|clock| vec![Vec::new(); channels_of(clock)])
+        .collect();
+    let (mut lost, mut events) = (Vec::new(), Vec::new());
     let mut end = None;
     for block in blocks {
         match block {
             Block::Start(_) | Block::Judged(_) => {}
+            Block::Event(event) => events.push(event),
             Block::Chunk(chunk) => {
+                let clock = chunk.clock as usize;
+                let Some(samples) = by_clock.get_mut(clock) else {
+                    return Err(damaged("samples of a clock that its start does not name"));
+                };
                 let have = samples.first().map_or(0, Vec::len) as u64;
                 if chunk.channels.len() != samples.len() || chunk.first < have {
                     return Err(damaged("blocks that do not follow one another"));
                 }
                 if chunk.first > have {
-                    let missing = fill(&mut samples, &chunk, &mut lost);
+                    let mut gaps = Vec::new();
+                    let missing = fill(samples, &chunk, &mut gaps);
                     missing.ok_or_else(|| damaged("a gap longer than the recording"))?;
+                    let at_s =
+                        |at: u64| clocks[clock].start_s.0 + at as f64 / clocks[clock].rate_hz.hz();
+                    lost.extend(
+                        gaps.iter()
+                            .map(|(first, count)| [*first, first + count].map(at_s)),
+                    );
                 }
                 for (channel, new) in samples.iter_mut().zip(chunk.channels) {
                     channel.extend(new);
@@ -81,20 +104,20 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let mut doubts = Vec::new();
     if let Some((at_end, end)) = end {
         start = at_end;
-        doubts = end.doubts;
+        (doubts, events) = (end.doubts, end.events);
     }
-    let rate_hz = start.rate_hz.hz();
+    let mut by_clock: Vec<_> = by_clock.into_iter().map(Vec::into_iter).collect();
+    let samples = clock_of
+        .iter()
+        .filter_map(|clock| by_clock[*clock].next())
+        .collect();
     let mut recording = assemble(path, &start, samples)?;
+    recording.annotations.events.extend(events);
     recording.about.doubts = doubts;
     recording.about.doubts.extend((damages > 0).then(|| {
         Doubt::from(RunDoubt::JournalDamaged {
             places: damages,
-            lost_s: lost
-                .iter()
-                .map(|(first, count)| {
-                    [*first as f64, (*first + *count) as f64].map(|at| at / rate_hz)
-                })
-                .collect(),
+            lost_s: lost,
         })
     }));
     if !whole {

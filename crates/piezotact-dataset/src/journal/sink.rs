@@ -67,6 +67,11 @@ impl Sink for JournalSink {
                     writer.append_judged(judged)?;
                 }
             }
+            RunDocument::Event(event) => {
+                if let Some(writer) = &mut self.writer {
+                    writer.append_event(event)?;
+                }
+            }
             RunDocument::End(end) => self.end(end)?,
         }
         Ok(None)
@@ -212,7 +217,7 @@ fn is_run(path: &Path) -> bool {
 mod tests {
     use super::*;
     use piezotact::quantity::{SampleRate, Unit};
-    use piezotact::recording::{About, Condition, Provenance};
+    use piezotact::recording::{About, Annotations, Condition, Provenance};
     use piezotact::run::RunChunk;
 
     fn start() -> RunStart {
@@ -224,6 +229,8 @@ mod tests {
                 Condition::default(),
                 Provenance::default().then("a resonance at 180 Hz"),
             ),
+            annotations: Annotations::default(),
+            clocks: Vec::new(),
             setup: None,
             drive: None,
         }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::ArrowError;
+use arrow_schema::{ArrowError, SchemaRef};
 use piezotact::Doubt;
-use piezotact::recording::Provenance;
+use piezotact::recording::{Clock, Event, Provenance};
 use piezotact::run::{Ended, Judged, RunChunk};
 
 use super::frames::{Block, MAGIC, block_bytes};
@@ -26,7 +26,10 @@ pub struct JournalWriter {
     start: StartDocument,
     /// Held locked: nobody else takes it for what an interrupted program has left.
     file: File,
+    /// The number of the clock of each channel; all 0 where they share one.
+    clock_of: Vec<usize>,
     samples: usize,
+    events: Vec<Event>,
     fingerprints: Vec<Fingerprint>,
     set_aside: Option<PathBuf>,
 }
@@ -77,7 +80,11 @@ impl JournalWriter {
             source: error.into(),
         })?;
         let fingerprints = vec![Fingerprint::new(); start.channels.len()];
+        let mut clock_of = Clock::numbered(&start.clocks).1;
+        clock_of.resize(start.channels.len(), 0);
         let mut writer = Self {
+            clock_of,
+            events: Vec::new(),
             path: path.into(),
             journal,
             start,
@@ -120,23 +127,30 @@ impl JournalWriter {
     /// Those of [`Self::append`].
     pub fn append_chunk(&mut self, chunk: &RunChunk) -> Result<(), WriteError> {
         let frames = chunk.len();
-        if chunk.channels.len() != self.start.channels.len()
+        let expected = self.clock_of.iter();
+        let expected = expected.filter(|clock| **clock == chunk.clock as usize);
+        let expected = expected.count();
+        if expected == 0
+            || chunk.channels.len() != expected
             || chunk.channels.iter().any(|channel| channel.len() != frames)
         {
             return Err(WriteError::content(
                 &self.path,
-                format!(
-                    "{} channels of equal length in every chunk",
-                    self.start.channels.len()
-                ),
+                format!("{expected} channels of equal length in every chunk"),
                 format!("{}", chunk.channels.len()),
                 "this is a fault of the bench: report it",
             ));
         }
         let bytes = self.bytes_of(&Block::Chunk(chunk.clone()))?;
         self.put(&bytes)?;
-        self.samples += frames;
-        for (fingerprint, channel) in self.fingerprints.iter_mut().zip(&chunk.channels) {
+        if chunk.clock == 0 {
+            self.samples += frames;
+        }
+        let of_clock = self.fingerprints.iter_mut().zip(&self.clock_of);
+        let of_clock = of_clock
+            .filter(|(_, clock)| **clock == chunk.clock as usize)
+            .map(|(fingerprint, _)| fingerprint);
+        for (fingerprint, channel) in of_clock.zip(&chunk.channels) {
             fingerprint.add(channel);
         }
         Ok(())
@@ -149,6 +163,17 @@ impl JournalWriter {
     pub fn append_judged(&mut self, judged: &Judged) -> Result<(), WriteError> {
         let bytes = self.bytes_of(&Block::Judged(judged.clone()))?;
         self.put(&bytes)
+    }
+
+    /// Appends something that happened; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] when the operating system refuses.
+    pub fn append_event(&mut self, event: &Event) -> Result<(), WriteError> {
+        let bytes = self.bytes_of(&Block::Event(event.clone()))?;
+        self.put(&bytes)?;
+        self.events.push(event.clone());
+        Ok(())
     }
 
     /// Ends the recording: the journal becomes the Parquet file with the end document in it. A recording that
@@ -183,6 +208,7 @@ impl JournalWriter {
             fingerprint,
             start_fingerprint: None,
             doubts,
+            events: std::mem::take(&mut self.events),
             ended,
         };
         let text = serde_json::to_string(&(&self.start, &end)).map_err(|error| WriteError::Io {
@@ -193,6 +219,12 @@ impl JournalWriter {
         self.put(&bytes)?;
         let schema = schema_of(&self.start).map_err(arrow_failed(&self.journal))?;
         let journal = File::open(&self.journal).map_err(WriteError::io(&self.journal))?;
+        let aside = side_path(&self.path);
+        if !self.start.clocks.is_empty() {
+            let batch = self.padded(chunks_of(journal), &schema);
+            write_parquet(&aside, &self.start, &end, std::iter::once(batch))?;
+            return self.in_place(&aside);
+        }
         let batches = chunks_of(journal).map(|chunk| {
             let chunk = chunk.map_err(|error| ArrowError::IoError(error.to_string(), error))?;
             let columns = chunk
@@ -201,10 +233,37 @@ impl JournalWriter {
                 .map(|channel| Arc::new(Float64Array::from(channel)) as ArrayRef);
             RecordBatch::try_new(Arc::clone(&schema), columns.collect())
         });
-        let aside = side_path(&self.path);
         write_parquet(&aside, &self.start, &end, batches)?;
-        let kept = keep_aside(&self.path, &aside)?;
-        std::fs::rename(&aside, &self.path).map_err(WriteError::io(&self.path))?;
+        self.in_place(&aside)
+    }
+
+    /// All samples as one batch, in which the columns of shorter channels are filled up with nulls.
+    fn padded(
+        &self,
+        chunks: impl Iterator<Item = Result<RunChunk, std::io::Error>>,
+        schema: &SchemaRef,
+    ) -> Result<RecordBatch, ArrowError> {
+        let mut columns = vec![Vec::<Option<f64>>::new(); self.clock_of.len()];
+        for chunk in chunks {
+            let chunk = chunk.map_err(|error| ArrowError::IoError(error.to_string(), error))?;
+            let of_clock = columns.iter_mut().zip(&self.clock_of);
+            let of_clock = of_clock.filter(|(_, clock)| **clock == chunk.clock as usize);
+            for ((column, _), new) in of_clock.zip(chunk.channels) {
+                column.extend(new.into_iter().map(Some));
+            }
+        }
+        let longest = columns.iter().map(Vec::len).max().unwrap_or(0);
+        let arrays = columns.into_iter().map(|mut column| {
+            column.resize(longest, None);
+            Arc::new(Float64Array::from(column)) as ArrayRef
+        });
+        RecordBatch::try_new(Arc::clone(schema), arrays.collect())
+    }
+
+    /// Puts the finished file in its place, and takes the journal away.
+    fn in_place(&self, aside: &Path) -> Result<Option<PathBuf>, WriteError> {
+        let kept = keep_aside(&self.path, aside)?;
+        std::fs::rename(aside, &self.path).map_err(WriteError::io(&self.path))?;
         // The recording is in its place on the disk before its journal goes.
         sync_folder(&self.path);
         std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;

@@ -5,13 +5,15 @@ use std::path::Path;
 
 use num_complex::Complex;
 use piezotact::Doubt;
-use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
-use piezotact::recording::{Condition, Recording};
+use piezotact::quantity::{Degrees, Newtons, SampleRate, Seconds, Unit};
+use piezotact::recording::{Clock, Condition, Recording, StartTime};
 use piezotact::transfer::Estimator;
 
 use super::write_time::OWN_TIME;
 use super::{UffAbscissa, UffData, UffFunction, UffKind};
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of as table_of};
+use crate::csv_table::{
+    Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks as table_of,
+};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::transfer_file::{Lines, from_lines};
@@ -65,27 +67,47 @@ pub(crate) fn recording_of(
             "export the time signals; a frequency response is read where a transfer function is asked for",
         ));
     };
-    let (mut doubts, mut columns) = (Vec::new(), Vec::<Column>::new());
-    let found = rate(path, first, &mut doubts);
-    let rate = choose_rate(path, options.rate, Some(found), &mut doubts)?;
+    let (mut doubts, mut columns) = (Vec::new(), Vec::<(Column, Clock)>::new());
+    let mut clocks = Vec::<(&UffFunction, Clock)>::new();
     for signal in &signals {
-        if signal.data.len() != first.data.len() || !same_axis(signal, first) {
-            return Err(ReadError::content(
-                path,
-                format!(
-                    "time responses of one length and one axis, {} values as of {}",
-                    first.data.len(),
-                    first.response
-                ),
-                format!(
-                    "{} values of {} ({})",
-                    signal.data.len(),
-                    signal.response,
-                    axis(signal)
-                ),
-                "export what was recorded together into a file of its own",
-            ));
-        }
+        let known = clocks.iter().find(|(of, _)| same_axis(signal, of));
+        let clock = match known {
+            Some((of, clock)) if of.data.len() == signal.data.len() => *clock,
+            Some((of, _)) => {
+                return Err(ReadError::content(
+                    path,
+                    format!(
+                        "time responses of one length on one axis, {} values as of {}",
+                        of.data.len(),
+                        of.response
+                    ),
+                    format!(
+                        "{} values of {} ({})",
+                        signal.data.len(),
+                        signal.response,
+                        axis(signal)
+                    ),
+                    "export what was recorded together into a file of its own",
+                ));
+            }
+            None if options.rate.is_some() && !clocks.is_empty() => {
+                return Err(ReadError::content(
+                    path,
+                    "time responses on one axis, as one rate is stated",
+                    format!("{} of {}", axis(signal), signal.response),
+                    "leave the rate out: the file states one for each",
+                ));
+            }
+            None => {
+                let found = rate(path, signal, &mut doubts);
+                let clock = Clock {
+                    rate_hz: choose_rate(path, options.rate, Some(found), &mut doubts)?,
+                    start_s: start_s(signal),
+                };
+                clocks.push((signal, clock));
+                clock
+            }
+        };
         let name = unique(name(signal), &columns);
         if signal.kind != UffKind::Time {
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
@@ -105,14 +127,18 @@ pub(crate) fn recording_of(
             }));
         }
         if let UffData::Real(values) = &signal.data {
-            columns.push(Column {
+            let column = Column {
                 name,
                 unit: Some(signal.ordinate_axis.unit.clone()),
                 values: values.clone(),
-            });
+            };
+            columns.push((column, clock));
         }
     }
-    let mut recording = table_of(path, columns, rate, doubts, options, WithoutUnit::OnlyScale)?;
+    let mut recording = table_of(path, columns, doubts, options, WithoutUnit::OnlyScale)?;
+    if start_s(first).0 == 0.0 && recording.clocks()[0].start_s.0 <= 0.0 {
+        recording.annotations.started_at = start_time(first.date());
+    }
     recording.about.provenance.steps.push(format!(
         "universal file of {}",
         Some(first.date())
@@ -120,6 +146,34 @@ pub(crate) fn recording_of(
             .unwrap_or("no stated date")
     ));
     Ok(recording)
+}
+
+/// The time of the first value on the axis of a signal.
+fn start_s(signal: &UffFunction) -> Seconds {
+    let (unit, second) = Unit::parse(&signal.abscissa_axis.unit);
+    let second = if unit == Unit::Second { second } else { 1.0 };
+    Seconds(second * signal.places().first().copied().unwrap_or(0.0))
+}
+
+/// The time in a date line, `05-Mar-24 10:22:33`, without a zone, as the format states none; `None` where it holds
+/// no time or another form. Years of two digits are 1970–2069.
+fn start_time(date: &str) -> Option<StartTime> {
+    const MONTHS: [&str; 12] = [
+        "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
+    ];
+    let (day, time) = date.trim().split_once(char::is_whitespace)?;
+    let mut parts = day.split('-');
+    let (day, month, year) = (parts.next()?, parts.next()?, parts.next()?);
+    let month = month.to_ascii_lowercase();
+    let month = 1 + MONTHS.iter().position(|name| *name == month)?;
+    let year: u32 = match (year.len(), year.parse().ok()?) {
+        (2, year @ 70..) => 1900 + year,
+        (2, year) => 2000 + year,
+        (_, year) => year,
+    };
+    let day: u32 = day.parse().ok()?;
+    let time = time.trim();
+    StartTime::try_from(format!("{year:04}-{month:02}-{day:02}T{time}")).ok()
 }
 
 fn axis(function: &UffFunction) -> String {
@@ -159,8 +213,8 @@ fn name(signal: &UffFunction) -> String {
     }
 }
 
-fn unique(name: String, columns: &[Column]) -> String {
-    let taken = |name: &str| columns.iter().any(|column| column.name == name);
+fn unique(name: String, columns: &[(Column, Clock)]) -> String {
+    let taken = |name: &str| columns.iter().any(|(column, _)| column.name == name);
     if !taken(&name) {
         return name;
     }

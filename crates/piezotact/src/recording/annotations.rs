@@ -5,6 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::lineage::Operation;
 use crate::quantity::Seconds;
 
 /// What a recording carries beside its condition; nothing where nothing is known.
@@ -53,15 +54,40 @@ impl Annotations {
         }
     }
 
-    /// Those of a recording whose time was warped: labels and the start as they are, no events, as they have no place in it;
-    /// and how many were left out.
+    /// Those of a signal after `operation`, and, where its events were left out as they have no place in it, a sentence that
+    /// says why. Labels and the start are kept.
     #[must_use]
-    pub fn without_events(&self) -> (Self, usize) {
+    pub fn after(&self, operation: &Operation) -> (Self, Option<String>) {
+        let why = match operation {
+            Operation::Stroke { from_s, to_s, .. } => {
+                return (self.cut(Seconds(*from_s), Seconds(to_s - from_s)), None);
+            }
+            Operation::Looped {
+                duration_s,
+                join: None,
+            } => return (self.cut(Seconds(0.0), Seconds(*duration_s)), None),
+            Operation::MeanTakenAway { .. }
+            | Operation::Gain { .. }
+            | Operation::RmsOf { .. }
+            | Operation::BandChanged { .. }
+            | Operation::Tilted { .. }
+            | Operation::Shifted { .. }
+            | Operation::SpectrumOf { .. }
+            | Operation::Rendered { .. } => return (self.clone(), None),
+            Operation::Warped { .. } => "its time was warped",
+            Operation::PhasesRandomised { .. } => "its phases were drawn anew",
+            Operation::Looped { join: Some(_), .. } => "it was joined with itself",
+            Operation::Named { operation, .. } => operation,
+        };
+        let sentence = (!self.events.is_empty()).then(|| {
+            let count = self.events.len();
+            format!("{count} event(s) of the recording left out, as they have no place in the signal: {why}")
+        });
         let kept = Self {
             events: Vec::new(),
             ..self.clone()
         };
-        (kept, self.events.len())
+        (kept, sentence)
     }
 }
 
@@ -111,17 +137,9 @@ pub enum EventValue {
 pub struct StartTime(String);
 
 impl StartTime {
-    /// The time `by` later, to the nanosecond, in the same zone.
-    #[must_use]
-    pub fn later(&self, by: Seconds) -> Self {
-        /// Nanoseconds of a second, and of a day.
-        const SECOND: i128 = 1_000_000_000;
-        const DAY: i128 = 86_400 * SECOND;
-        let added = (by.0 * 1e9).round();
-        let zone = self.0.rfind(['Z', '+']).or_else(|| {
-            let sign = self.0.rfind('-')?;
-            (sign > 10).then_some(sign)
-        });
+    /// Nanoseconds since 1 March of year 0 on the clock that it was read from, and the offset of that clock.
+    fn nanoseconds(&self) -> Option<(i128, &str)> {
+        let zone = self.0.rfind(['Z', '+', '-']).filter(|at| *at > 10);
         let (clock, offset) = self.0.split_at(zone.unwrap_or(self.0.len()));
         let (whole, fraction) = clock.split_once('.').unwrap_or((clock, ""));
         let parts: Vec<i128> = whole
@@ -129,21 +147,32 @@ impl StartTime {
             .filter_map(|part| part.parse().ok())
             .collect();
         let &[year, month, day, hour, minute, second] = parts.as_slice() else {
+            return None;
+        };
+        let digits = fraction.chars().chain("000000000".chars());
+        let fraction: String = digits.take(9).collect();
+        let of_day = ((hour * 60 + minute) * 60 + second) * SECOND;
+        let at = days_of(year, month, day) * DAY + of_day;
+        Some((at + fraction.parse::<i128>().unwrap_or(0), offset))
+    }
+
+    /// How much later it is than `earlier`, a time of the same clock.
+    #[must_use]
+    pub fn seconds_since(&self, earlier: &Self) -> Seconds {
+        match (self.nanoseconds(), earlier.nanoseconds()) {
+            (Some((at, _)), Some((from, _))) => Seconds((at - from) as f64 * 1e-9),
+            _ => Seconds(0.0),
+        }
+    }
+
+    /// The time `by` later, to the nanosecond, in the same zone.
+    #[must_use]
+    pub fn later(&self, by: Seconds) -> Self {
+        let added = (by.0 * 1e9).round();
+        let Some((from, offset)) = self.nanoseconds().filter(|_| added != 0.0) else {
             return self.clone();
         };
-        if added == 0.0 || !added.is_finite() {
-            return self.clone();
-        }
-        let fraction: String = fraction
-            .chars()
-            .chain("000000000".chars())
-            .take(9)
-            .collect();
-        let of_day = ((hour * 60 + minute) * 60 + second) * SECOND;
-        let at = days_of(year, month, day) * DAY
-            + of_day
-            + fraction.parse::<i128>().unwrap_or(0)
-            + added as i128;
+        let at = from + added as i128;
         let (year, month, day) = date_of(at.div_euclid(DAY));
         let of_day = at.rem_euclid(DAY);
         let second = of_day / SECOND;
@@ -157,6 +186,10 @@ impl StartTime {
         ))
     }
 }
+
+/// Nanoseconds of a second, and of a day.
+const SECOND: i128 = 1_000_000_000;
+const DAY: i128 = 86_400 * SECOND;
 
 /// The days from 1 March of year 0 to a date of the Gregorian calendar.
 fn days_of(year: i128, month: i128, day: i128) -> i128 {
@@ -324,9 +357,30 @@ mod tests {
         assert_eq!(at.as_deref(), Some("2024-03-01T10:22:34Z"));
         let expected = [event(0.0, 0.5), event(0.5, 0.25), event(1.75, 0.25)];
         assert_eq!(part.events, expected);
-        let (warped, left_out) = whole.without_events();
-        assert_eq!((warped.events.len(), left_out), (0, 5));
-        assert_eq!(warped.started_at, whole.started_at);
+        let warp = Operation::Warped {
+            ratio: 2.0,
+            length: crate::lineage::WarpedLength::Follows,
+        };
+        let (warped, said) = whole.after(&warp);
+        assert_eq!(warped.events, []);
+        assert_eq!(
+            (&warped.labels, &warped.started_at),
+            (&whole.labels, &whole.started_at)
+        );
+        let said = said.unwrap();
+        assert!(
+            said.contains("5 event(s)") && said.contains("warped"),
+            "{said}"
+        );
+        let gain = Operation::Gain { gain_db: 3.0 };
+        assert_eq!(whole.after(&gain), (whole.clone(), None));
+        let stroke = Operation::Stroke {
+            number: 1,
+            from_s: 1.0,
+            to_s: 3.0,
+            high_pass_hz: 10.0,
+        };
+        assert_eq!(whole.after(&stroke).0.events, expected);
     }
 
     #[test]

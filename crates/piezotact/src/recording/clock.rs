@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Channel, Condition, Provenance, Recording, RecordingError};
+use super::{About, Channel, Condition, Provenance, Recording, RecordingError};
 use crate::quantity::{SampleRate, Seconds};
 
 /// When the samples of a channel were taken: so many a second, evenly, from a start on.
@@ -27,6 +27,22 @@ impl Clock {
     }
 }
 
+impl Clock {
+    /// The clocks of a list, each once, in their order, and the number of each of the list among them.
+    #[must_use]
+    pub fn numbered(each: &[Self]) -> (Vec<Self>, Vec<usize>) {
+        let (mut clocks, mut numbers) = (Vec::<Self>::new(), Vec::with_capacity(each.len()));
+        for clock in each {
+            let known = clocks.iter().position(|known| known == clock);
+            numbers.push(known.unwrap_or(clocks.len()));
+            if known.is_none() {
+                clocks.push(*clock);
+            }
+        }
+        (clocks, numbers)
+    }
+}
+
 impl fmt::Display for Clock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.rate_hz)?;
@@ -38,6 +54,44 @@ impl fmt::Display for Clock {
 }
 
 impl Recording {
+    /// A recording whose channels have the clocks of `clocks`, one for each; none where all run at `rate` from the start.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_clocks`]; [`RecordingError::ClocksOf`] where there is not one for each channel.
+    pub fn on_clocks(
+        channels: Vec<Channel>,
+        rate: SampleRate,
+        clocks: &[Clock],
+        about: About,
+    ) -> Result<Self, RecordingError> {
+        if !clocks.is_empty() && clocks.len() != channels.len() {
+            return Err(RecordingError::ClocksOf {
+                channels: channels.len(),
+                found: clocks.len(),
+            });
+        }
+        let mut recording = if clocks.is_empty() {
+            Self::new(channels, rate, about.condition, about.provenance)?
+        } else {
+            let channels = channels.into_iter().zip(clocks.iter().copied()).collect();
+            Self::with_clocks(channels, about.condition, about.provenance)?
+        };
+        recording.about.doubts = about.doubts;
+        Ok(recording)
+    }
+
+    /// The clock of each channel, as documents keep them; none where all channels share one.
+    #[must_use]
+    pub fn stated_clocks(&self) -> Vec<Clock> {
+        match self.clocks() {
+            [_] => Vec::new(),
+            _ => self
+                .channels_with_clocks()
+                .map(|(_, clock)| clock)
+                .collect(),
+        }
+    }
+
     /// A recording of channels that have clocks of their own, at least one of them: those of one clock are of one length.
     /// Starts are counted from any common moment; the earliest becomes 0.
     ///
@@ -56,21 +110,15 @@ impl Recording {
         }
         let starts = channels.iter().map(|(_, clock)| clock.start_s.0);
         let earliest_s = starts.fold(f64::INFINITY, f64::min);
-        let (mut clocks, mut clock_of) = (Vec::<Clock>::new(), Vec::new());
-        let mut bare = Vec::with_capacity(channels.len());
-        for (channel, clock) in channels {
-            let clock = Clock {
-                start_s: Seconds(clock.start_s.0 - earliest_s),
-                ..clock
-            };
-            let known = clocks.iter().position(|known| *known == clock);
-            clock_of.push(known.unwrap_or(clocks.len()));
-            if known.is_none() {
-                clocks.push(clock);
-            }
-            bare.push(channel);
-        }
-        Self::of_parts(bare, clocks, clock_of, condition, provenance)
+        let (channels, each): (Vec<Channel>, Vec<Clock>) = channels
+            .into_iter()
+            .map(|(channel, clock)| {
+                let start_s = Seconds(clock.start_s.0 - earliest_s);
+                (channel, Clock { start_s, ..clock })
+            })
+            .unzip();
+        let (clocks, clock_of) = Clock::numbered(&each);
+        Self::of_parts(channels, clocks, clock_of, condition, provenance)
     }
 
     /// The clocks, each once, in the order of the channels; one where all channels were taken together.

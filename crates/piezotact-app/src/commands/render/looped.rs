@@ -164,7 +164,6 @@ impl Corrected {
         let start = StartDocument {
             setup: rendering.setup.clone(),
             rendering: Some(rendering),
-            annotations: recording.annotations.clone(),
             ..StartDocument::of(
                 &RunStart {
                     label: "render".into(),
@@ -174,6 +173,8 @@ impl Corrected {
                         recording.about.condition.clone(),
                         recording.about.provenance.clone(),
                     ),
+                    annotations: recording.annotations.clone(),
+                    clocks: recording.stated_clocks(),
                     setup: None,
                     drive: None,
                 },

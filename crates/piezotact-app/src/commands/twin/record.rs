@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
-use piezotact::recording::Annotations;
+use piezotact::recording::{Annotations, Event};
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact::statistics::peak;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
@@ -206,12 +206,15 @@ fn journal(
 struct OneChannel {
     channel: usize,
     samples: Vec<f64>,
+    events: Vec<Event>,
 }
 
 impl Sink for OneChannel {
     fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
-        if let RunDocument::Chunk(chunk) = document {
-            self.samples.extend(&chunk.channels[self.channel]);
+        match document {
+            RunDocument::Chunk(chunk) => self.samples.extend(&chunk.channels[self.channel]),
+            RunDocument::Event(event) => self.events.push(event.clone()),
+            _ => {}
         }
         Ok(None)
     }
@@ -231,6 +234,7 @@ fn sound(
     let mut sink = OneChannel {
         channel: nail.unwrap_or_default(),
         samples: Vec::new(),
+        events: Vec::new(),
     };
     let (start, _) = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
     let mut vibration = sink.samples;
@@ -245,7 +249,10 @@ fn sound(
         }),
         channels: vec![ACCELERATION_CHANNEL.into()],
         about: start.about.clone(),
-        annotations: Annotations::default(),
+        annotations: Annotations {
+            events: sink.events,
+            ..start.annotations.clone()
+        },
         rendering: None,
     };
     let rate_hz = start.rate_hz.hz().round() as u32;
