@@ -203,6 +203,7 @@ fn result(
     if let Some(fields) = value.as_object_mut() {
         fields.insert("doubts".into(), doubts_json(&said.doubts)?);
         fields.insert("kind".into(), json!(folder.index.kind));
+        fields.insert("accepted".into(), json!(folder.accepted()));
         fields.insert("judged".into(), json!(said.judged()));
         let costs = said.judged().and_then(|cell| said.penalties_at(cell));
         fields.insert(

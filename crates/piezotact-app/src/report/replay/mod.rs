@@ -5,6 +5,7 @@ mod figures;
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
+use piezotact::criterion::Outcome as Judged;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
 
 use super::{broad_document, name};
@@ -177,7 +178,32 @@ fn claim_row(claim: &Claim, standing: Standing<'_>) -> Markup {
             td { (claim.says) " " span.soft { "(" (claim.at) ")" } }
             td { (claim.holds_if) }
             td { (measured) }
-            td { span.state.(class) { (sign) " " (standing.word()) } @if !why.is_empty() { p.why { (why) } } }
+            td { span.state.(class) { (sign) " " (standing.word()) } @if !why.is_empty() { p.why { (why) } } (criteria_of(standing)) }
+        }
+    }
+}
+
+/// What the verdict follows from.
+fn criteria_of(standing: Standing<'_>) -> Markup {
+    let criteria = match standing {
+        Standing::Found(finding) => finding.criteria.as_slice(),
+        Standing::NotYet | Standing::NotAsked => &[],
+    };
+    let not_met = criteria
+        .iter()
+        .filter(|c| c.outcome != Judged::Met)
+        .count();
+    let of = criteria.len();
+    html! {
+        @if !criteria.is_empty() {
+            details open[not_met > 0] {
+                summary.why {
+                    @if not_met == 0 { (plural(of, "criterion").replace("criterions", "criteria")) " met" }
+                    @else { (not_met) " of " (plural(of, "criterion").replace("criterions", "criteria")) " not met" }
+                }
+                p.why { "Each is named by what the measurements would say were it not met." }
+                (super::criteria::list(criteria, |rule| format!("“{}”", rule.unless_met)))
+            }
         }
     }
 }
