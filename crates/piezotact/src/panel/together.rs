@@ -212,13 +212,11 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         let mut twins = self.entries.iter().filter(twin);
         let first = twins.next()?;
         let other = twins.find(|e| e.function.provenance.seed != first.function.provenance.seed)?;
-        let told = |entry: &Entry<I, O>| {
-            let seed = entry.function.provenance.seed.unwrap_or_default();
-            format!("{} is of seed {seed}", entry.filing)
-        };
         Some(Doubt::from(PanelDoubt::SeveralTwins {
-            one: told(first),
-            other: told(other),
+            one: first.filing.to_string(),
+            one_seed: first.function.provenance.seed.map(|seed| seed.to_string()),
+            other: other.filing.to_string(),
+            other_seed: other.function.provenance.seed.map(|seed| seed.to_string()),
         }))
     }
 

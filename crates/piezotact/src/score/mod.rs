@@ -14,7 +14,7 @@ mod waveform;
 
 use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
-pub use doubt::ScoreDoubt;
+pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
@@ -250,7 +250,7 @@ pub fn score(
         // Said below, with the name that it has here.
         Err(VerifyError::Silent { .. }) => {}
         Err(error) => doubts.push(Doubt::from(ScoreDoubt::WaveformNotCompared {
-            why: error.to_string(),
+            why: error.into(),
         })),
     }
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
@@ -318,9 +318,7 @@ pub fn score(
             Some(literature)
         }
         Err(error) => {
-            doubts.push(Doubt::from(ScoreDoubt::NoIndices {
-                why: error.to_string(),
-            }));
+            doubts.push(Doubt::from(ScoreDoubt::NoIndices { why: error.into() }));
             None
         }
     };

@@ -189,10 +189,7 @@ fn criteria_of(standing: Standing<'_>) -> Markup {
         Standing::Found(finding) => finding.criteria.as_slice(),
         Standing::NotYet | Standing::NotAsked => &[],
     };
-    let not_met = criteria
-        .iter()
-        .filter(|c| c.outcome != Judged::Met)
-        .count();
+    let not_met = criteria.iter().filter(|c| c.outcome != Judged::Met).count();
     let of = criteria.len();
     html! {
         @if !criteria.is_empty() {

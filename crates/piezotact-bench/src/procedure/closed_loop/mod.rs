@@ -4,7 +4,7 @@ mod measured;
 mod outcome;
 
 use piezotact::clipping::ClippingDoubt;
-use piezotact::correct::LoopDoubt;
+use piezotact::correct::{LoopDoubt, LoopStop};
 use piezotact::render::RenderDoubt;
 use piezotact::resample::ResampleDoubt;
 use piezotact::verify::VerifyDoubt;
@@ -315,7 +315,9 @@ pub fn closed_loop(
         Err(broken) => {
             rendered.doubts.push(Doubt::from(LoopDoubt::LoopStopped {
                 best: best.number,
-                why: format!("the drive that is kept could not be measured once more: {broken}"),
+                why: LoopStop::NotConfirmed {
+                    cause: Mishap::from(broken).doubt(),
+                },
             }));
             (None, best.felt.recording)
         }
@@ -594,12 +596,19 @@ fn finished(
     let mut doubts = first.doubts;
     doubts.extend(fit);
     doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
-    if matches!(end, LoopEnd::Worse | LoopEnd::Broken(_)) {
-        doubts.push(Doubt::from(LoopDoubt::LoopStopped {
+    let stopped = match end {
+        LoopEnd::Worse => Some(LoopStop::GotWorse),
+        LoopEnd::Broken(mishap) => Some(LoopStop::NotBelieved {
+            cause: mishap.doubt(),
+        }),
+        LoopEnd::Done | LoopEnd::NoBetter => None,
+    };
+    doubts.extend(stopped.map(|why| {
+        Doubt::from(LoopDoubt::LoopStopped {
             best: best.number,
-            why: end.to_string(),
-        }));
-    }
+            why,
+        })
+    }));
     RenderedDrive {
         drive,
         headroom,
