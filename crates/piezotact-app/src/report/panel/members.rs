@@ -87,6 +87,8 @@ fn by_rule(members: &[Member]) -> Markup {
             tr { th { "criterion" } th { "limit" } th.n { "met" } th.n { "not decided" } th.n { "found at worst" } th { "of" } }
             @for rule in rules {
                 @let met = of(rule).filter(|(_, c)| c.outcome == Judged::Met).count();
+                @let first = of(rule).next().and_then(|(_, first)| first.found);
+                @let alike = of(rule).all(|(_, c)| c.found == first);
                 @let worst = of(rule).max_by(|(_, a), (_, b)| order(beyond(a), beyond(b)));
                 @if let Some((member, worst)) = worst {
                     tr {
@@ -95,7 +97,7 @@ fn by_rule(members: &[Member]) -> Markup {
                         td.n { (met) }
                         td.n { (of(rule).count() - met) }
                         td.n { (found(worst)) }
-                        td { @if worst.outcome == Judged::Met && beyond(worst).abs() <= 0.0 { "all alike" } @else { (member.filing) } }
+                        td { @if alike { "all alike" } @else { (member.filing) } }
                     }
                 }
             }

@@ -9,6 +9,7 @@ use piezotact::criterion::Outcome as Judged;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
 
 use super::{broad_document, name};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 
 /// What a report on a replay shows.
@@ -225,7 +226,7 @@ fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
             }
             @if !chapter.doubts.is_empty() {
                 h3 { "Doubts" }
-                ul.doubts { @for doubt in &chapter.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in &chapter.doubts { li { (merged_text(doubt)) } } }
             }
             @if !chapter.missing.is_empty() {
                 h3 { "Not there yet" }
@@ -303,6 +304,9 @@ fn origin(page: &Page<'_>) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use piezotact::Doubt;
+    use piezotact::doubt::merged_of;
+    use piezotact::recording::RecordingDoubt;
     use piezotact_replay::{Axis, Line, Mark, Scale, Shown};
     use piezotact_twin::TwinParameters;
 
@@ -353,6 +357,11 @@ mod tests {
         let does_not = Verdict::DoesNot {
             reason: "too loud".into(),
         };
+        // Advice names the command line's option, as everywhere.
+        let uncalibrated = Doubt::from(RecordingDoubt::Uncalibrated {
+            channel: "a".into(),
+        });
+        let doubt = merged_of([(Some("S8"), &uncalibrated)]).remove(0);
         let chapter = Chapter {
             number: 4,
             title: "Rendering",
@@ -364,7 +373,7 @@ mod tests {
                 finding(34, Verdict::Holds),
             ],
             figures: vec![figure("47a"), figure("47b"), figure("48")],
-            doubts: vec!["S8: too few strokes".into()],
+            doubts: vec![doubt],
             missing: vec!["figure 51".into()],
         };
         let page = Page {
@@ -385,7 +394,8 @@ mod tests {
             "4 claims: holds 2, does not hold 1, not yet 1.",
             "too loud",
             "comes with people",
-            "<li>S8: too few strokes</li>",
+            "<li>S8: ",
+            "(--scale)",
             "<li>figure 51</li>",
             "Counterpart of figure 47b",
             "Seed 7, built-in parameters.",

@@ -129,7 +129,7 @@ fn criteria(v: &Verification) -> Markup {
         section {
             h2 { "Criteria" }
             div.wide {
-                table.second.judged {
+                table.judged {
                     tr { th { "criterion" } th { "outcome" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } }
                     @for c in &v.criteria {
                         tr {
