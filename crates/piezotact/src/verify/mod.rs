@@ -11,9 +11,9 @@ mod config;
 mod doubt;
 mod error;
 mod events;
+mod intended;
 mod judge;
 mod lines;
-mod meant;
 mod straight;
 mod tones;
 mod verdict;
@@ -39,9 +39,9 @@ use crate::quantity::{Band, Decibels, Quantity};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
 use crate::statistics::rms;
+use intended::Synchronised;
 use judge::{Evidence, Judgement};
 use lines::Pair;
-use meant::OnTime;
 
 /// How close a measurement came to its target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -241,8 +241,8 @@ pub fn verify<Q: Quantity>(
         });
     }
     let asked = target.clone().amplified(config.level);
-    let meant = meant::meant(&asked, config)?;
-    let OnTime { aligned, clock } = meant::on_time(&meant, response, config.band)?;
+    let intended = intended::intended_target(&asked, config)?;
+    let Synchronised { aligned, clock } = intended::synchronised(&intended, response, config.band)?;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
         return Err(VerifyError::TooShort {
@@ -289,7 +289,7 @@ pub fn verify<Q: Quantity>(
         .map(|(_, error)| *error)
         .collect();
 
-    let full_target = plan.estimate::<Q>(&[&meant.samples()[compared.clone()]])?;
+    let full_target = plan.estimate::<Q>(&[&intended.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
     let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
@@ -335,7 +335,7 @@ pub fn verify<Q: Quantity>(
             correlation: waveform_correlation,
         }));
     }
-    let floor = meant::floor(&meant, response, &aligned, config.band);
+    let floor = intended::floor(&intended, response, &aligned, config.band);
     let judged_bands: Vec<Band> = if config.reached.is_empty() {
         vec![config.band]
     } else {
@@ -345,12 +345,12 @@ pub fn verify<Q: Quantity>(
             .filter_map(|band| band.common(config.band))
             .collect()
     };
-    let waveforms = meant::judged_waveforms(&aligned, &judged_bands, rate, config.band);
+    let waveforms = intended::judged_waveforms(&aligned, &judged_bands, rate, config.band);
     let Judgement { criteria, more } = judge::judge(&Evidence {
         pair: &Pair::of(wanted, got, &config.welch, rate)?,
         asked_psd: &full_asked.values,
         outside: &Pair::of(
-            &meant.samples()[compared.clone()],
+            &intended.samples()[compared.clone()],
             &aligned.measured[compared.clone()],
             &config.welch,
             rate,
