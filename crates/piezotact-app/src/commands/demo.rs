@@ -91,7 +91,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
     verification
         .doubts
-        .splice(0..0, drive.doubts.iter().chain(&measured.doubts).cloned());
+        .put_first(drive.doubts.iter().chain(&measured.doubts).cloned());
     let straight = Straight {
         as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0), None)?,
         turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0), None)?,

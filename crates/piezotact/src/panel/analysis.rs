@@ -13,7 +13,7 @@ use super::{
     FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
     repeatability,
 };
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::{Bundle, BundleAverage, BundleError};
 
@@ -100,7 +100,7 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl PanelAnalysis {

@@ -65,7 +65,7 @@ fn four() -> Entries {
     people.map(|(who, db)| of(who, 1, db)).into()
 }
 
-fn doubts(entries: Entries) -> Vec<Doubt> {
+fn doubts(entries: Entries) -> Doubts {
     let panel = Panel::new(entries).unwrap();
     analyse(&panel, &PanelConfig::usual(band(), 1))
         .unwrap()

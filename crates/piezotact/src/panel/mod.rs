@@ -40,7 +40,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::Outcome;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
 
@@ -122,7 +122,7 @@ pub struct Panel<I: Quantity, O: Quantity> {
     participants: Vec<String>,
     cells: Vec<Cell>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
@@ -166,7 +166,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             entries,
             participants,
             cells,
-            doubts: Vec::new(),
+            doubts: Doubts::new(),
         };
         panel.doubts.extend(panel.incomplete());
         panel.doubts.extend(panel.of_several_twins());

@@ -29,7 +29,7 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{
     ContactMap, Differences, DiscriminationDoubt, Excitation, Model, differences,
 };
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::feature::Weighting;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::Series;
@@ -195,7 +195,7 @@ pub struct Score {
     /// How it was computed.
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 /// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
@@ -239,11 +239,11 @@ pub fn score(
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
-    let mut doubts = Vec::new();
+    let mut doubts = Doubts::new();
     let (mut waveform, mut shared) = (None, None);
     match waveform::waveform(reference, test, config.band) {
         Ok(compared) => {
-            doubts = compared.doubts;
+            doubts.extend(compared.doubts);
             waveform = Some(compared.waveform);
             shared = compared.shared;
         }

@@ -32,7 +32,7 @@ pub use tones::{Tones, tones};
 pub use verdict::{Aspect, Verdict};
 
 use crate::criterion::Criterion;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::integrity::{Span, inspect};
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity};
@@ -117,7 +117,7 @@ pub struct Verification {
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl Verification {
@@ -300,7 +300,7 @@ pub fn verify<Q: Quantity>(
     };
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
-    let mut doubts = target_psd.doubts.clone();
+    let mut doubts: Doubts = target_psd.doubts.iter().cloned().collect();
     if judged_share < 1.0 - TOLD_SHARE {
         doubts.push(Doubt::from(VerifyDoubt::PartJudged {
             share: judged_share,

@@ -108,10 +108,7 @@ fn without_artefact(
         });
     }
     let mut cleaned = Panel::new(entries)?;
-    let known = cleaned.doubts.clone();
-    cleaned
-        .doubts
-        .extend(panel.doubts.iter().filter(|d| !known.contains(d)).cloned());
+    cleaned.doubts.extend(panel.doubts.iter().cloned());
     cleaned.doubts.extend(artefact.doubts.iter().cloned());
     let example = panel.entries().first().map(|entry| entry.function.clone());
     Ok((

@@ -194,7 +194,7 @@ fn criteria_of(standing: Standing<'_>) -> Markup {
     let of = criteria.len();
     html! {
         @if !criteria.is_empty() {
-            details open[not_met > 0] {
+            details {
                 summary.why {
                     @if not_met == 0 { (plural(of, "criterion").replace("criterions", "criteria")) " met" }
                     @else { (not_met) " of " (plural(of, "criterion").replace("criterions", "criteria")) " not met" }

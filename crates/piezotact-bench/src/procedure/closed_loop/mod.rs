@@ -14,6 +14,7 @@ use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Correction, LineChange};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
+use piezotact::doubt::Doubts;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{Recording, played_through_its_own};
@@ -346,11 +347,8 @@ pub fn closed_loop(
         .chain(its_own)
         .chain(recording.doubts.iter().cloned())
         .chain(shown.doubts.iter().cloned());
-    for doubt in new {
-        if !rendered.doubts.contains(&doubt) {
-            rendered.doubts.push(doubt);
-        }
-    }
+    let before = std::mem::take(&mut rendered.doubts).into_iter();
+    rendered.doubts = before.chain(new).collect::<Doubts>().into();
     // It was corrected on the finger that was there.
     rendered.condition = condition;
     Ok(Looped {
