@@ -39,6 +39,19 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         (first["measured"].as_u64(), first["measurements"].as_u64()),
         (Some(12), Some(12))
     );
+    // What each was accepted by, rule by rule.
+    let accepted = first["accepted"].as_array().unwrap();
+    assert_eq!(accepted.len(), 12);
+    for one in accepted {
+        let attempts = one["attempts"].as_array().unwrap();
+        let rules: Vec<[&str; 2]> = attempts[attempts.len() - 1]["criteria"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|rule| ["what", "outcome"].map(|field| rule[field].as_str().unwrap()))
+            .collect();
+        assert_eq!(rules, [["force", "met"], ["coherence", "met"]], "{one}");
+    }
     assert_eq!(run(&folder, &format!("{RUN} --json")).json()["measured"], 0);
 
     // Between a file and the index: the file is there, and not listed.
@@ -105,6 +118,8 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         (said["measurements"].as_u64(), said["complete"].as_u64()),
         (Some(16), Some(4))
     );
+    let lengths = ["members", "accepted"].map(|list| said[list].as_array().unwrap().len());
+    assert_eq!(lengths, [16, 16]);
     assert_eq!(
         (said["kind"].as_str(), said["will_the_average_do"].as_str()),
         (Some("device"), Some("not decided"))
@@ -124,6 +139,9 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         "1000 draws of half of these 4 people",
         "Largest deviation by load and angle",
         "How many people are enough",
+        "16 measurements in the averages, 16 without reservation.",
+        "16 measurements were judged window by window",
+        "median coherence of the driven lines",
         "no person took part",
         "twin:seed=7,gain=B3: random, 4 s",
     ] {

@@ -5,6 +5,7 @@ use std::fmt;
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
+use piezotact::recording::Recording;
 use piezotact::run::{Judged, RunChunk, RunCriterion, RunDocument, Sink, SinkError};
 use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::mean;
@@ -99,6 +100,8 @@ pub struct Gate {
     run: usize,
     /// Whether all of the run was judged, or a part of it refused.
     done: bool,
+    /// Of each rule the worst window so far.
+    worst: Vec<Criterion<RunCriterion>>,
 }
 
 impl Gate {
@@ -129,6 +132,7 @@ impl Gate {
                 before: 0,
                 run,
                 done: false,
+                worst: Vec::new(),
             }),
             _ => Err(ProcedureError::Impossible {
                 expected: format!(
@@ -166,6 +170,23 @@ impl Gate {
         found
     }
 
+    /// What was judged of all of the run so far: of each rule the worst window. `recording` is judged where no document of
+    /// its run came by, as of one that was kept before.
+    pub(crate) fn judged_of(&mut self, recording: &Recording) -> Judged {
+        if self.before == 0 {
+            let channels = recording.channels().iter();
+            let _last = self.admit(&RunChunk {
+                channels: channels.map(|channel| channel.samples.clone()).collect(),
+                ..RunChunk::default()
+            });
+        }
+        Judged {
+            window_s: [0.0, self.before as f64 / self.rate.hz()],
+            target_n: self.target.map(|Newtons(target_n)| target_n),
+            criteria: self.worst.clone(),
+        }
+    }
+
     /// Judges what is left at the end, when it is at least half a window.
     fn finish(&mut self) -> Option<Judged> {
         self.done = true;
@@ -180,6 +201,18 @@ impl Gate {
     }
 
     fn judge(&mut self, length: usize) -> Option<Judged> {
+        let judged = self.window_judged(length)?;
+        for new in &judged.criteria {
+            match self.worst.iter_mut().find(|known| known.what == new.what) {
+                Some(known) if severity(new) > severity(known) => *known = new.clone(),
+                Some(_) => {}
+                None => self.worst.push(new.clone()),
+            }
+        }
+        Some(judged)
+    }
+
+    fn window_judged(&mut self, length: usize) -> Option<Judged> {
         let parts: [Vec<f64>; 3] = self
             .window
             .each_mut()
@@ -223,6 +256,22 @@ impl Gate {
         });
         Some(judged)
     }
+}
+
+/// How far a criterion is from being met, to compare windows by: first its outcome, then what was found.
+fn severity(criterion: &Criterion<RunCriterion>) -> (u8, f64) {
+    let outcome = match criterion.outcome {
+        Outcome::Met => 0,
+        Outcome::NotDecided => 1,
+        Outcome::NotMet => 2,
+    };
+    let found = criterion.found.unwrap_or(f64::NEG_INFINITY);
+    let beyond = match criterion.limit {
+        Limit::AtMost { .. } => found,
+        Limit::AtLeast { .. } => -found,
+        Limit::Within { .. } => found.abs(),
+    };
+    (outcome, beyond)
 }
 
 fn not_met(judged: &Judged) -> bool {
@@ -289,6 +338,15 @@ mod tests {
     #[test]
     fn a_steady_run_passes() {
         assert_eq!(run(25, |_, x| x, |_| 0.21).1, None);
+    }
+
+    #[test]
+    fn of_each_rule_the_worst_window_is_kept() {
+        let (gate, refusal) = run(30, |_, x| x, |second| [0.2, 0.215, 0.19][second / 10]);
+        assert_eq!(refusal, None);
+        assert_eq!(gate.worst.len(), 2);
+        assert!((gate.worst[0].found.unwrap() - 0.075).abs() < 1e-12);
+        assert_eq!(gate.before, 30_000);
     }
 
     #[test]

@@ -15,6 +15,7 @@ use piezotact::Doubt;
 use piezotact::panel::{Cell, Entry, Filing, Panel};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::Provenance;
+use piezotact::run::Attempt;
 use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
@@ -62,6 +63,9 @@ pub struct PanelEntry {
     /// Who, how, which time.
     #[serde(flatten)]
     pub filing: Filing,
+    /// The attempts at it with what was judged of each; none where nothing was judged, or nobody knows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attempts: Vec<Attempt>,
 }
 
 /// The index of a panel.
@@ -242,6 +246,13 @@ impl PanelFolder {
         self.write_index()
     }
 
+    /// The measurements of which is known what was judged of them.
+    #[must_use]
+    pub fn accepted(&self) -> Vec<&PanelEntry> {
+        let entries = self.index.entries.iter();
+        entries.filter(|entry| !entry.attempts.is_empty()).collect()
+    }
+
     /// Writes a transfer function and lists it: the file first, then the index.
     ///
     /// # Errors
@@ -272,6 +283,7 @@ impl PanelFolder {
         let entry = PanelEntry {
             file,
             filing: filing.clone(),
+            attempts: document.attempts.clone(),
         };
         next.list(entry, document);
         next.write_index()?;
@@ -317,6 +329,7 @@ impl PanelFolder {
         let entry = PanelEntry {
             file,
             filing: filing.clone(),
+            attempts: document.attempts.clone(),
         };
         self.list(entry, &document);
         self.write_index()?;

@@ -326,6 +326,7 @@ pub(crate) fn from_lines(
         imaginary: response.iter().map(|h| h.im).collect(),
         coherence,
         confidence: None,
+        attempts: Vec::new(),
         distortion: None,
     })
 }

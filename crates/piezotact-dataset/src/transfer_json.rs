@@ -1,6 +1,7 @@
 //! Transfer functions as readable JSON.
 
 use piezotact::recording::RecordingDoubt;
+use piezotact::run::Attempt;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -54,6 +55,9 @@ pub struct TransferDocument {
     /// How far every line may be off; written for other programs, as it follows from coherence and averages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<ConfidenceColumns>,
+    /// The attempts at the measurement with what was judged of each; none where nothing was judged, or nobody knows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attempts: Vec<Attempt>,
     /// Noise and distortion told apart, where multisines did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Distortion>,
@@ -116,6 +120,7 @@ impl TransferDocument {
             imaginary: function.response().iter().map(|h| h.im).collect(),
             coherence: function.coherence().to_vec(),
             confidence: function.confidence().map(ConfidenceColumns::from),
+            attempts: Vec::new(),
             distortion: None,
         }
     }

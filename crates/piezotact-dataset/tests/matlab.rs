@@ -375,6 +375,7 @@ fn document() -> TransferDocument {
         effective_averages: Some(37.5),
         driven_hz: None,
         confidence: None,
+        attempts: Vec::new(),
         distortion: None,
         averages: 12,
         rate_hz: Some(SampleRate::new(10_000.0).unwrap()),

@@ -179,6 +179,7 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
         effective_averages: Some(37.5),
         driven_hz: None,
         confidence: None,
+        attempts: Vec::new(),
         distortion: None,
         averages: 40,
         rate_hz: Some(SampleRate::new(rate_hz).unwrap()),

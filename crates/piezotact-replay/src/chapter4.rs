@@ -83,7 +83,7 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
                     figures.extend(processing(&target, &drive, &function));
                 }
             }
-            let doubts = [
+            let doubts: [&[Doubt]; 4] = [
                 &taken.doubts,
                 &drive.about.doubts,
                 &measured.about.doubts,

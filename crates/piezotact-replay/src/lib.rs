@@ -71,16 +71,16 @@ pub struct Chapter {
     /// The counterparts of its figures.
     pub figures: Vec<Figure>,
     /// What a person should know before relying on it, each once, with how often it was said.
-    pub doubts: Vec<String>,
+    pub doubts: Vec<piezotact::doubt::Merged>,
     /// What is not there yet: figures and the issue that brings them.
     pub missing: Vec<String>,
 }
 
 /// Doubts of many recordings, those of one kind once and with what they are about.
-fn said_once<'a>(doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>) -> Vec<String> {
-    let named = doubts.map(|(of, doubt)| (Some(of), doubt));
-    let told = piezotact::doubt::merged_of(named);
-    told.iter().map(ToString::to_string).collect()
+fn said_once<'a>(
+    doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>,
+) -> Vec<piezotact::doubt::Merged> {
+    piezotact::doubt::merged_of(doubts.map(|(of, doubt)| (Some(of), doubt)))
 }
 
 /// Why a chapter could not be measured.

@@ -9,7 +9,7 @@ mod crest;
 mod doubt;
 mod heard;
 
-pub use doubt::LoopDoubt;
+pub use doubt::{LoopDoubt, LoopStop, MishapDoubt};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 

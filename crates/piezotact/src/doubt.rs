@@ -174,3 +174,39 @@ macro_rules! doubts {
     };
 }
 pub(crate) use doubts;
+
+/// Declares the causes that a doubt can name in one of its fields: as [`doubts!`], each kept as a doubt within the doubt. Their
+/// last is `Said`, a cause of which only a sentence is known, as of files of before.
+macro_rules! causes {
+    ($(#[$meta:meta])* pub enum $name:ident { $($variants:tt)* }) => {
+        $crate::doubt::doubts! { $(#[$meta])* pub enum $name { $($variants)* } }
+
+        impl $crate::doubt::DoubtKind for $name {
+            fn of(doubt: &$crate::doubt::Doubt) -> Option<Self> {
+                Self::of_doubt(doubt)
+            }
+
+            fn advice(&self) -> Vec<$crate::doubt::Advice> {
+                Vec::new()
+            }
+        }
+
+        impl $crate::doubt::FieldValue for $name {
+            fn into_value(self) -> Option<$crate::doubt::Value> {
+                Some(match self {
+                    Self::Said { text } => $crate::doubt::Value::Text(text),
+                    cause => $crate::doubt::Value::Doubt(Box::new(cause.into())),
+                })
+            }
+
+            fn from_value(value: Option<&$crate::doubt::Value>) -> Option<Self> {
+                match value? {
+                    $crate::doubt::Value::Text(text) => Some(Self::Said { text: text.clone() }),
+                    $crate::doubt::Value::Doubt(doubt) => Self::of_doubt(doubt),
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+pub(crate) use causes;

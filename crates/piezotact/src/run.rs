@@ -98,6 +98,16 @@ pub enum RunCriterion {
     Polarity,
 }
 
+impl fmt::Display for RunCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Force => "mean force, departure from its target as a share",
+            Self::Coherence => "median coherence of the driven lines",
+            Self::Polarity => "correlation with the first repeat",
+        })
+    }
+}
+
 /// What was judged of one window of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
@@ -116,6 +126,18 @@ impl Judged {
     pub fn outcome(&self) -> Outcome {
         Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
     }
+}
+
+/// One attempt at a measurement, and what was judged of all of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Attempt {
+    /// Which repeat, from 1.
+    pub repeat: usize,
+    /// Which attempt at it, from 1.
+    pub attempt: usize,
+    /// Of an attempt that was accepted the worst of its windows, of one that was asked for again the window that ended it.
+    #[serde(flatten)]
+    pub judged: Judged,
 }
 
 /// How a run ended.

@@ -21,7 +21,7 @@ fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {
 }
 
 /// All kinds.
-const KINDS: [fn(&Doubt) -> Option<Said>; 20] = [
+const KINDS: [fn(&Doubt) -> Option<Said>; 21] = [
     said_by::<crate::recording::RecordingDoubt>,
     said_by::<crate::recording::RehearsalDoubt>,
     said_by::<crate::spectrum::SpectrumDoubt>,
@@ -40,6 +40,7 @@ const KINDS: [fn(&Doubt) -> Option<Said>; 20] = [
     said_by::<crate::render::RenderDoubt>,
     said_by::<crate::verify::VerifyDoubt>,
     said_by::<crate::correct::LoopDoubt>,
+    said_by::<crate::correct::MishapDoubt>,
     said_by::<crate::manipulate::ManipulateDoubt>,
     said_by::<crate::score::ScoreDoubt>,
 ];

@@ -325,3 +325,46 @@ fn a_front_end_words_advice_its_own_way() {
     let text = wording::text_with(&doubt, &button);
     assert!(text.ends_with("out of step; [check]"), "{text}");
 }
+
+/// A cause is a value within the doubt; a file of before with a sentence in its place is read, said and written unchanged.
+#[test]
+fn causes_are_values_and_sentences_of_before_stay_readable() {
+    use piezotact::correct::{LoopDoubt, LoopStop, MishapDoubt};
+    let stopped = |why| Doubt::from(LoopDoubt::LoopStopped { best: 2, why });
+    let cause = MishapDoubt::SensorClips { fraction: 0.02 }.into();
+    let doubt = stopped(LoopStop::NotBelieved { cause });
+    let json = serde_json::to_value(&doubt).unwrap();
+    let why = &json["values"]["why"];
+    assert_eq!(why["code"], "not_believed", "{json}");
+    assert_eq!(why["values"]["cause"]["code"], "sensor_clips", "{json}");
+    let read: Doubt = serde_json::from_value(json).unwrap();
+    assert_eq!(read.kind::<LoopDoubt>(), doubt.kind());
+    let said = read.to_string();
+    assert!(
+        said.contains("could not be believed: 2.0 % of the response stands at a limit"),
+        "{said}"
+    );
+    let before = serde_json::json!({
+        "code": "loop_stopped", "values": { "best": 2, "why": "it was dark" },
+    });
+    let read: Doubt = serde_json::from_value(before.clone()).unwrap();
+    assert!(
+        read.to_string().contains("ended early (it was dark)"),
+        "{read}"
+    );
+    let again = serde_json::to_value(&read).unwrap();
+    assert_eq!(again["values"], before["values"]);
+    // Two causes are two things to know.
+    let both = [read, stopped(LoopStop::GotWorse)];
+    assert_eq!(piezotact::doubt::merged(&both).len(), 2);
+    // Twins of other seeds, as before: the seed in the name.
+    let twins = serde_json::json!({
+        "doubt": "several_twins", "one": "P1 is of seed 7", "other": "P2 is of seed 8",
+    });
+    let read: Doubt = serde_json::from_value(twins).unwrap();
+    assert!(
+        read.to_string()
+            .contains("P1 is of seed 7, P2 is of seed 8"),
+        "{read}"
+    );
+}

@@ -128,7 +128,8 @@ fn silence_around_a_measurement_is_left_out() {
     let s = scored(&x, &series(around));
     eprintln!("with silence around: {}", s.sentence());
     assert!(
-        s.score.jnd < 1e-3 && s.doubts == [Doubt::from(DiscriminationDoubt::ThresholdsOfSkin)],
+        s.score.jnd < 1e-3
+            && s.doubts.to_vec() == [Doubt::from(DiscriminationDoubt::ThresholdsOfSkin)],
         "{} {:?}",
         s.sentence(),
         s.doubts

@@ -78,6 +78,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let distortion = Distortion::together(&each);
     let document = TransferDocument {
         distortion: distortion.clone(),
+        attempts: done.attempts.clone(),
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
     write_transfer(&args.out, &document)?;
@@ -109,6 +110,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
             "repeats": done.each.len(),
             "repeats_apart_db_rms": done.apart_db,
             "refused": refused_json(&done.refused),
+            "attempts": done.attempts,
             "distortion": distortion,
             "drive_setup": function.drive,
             "condition": function.about.condition,

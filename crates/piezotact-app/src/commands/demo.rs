@@ -89,8 +89,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     say("5/5 comparing");
     let limit = drive.headroom.limit;
     let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
-    verification.doubts.splice(
-        0..0,
+    verification.doubts.put_first(
         drive
             .about
             .doubts

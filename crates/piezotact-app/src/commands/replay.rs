@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::outputs;
 use super::twin::twin_parameters;
+use crate::advice::merged_text;
 use crate::cli;
 use crate::failure::Outcome;
 use crate::output::{print, print_json, say, write_text};
@@ -81,7 +82,7 @@ fn result_json(page: &Page<'_>) -> Value {
                 "number": chapter.number,
                 "title": chapter.title,
                 "measured": chapter.measured,
-                "doubts": chapter.doubts,
+                "doubts": chapter.doubts.iter().map(merged_text).collect::<Vec<_>>(),
                 "missing": chapter.missing,
             })
         })

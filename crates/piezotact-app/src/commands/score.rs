@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::anyhow;
-use piezotact::Doubt;
 use piezotact::discrimination::Model;
+use piezotact::doubt::Doubts;
 use piezotact::quantity::{Band, Decibels, Unit};
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
@@ -53,22 +53,15 @@ pub(crate) fn run(args: &Score) -> Outcome {
         &test.recording,
         test_channel.map(String::as_str),
     )?;
-    let mut doubts: Vec<Doubt> = Vec::new();
-    let mut add = |more: &[Doubt]| {
-        for doubt in more {
-            if !doubts.contains(doubt) {
-                doubts.push(doubt.clone());
-            }
-        }
-    };
-    add(&reference.recording.about.doubts);
-    add(&test.recording.about.doubts);
+    let mut doubts = Doubts::new();
+    doubts.extend(reference.recording.about.doubts.iter().cloned());
+    doubts.extend(test.recording.about.doubts.iter().cloned());
     let CommonRate {
         first: a,
         second: b,
         doubt,
     } = to_common_rate(("the reference", a), ("the test", b))?;
-    add(&Vec::from_iter(doubt));
+    doubts.extend(doubt);
     let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
         level_jnd: felt.level_jnd,
@@ -88,7 +81,7 @@ pub(crate) fn run(args: &Score) -> Outcome {
         | ScoreError::Jnd { .. } => usage(error),
         _ => Failure::from(error),
     })?;
-    add(&score.doubts);
+    doubts.extend(score.doubts);
     score.doubts = doubts;
     let names = [report::name(&args.reference), report::name(&args.test)];
     if let Some(path) = &args.report {

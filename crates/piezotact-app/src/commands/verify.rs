@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::clipping::clipping;
+use piezotact::doubt::Doubts;
 use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
@@ -76,11 +77,8 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         .map(|path| textures_before(&asked, path))
         .collect::<Outcome<Vec<Earlier>>>()?;
     for earlier in &before {
-        for doubt in &earlier.doubts {
-            if !judged.verification.doubts.contains(doubt) {
-                judged.verification.doubts.push(doubt.clone());
-            }
-        }
+        let doubts = &mut judged.verification.doubts;
+        doubts.extend(earlier.doubts.iter().cloned());
     }
     let predicted = function
         .as_ref()
@@ -248,29 +246,24 @@ fn judge(
     let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
     let rendering = stated.or(measured.rendering.as_ref());
 
-    let mut doubts: Vec<Doubt> = asked.target.about.doubts.clone();
-    let mut add = |new: Vec<Doubt>| {
-        for doubt in new {
-            if !doubts.contains(&doubt) {
-                doubts.push(doubt);
-            }
-        }
-    };
-    add(measured.recording.about.doubts.clone());
-    add(more_doubts.to_vec());
+    let mut doubts: Doubts = asked.target.about.doubts.iter().cloned().collect();
+    doubts.extend(measured.recording.about.doubts.iter().cloned());
+    doubts.extend(more_doubts.iter().cloned());
     if let Some(rendering) = rendering {
-        add(rendering
-            .about
-            .condition
-            .doubts_when_measured(&measured.recording.about.condition));
+        doubts.extend(
+            rendering
+                .about
+                .condition
+                .doubts_when_measured(&measured.recording.about.condition),
+        );
         let compared = report::name(&args.target);
         if !rendering.target.is_empty() && rendering.target != compared {
-            add(vec![Doubt::from(VerifyDoubt::OtherTarget {
+            doubts.push(VerifyDoubt::OtherTarget {
                 rendered: rendering.target.clone(),
                 compared,
-            })]);
+            });
         }
-        add(rendering.about.doubts.clone());
+        doubts.extend(rendering.about.doubts.iter().cloned());
     }
     // Clipping is looked for at the rate it was acquired with.
     let limit = measured
@@ -300,7 +293,7 @@ fn judge(
         second: response,
         doubt,
     } = common.map_err(|error| of_file(path, error))?;
-    add(doubt.into_iter().collect());
+    doubts.extend(doubt);
     let mut config = VerifyConfig::over(args.band, wanted.rate().hz());
     if let Some(rendering) = rendering {
         config.reached.clone_from(&rendering.achievable_band_hz);
@@ -322,8 +315,8 @@ fn judge(
         }
         of_the_drive => of_the_drive.is_none(),
     });
-    doubts.retain(|doubt| !verification.doubts.contains(doubt));
-    verification.doubts.splice(0..0, doubts);
+    doubts.retain(|doubt| !verification.doubts.say(doubt));
+    verification.doubts.put_first(doubts);
     Ok(Judged {
         verification,
         config,

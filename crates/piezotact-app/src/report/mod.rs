@@ -2,6 +2,7 @@
 
 pub(crate) mod axis;
 pub(crate) mod chart;
+mod criteria;
 pub(crate) mod figures;
 pub(crate) mod heatmap;
 mod image;

@@ -6,7 +6,7 @@ use std::fmt;
 use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Band, Drive};
-use piezotact::run::{Judged, RunCriterion};
+use piezotact::run::{Attempt, Judged, RunCriterion};
 use piezotact::transfer::{BundleError, TransferFunction, farthest_apart_db, pooled};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
@@ -82,6 +82,8 @@ pub struct Repeated {
     pub each: Vec<Characterisation>,
     /// What was asked for again.
     pub refused: Vec<Refused>,
+    /// Every attempt with what was judged of it, in their order; none where nothing was judged.
+    pub attempts: Vec<Attempt>,
     /// All as one estimate.
     pub function: TransferFunction<Drive, Acceleration>,
     /// How far the two that differ most lie apart over the driven band from 20 Hz up, dB rms; `None` for one.
@@ -105,6 +107,7 @@ pub fn repeated(
     let first_label = config.run.placed_for().to_owned();
     let band = judged_band(config);
     let (mut each, mut refused) = (Vec::<Characterisation>::new(), Vec::<Refused>::new());
+    let mut attempts = Vec::<Attempt>::new();
     let (mut repeat, mut attempt) = (1, 1);
     while repeat <= repeats.repeats.max(1) {
         let run = run_of(&config.run, &first_label, repeat, attempt);
@@ -118,17 +121,29 @@ pub fn repeated(
             Err(error) => return Err(error),
             Ok(recording) => {
                 let done = transfer_of(recording, setup.as_ref(), config)?;
-                let opposite = each
-                    .first()
-                    .filter(|_| repeats.gating != Gating::Open)
-                    .zip(band)
-                    .and_then(|(first, band)| opposite(&first.function, &done, band));
-                let Some(refusal) = opposite else {
+                let mut judged = gate.as_mut().map(|gate| gate.judged_of(&done.recording));
+                let compared = judged.as_mut().zip(each.first().zip(band));
+                let polarity = compared.map(|(judged, (first, band))| {
+                    let polarity = polarity(&first.function, &done.function, band);
+                    judged.criteria.push(polarity.clone());
+                    polarity
+                });
+                let opposite = polarity.filter(|rule| rule.outcome == Outcome::NotMet);
+                let Some(opposite) = opposite else {
+                    attempts.extend(judged.map(|judged| Attempt {
+                        repeat,
+                        attempt,
+                        judged,
+                    }));
                     each.push(done);
                     (repeat, attempt) = (repeat + 1, 1);
                     continue;
                 };
-                refusal
+                Refusal(Judged {
+                    window_s: [0.0, done.recording.duration().0],
+                    target_n: None,
+                    criteria: vec![opposite],
+                })
             }
         };
         let refusal = Refused {
@@ -144,6 +159,11 @@ pub fn repeated(
                 refusal: refusal.refusal,
             });
         }
+        attempts.push(Attempt {
+            repeat,
+            attempt,
+            judged: refusal.refusal.0.clone(),
+        });
         refused.push(refusal);
         attempt += 1;
     }
@@ -178,6 +198,7 @@ pub fn repeated(
     Ok(Repeated {
         each,
         refused,
+        attempts,
         function,
         apart_db,
     })
@@ -232,32 +253,20 @@ fn gate_of(
     )
 }
 
-/// Why a repeat that answers with the opposite sign of the first is refused.
-fn opposite(
+/// Whether a repeat answers with the sign of the first.
+fn polarity(
     first: &TransferFunction<Drive, Acceleration>,
-    other: &Characterisation,
+    other: &TransferFunction<Drive, Acceleration>,
     band: Band,
-) -> Option<Refusal> {
+) -> Criterion<RunCriterion> {
     let (mut shared, mut powers) = (0.0, [0.0; 2]);
     for (line, _) in first.lines_in(band) {
-        let (a, b) = (first.response()[line], other.function.response()[line]);
+        let (a, b) = (first.response()[line], other.response()[line]);
         shared += (a * b.conj()).re;
         powers[0] += a.norm_sqr();
         powers[1] += b.norm_sqr();
     }
     let correlation = shared / (powers[0] * powers[1]).sqrt();
-    let criterion = Criterion::new(
-        RunCriterion::Polarity,
-        "",
-        correlation,
-        None,
-        Limit::at_least(0.0),
-    );
-    (criterion.outcome == Outcome::NotMet).then(|| {
-        Refusal(Judged {
-            window_s: [0.0, other.recording.duration().0],
-            target_n: None,
-            criteria: vec![criterion],
-        })
-    })
+    let limit = Limit::at_least(0.0);
+    Criterion::new(RunCriterion::Polarity, "", correlation, None, limit)
 }

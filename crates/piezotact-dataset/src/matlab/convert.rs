@@ -375,6 +375,7 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         document.effective_averages = described.effective_averages;
         document.driven_hz = described.driven_hz;
         document.distortion = described.distortion;
+        document.attempts = described.attempts;
     }
     document.response_unit = units.pop().unwrap_or(Unit::Other(String::new()));
     document.drive_unit = units.pop().unwrap_or(Unit::Other(String::new()));

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::doubt::words::{bands as list, percent};
-use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::doubt::{Advice, Doubt, DoubtKind, Subject, causes, doubts};
 use crate::quantity::Band;
 
 doubts! {
@@ -14,7 +14,7 @@ doubts! {
             /// The iteration that was best.
             best: usize,
             /// Why it was stopped.
-            why: String,
+            why: LoopStop,
         },
         /// A loop ended further from its target than the limit.
         TargetMissed("target_missed") {
@@ -38,8 +38,126 @@ doubts! {
     }
 }
 
+causes! {
+    /// Why a closed loop was stopped.
+    pub enum LoopStop {
+        /// It got clearly worse.
+        GotWorse("got_worse"),
+        /// A measurement could not be believed.
+        NotBelieved("not_believed") {
+            /// What was wrong with it.
+            cause: Doubt,
+        },
+        /// The drive that is kept could not be measured once more.
+        NotConfirmed("not_confirmed") {
+            /// What was wrong with the measurement.
+            cause: Doubt,
+        },
+        /// A cause in words.
+        Said("said") {
+            /// What was said.
+            text: String,
+        },
+    }
+}
+
+doubts! {
+    /// What can be wrong with one measurement of a closed loop.
+    pub enum MishapDoubt {
+        /// The bench failed.
+        BenchFailed("bench_failed") {
+            /// What it said.
+            said: String,
+        },
+        /// The force was not held.
+        ForceNotHeld("force_not_held") {
+            /// From when on, s.
+            from_s: f64,
+            /// Its mean from there on, N.
+            mean_n: f64,
+            /// What it should be, N.
+            asked_n: f64,
+            /// How far it may be off, as a share.
+            share: f64,
+        },
+        /// The sensor clips.
+        SensorClips("sensor_clips") {
+            /// The share of the response at a limit, 0–1.
+            fraction: f64,
+        },
+        /// The response is no louder than its noise.
+        Faint("response_faint") {
+            /// The response, m/s² rms.
+            rms_m_s2: f64,
+            /// Its noise, m/s² rms.
+            noise_m_s2: f64,
+        },
+        /// No correction could be made of it.
+        NotCorrected("not_corrected") {
+            /// What the correction said.
+            said: String,
+        },
+    }
+}
+
+impl DoubtKind for MishapDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        Vec::new()
+    }
+}
+
+impl fmt::Display for MishapDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BenchFailed { said } | Self::NotCorrected { said } => f.write_str(said),
+            Self::ForceNotHeld {
+                from_s,
+                mean_n,
+                asked_n,
+                share,
+            } => write!(
+                f,
+                "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so that the display shows it",
+                share * 100.0
+            ),
+            Self::SensorClips { fraction } => write!(
+                f,
+                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
+                fraction * 100.0
+            ),
+            Self::Faint {
+                rms_m_s2,
+                noise_m_s2,
+            } => write!(
+                f,
+                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for LoopStop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::GotWorse => f.write_str("stopped: it got clearly worse"),
+            Self::NotBelieved { cause } => {
+                write!(f, "a measurement could not be believed: {cause}")
+            }
+            Self::NotConfirmed { cause } => write!(
+                f,
+                "the drive that is kept could not be measured once more: {cause}"
+            ),
+            Self::Said { text } => f.write_str(text),
+        }
+    }
+}
+
 impl DoubtKind for LoopDoubt {
-    fn of(doubt: &crate::Doubt) -> Option<Self> {
+    fn of(doubt: &Doubt) -> Option<Self> {
         Self::of_doubt(doubt)
     }
 

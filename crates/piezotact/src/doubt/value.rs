@@ -274,6 +274,10 @@ impl From<serde_json::Value> for Value {
             Json::Object(fields) => {
                 let number = |name: &str| fields.get(name).and_then(Json::as_f64).map(Hertz);
                 let known = match fields.len() {
+                    _ if fields.contains_key("code") => {
+                        let doubt = serde_json::from_value(Json::Object(fields.clone()));
+                        doubt.ok().map(|doubt| Self::Doubt(Box::new(doubt)))
+                    }
                     1 => fields
                         .get("example")
                         .and_then(Json::as_str)
@@ -282,10 +286,6 @@ impl From<serde_json::Value> for Value {
                         .zip(number("high_hz"))
                         .and_then(|(low, high)| Band::new(low, high).ok())
                         .map(Self::Band),
-                    _ if fields.contains_key("code") => {
-                        let doubt = serde_json::from_value(Json::Object(fields.clone()));
-                        doubt.ok().map(|doubt| Self::Doubt(Box::new(doubt)))
-                    }
                     _ => None,
                 };
                 known.unwrap_or(Self::Other(Json::Object(fields)))

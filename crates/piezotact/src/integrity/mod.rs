@@ -16,7 +16,7 @@ use crate::clipping::ClippingDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::clipping::limited;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Quantity, SampleRate, Unit};
 use crate::recording::Recording;
 use crate::series::Series;
@@ -197,8 +197,8 @@ fn measured(unit: &Unit) -> bool {
 ///
 /// Source: [`inspect_samples`], [`copied`], [`transfer_doubts`].
 #[must_use]
-pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Doubts {
+    let mut doubts = Doubts::new();
     for (channel, clock) in recording.channels_with_clocks() {
         let (name, samples) = (&channel.name, &channel.samples);
         doubts.extend(inspect_samples(samples, clock.rate_hz, &channel.unit).doubts(name));

@@ -9,10 +9,11 @@ use super::levels::Levels;
 use super::spread::{ENOUGH_FOR_RESAMPLES, all_together, by_cell, falls, worst};
 use super::trend::{by_angle, by_load};
 use super::{
-    AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Criterion, FallsWithLoad,
-    LearningCurve, LoadStep, Panel, PanelError, Repeatability, WorstCase, repeatability,
+    AngleEffect, Attendance, Cell, CellAverage, CellPenalties, CellSpread, Criterion,
+    FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
+    repeatability,
 };
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::{Bundle, BundleAverage, BundleError};
 
@@ -67,7 +68,13 @@ pub struct PanelAnalysis {
     pub config: PanelConfig,
     /// The participants.
     pub participants: Vec<String>,
-    /// How many of them were measured in every cell.
+    /// At how many loads and angles each was measured: who lacks one is left out of comparisons with it.
+    #[serde(default)]
+    pub attendances: Vec<Attendance>,
+    /// Every measurement with what makes it a member of the panel and its averages.
+    #[serde(default)]
+    pub members: Vec<Member>,
+    /// How many participants were measured in every cell.
     pub complete: usize,
     /// How many transfer functions there are.
     pub measurements: usize,
@@ -93,7 +100,7 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl PanelAnalysis {
@@ -174,6 +181,8 @@ pub fn analyse<I: Quantity, O: Quantity>(
     Ok(PanelAnalysis {
         config: config.clone(),
         participants: panel.participants().to_vec(),
+        attendances: panel.attendances(),
+        members: panel.members(band, None),
         complete: panel.complete().len(),
         measurements: panel.entries().len(),
         cells: panel.cells().to_vec(),

@@ -65,7 +65,7 @@ fn four() -> Entries {
     people.map(|(who, db)| of(who, 1, db)).into()
 }
 
-fn doubts(entries: Entries) -> Vec<Doubt> {
+fn doubts(entries: Entries) -> Doubts {
     let panel = Panel::new(entries).unwrap();
     analyse(&panel, &PanelConfig::usual(band(), 1))
         .unwrap()
@@ -312,4 +312,52 @@ fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
         found > 1.0 && (found - whole).abs() < 1e-9,
         "{found} {whole}"
     );
+}
+
+/// What makes a measurement a member is a list: all that differs is refused by it, what is doubted of a member is not decided.
+#[test]
+fn membership_is_a_list_of_criteria() {
+    let members = |entries: Entries| Panel::new(entries).unwrap().members(band(), None);
+    let outcomes = |members: &[Member], rule| -> Vec<Outcome> {
+        let found = members.iter().map(|m| m.criterion(rule).unwrap());
+        found.map(|c| c.outcome).collect()
+    };
+    let plain = members(four());
+    assert_eq!(plain.len(), 4);
+    assert!(
+        plain
+            .iter()
+            .all(|m| m.outcome() == Outcome::Met && m.criteria.len() == 11)
+    );
+    let mut entries = four();
+    entries.push(turned(of("e", 1, 0.2)));
+    entries[1].function.driven = Band::new(Hertz(20.0), Hertz(500.0)).ok();
+    let doubted = members(entries.clone());
+    let met = Outcome::Met;
+    assert_eq!(
+        outcomes(&doubted, MemberRule::OppositeSign),
+        [met, met, met, met, Outcome::NotDecided]
+    );
+    let driven = doubted[1].criterion(MemberRule::Driven).unwrap();
+    assert_eq!(driven.outcome, Outcome::NotDecided);
+    assert!((driven.found.unwrap() - 0.5).abs() < 0.02, "{driven}");
+    // The analysis holds the same list, and who lacks a cell.
+    let said = analyse(
+        &Panel::new(entries.clone()).unwrap(),
+        &PanelConfig::usual(band(), 1),
+    );
+    assert_eq!(said.unwrap().members, doubted);
+    let mut heavier = of("a", 1, 0.0);
+    heavier.filing.cell.load_n = Newtons(0.4);
+    heavier.function.about.condition.load_n = Some(Newtons(0.4));
+    heavier.function = heavier.function.times(|_| Complex::from(1.1));
+    entries.push(heavier);
+    let panel = Panel::new(entries).unwrap();
+    let complete: Vec<Outcome> = panel
+        .attendances()
+        .iter()
+        .map(Attendance::outcome)
+        .collect();
+    assert_eq!(complete[..2], [met, Outcome::NotMet]);
+    assert_eq!(panel.complete(), ["a"]);
 }

@@ -67,10 +67,14 @@ doubts! {
         },
         /// Measurements of digital twins of different seeds.
         SeveralTwins("several_twins") {
-            /// One, with its seed.
+            /// One measurement; a file of before has its seed behind it.
             one: String,
-            /// Another.
+            /// The seed of its twin; absent in files of before.
+            one_seed: Option<String>,
+            /// Another measurement.
             other: String,
+            /// The seed of its twin.
+            other_seed: Option<String>,
         },
         /// Measurements that carry doubts of their own.
         OfMembers("of_members") {
@@ -195,10 +199,23 @@ impl fmt::Display for PanelDoubt {
                 f,
                 "{measurement} comes from a measurement of participant {found}"
             ),
-            Self::SeveralTwins { one, other } => write!(
-                f,
-                "the measurements are of digital twins of different seeds: {one}, {other}"
-            ),
+            Self::SeveralTwins {
+                one,
+                one_seed,
+                other,
+                other_seed,
+            } => {
+                let with_seed = |name: &str, seed: &Option<String>| match seed {
+                    Some(seed) => format!("{name} is of seed {seed}"),
+                    None => name.to_owned(),
+                };
+                write!(
+                    f,
+                    "the measurements are of digital twins of different seeds: {}, {}",
+                    with_seed(one, one_seed),
+                    with_seed(other, other_seed)
+                )
+            }
             Self::OfMembers {
                 count,
                 of,

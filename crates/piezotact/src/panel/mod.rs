@@ -10,6 +10,7 @@ mod control;
 mod doubt;
 mod learning;
 mod levels;
+mod membership;
 mod placement;
 mod random;
 mod repeat;
@@ -25,6 +26,7 @@ pub use average::{
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
+pub use membership::{Attendance, Member, MemberRule, ParticipantRule};
 pub use placement::{PlacementSpread, SpreadOf, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{
@@ -37,7 +39,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
+use crate::criterion::Outcome;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
 
@@ -119,7 +122,7 @@ pub struct Panel<I: Quantity, O: Quantity> {
     participants: Vec<String>,
     cells: Vec<Cell>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
@@ -163,7 +166,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             entries,
             participants,
             cells,
-            doubts: Vec::new(),
+            doubts: Doubts::new(),
         };
         panel.doubts.extend(panel.incomplete());
         panel.doubts.extend(panel.of_several_twins());
@@ -215,14 +218,13 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The participants who were measured in every cell.
     #[must_use]
     pub fn complete(&self) -> Vec<&str> {
+        let attendances = self.attendances();
+        let complete = attendances.iter().map(|a| a.outcome() == Outcome::Met);
         self.participants
             .iter()
-            .map(String::as_str)
-            .filter(|who| {
-                self.cells
-                    .iter()
-                    .all(|cell| self.of(who, *cell).next().is_some())
-            })
+            .zip(complete)
+            .filter(|(_, complete)| *complete)
+            .map(|(who, _)| who.as_str())
             .collect()
     }
 

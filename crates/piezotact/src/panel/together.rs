@@ -1,10 +1,11 @@
 //! Whether transfer functions belong together: what is refused, and what is doubted.
 
 use crate::panel::PanelDoubt;
-use crate::transfer::TransferDoubt;
 use std::collections::BTreeMap;
 
-use super::{Cell, Entry, Filing, Panel, PanelError, SAME};
+use super::membership::{self, MemberRule, share};
+use super::{Cell, Entry, Filing, Panel, PanelError};
+use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
 use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Quantity};
@@ -13,10 +14,6 @@ use crate::transfer::TransferFunction;
 
 /// A load above this is no finger's, N.
 const HEAVIEST_N: f64 = 100.0;
-/// Coherence below this counts as low where an average is to be relied on.
-const LOW_COHERENCE: f64 = 0.8;
-/// And this share of low lines is a doubt, 0–1.
-const LOW_SHARE: f64 = 0.1;
 
 impl Filing {
     /// Refuses a filing that no measurement can have.
@@ -79,7 +76,8 @@ pub(super) fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(
         });
     }
     let own = Cell { load_n, angle_deg };
-    if !own.is(filing.cell) {
+    let met = |criterion: &Criterion<MemberRule>| criterion.outcome == Outcome::Met;
+    if !membership::of_filing(filing, own).iter().all(met) {
         return Err(PanelError::Misfiled {
             filing: filing.clone(),
             found: own.to_string(),
@@ -108,25 +106,20 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
             f.resolution_hz()
         )
     };
-    if (one.resolution_hz() / other.resolution_hz() - 1.0).abs() > SAME
-        || one.response().len() != other.response().len()
-    {
-        return Err(differ("lines", lines(one), lines(other)));
-    }
-    if (one.rate.hz() / other.rate.hz() - 1.0).abs() > SAME {
-        return Err(differ("rate", one.rate.to_string(), other.rate.to_string()));
-    }
-    if one.drive != other.drive {
-        return Err(differ("device", device(&one.drive), device(&other.drive)));
-    }
-    if one.estimator != other.estimator {
-        let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
-        return Err(differ("estimator", name(one), name(other)));
-    }
-    match (one.about.provenance.bench, other.about.provenance.bench) {
-        (Some(a), Some(b)) if a != b => Err(differ("bench", kind(a), kind(b))),
-        _ => Ok(()),
-    }
+    let criteria = membership::against_first(one, other);
+    let Some(found) = criteria.iter().find(|c| c.outcome != Outcome::Met) else {
+        return Ok(());
+    };
+    let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
+    let bench =
+        |f: &TransferFunction<I, O>| f.about.provenance.bench.map_or_else(String::new, kind);
+    Err(match found.what {
+        MemberRule::Rate => differ("rate", one.rate.to_string(), other.rate.to_string()),
+        MemberRule::OtherDevice => differ("device", device(&one.drive), device(&other.drive)),
+        MemberRule::OtherEstimator => differ("estimator", name(one), name(other)),
+        MemberRule::OtherBench => differ("bench", bench(one), bench(other)),
+        _ => differ("lines", lines(one), lines(other)),
+    })
 }
 
 fn kind(bench: BenchKind) -> String {
@@ -203,6 +196,15 @@ pub(super) fn one_person_a_name<I: Quantity, O: Quantity>(
     Ok(())
 }
 
+/// A measurement, and the others in its cell whose sign is opposite.
+pub(super) struct Sign<'a> {
+    pub(super) of: &'a Filing,
+    pub(super) criterion: Criterion<MemberRule>,
+    against: Vec<&'a Filing>,
+    /// How many others there are.
+    others: usize,
+}
+
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The doubt about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Doubt> {
@@ -214,13 +216,21 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         let first = twins.next()?;
         let other = twins
             .find(|e| e.function.about.provenance.seed != first.function.about.provenance.seed)?;
-        let told = |entry: &Entry<I, O>| {
-            let seed = entry.function.about.provenance.seed.unwrap_or_default();
-            format!("{} is of seed {seed}", entry.filing)
-        };
         Some(Doubt::from(PanelDoubt::SeveralTwins {
-            one: told(first),
-            other: told(other),
+            one: first.filing.to_string(),
+            one_seed: first
+                .function
+                .about
+                .provenance
+                .seed
+                .map(|seed| seed.to_string()),
+            other: other.filing.to_string(),
+            other_seed: other
+                .function
+                .about
+                .provenance
+                .seed
+                .map(|seed| seed.to_string()),
         }))
     }
 
@@ -247,37 +257,52 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     }
 
     /// The doubts about measurements whose sign is opposite to most others' in their cell, over `band`.
-    ///
-    /// Formula: Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of the band, for more than half of the others j.
     pub(super) fn opposites(&self, band: Band) -> Vec<Doubt> {
-        let mut doubts = Vec::new();
+        let signs = self.signs(band).into_iter();
+        let doubted = signs.filter(|sign| sign.criterion.outcome != Outcome::Met);
+        doubted
+            .filter_map(|sign| {
+                let first = sign.against.first()?;
+                Some(Doubt::from(PanelDoubt::OppositeSign {
+                    measurement: sign.of.to_string(),
+                    count: sign.against.len(),
+                    of: sign.others,
+                    such_as: Example(first.to_string()),
+                }))
+            })
+            .collect()
+    }
+
+    /// Of every measurement the others in its cell whose sign is opposite over `band`, by cell.
+    ///
+    /// Formula: Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of the band.
+    pub(super) fn signs(&self, band: Band) -> Vec<Sign<'_>> {
+        let mut signs = Vec::new();
         for cell in &self.cells {
             let inside: Vec<&Entry<I, O>> = self
                 .entries
                 .iter()
                 .filter(|e| e.filing.cell.is(*cell))
                 .collect();
-            let of = inside.len().saturating_sub(1);
+            let others = inside.len().saturating_sub(1);
             for (i, entry) in inside.iter().enumerate() {
-                let against: Vec<&&Entry<I, O>> = inside
+                let against: Vec<&Filing> = inside
                     .iter()
                     .enumerate()
                     .filter(|(j, other)| {
                         *j != i && shared_power(&entry.function, &other.function, band) < 0.0
                     })
-                    .map(|(_, other)| other)
+                    .map(|(_, other)| &other.filing)
                     .collect();
-                if let Some(first) = against.first().filter(|_| 2 * against.len() > of) {
-                    doubts.push(Doubt::from(PanelDoubt::OppositeSign {
-                        measurement: entry.filing.to_string(),
-                        count: against.len(),
-                        of,
-                        such_as: Example(first.filing.to_string()),
-                    }));
-                }
+                signs.push(Sign {
+                    of: &entry.filing,
+                    criterion: membership::opposite(against.len(), others),
+                    against,
+                    others,
+                });
             }
         }
-        doubts
+        signs
     }
 
     /// What of `band` was not driven or has low coherence, at worst, and of how many measurements that holds; of one cell
@@ -288,20 +313,14 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 .iter()
                 .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
         };
-        let share = |doubt: &Doubt| match doubt.kind() {
-            Some(
-                TransferDoubt::NotDriven { share, .. } | TransferDoubt::LowCoherence { share, .. },
-            ) => share,
-            _ => 0.0,
-        };
         let mut doubts = Vec::new();
         for coherence in [false, true] {
             let all: Vec<(String, Vec<Doubt>)> = inside()
                 .map(|e| {
-                    let found = if coherence {
-                        low_coherence(&e.function, band)
+                    let (_, found) = if coherence {
+                        membership::low_coherence(&e.function, band)
                     } else {
-                        e.function.not_driven(band)
+                        membership::driven(&e.function, band)
                     };
                     (e.filing.to_string(), found.into_iter().collect())
                 })
@@ -318,16 +337,6 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }
         doubts
     }
-}
-
-/// The doubt about low coherence on more than a tenth of the lines of `band`.
-fn low_coherence<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    band: Band,
-) -> Option<Doubt> {
-    let found = function.low_coherence(band, LOW_COHERENCE)?;
-    let few = matches!(found.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share <= LOW_SHARE);
-    (!few).then_some(found)
 }
 
 fn shared_power<I: Quantity, O: Quantity>(

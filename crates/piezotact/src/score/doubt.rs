@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use super::literature::LiteratureError;
+use crate::doubt::{Advice, DoubtKind, Subject, causes, doubts};
+use crate::quantity::Band;
+use crate::verify::VerifyError;
 
 doubts! {
     /// What a score of two vibrations leaves open.
@@ -34,13 +37,146 @@ doubts! {
         /// The indices of the literature could not be computed.
         NoIndices("no_indices") {
             /// Why.
-            why: String,
+            why: NoIndicesCause,
         },
         /// Waveforms that were not compared.
         WaveformNotCompared("waveform_not_compared") {
             /// Why.
-            why: String,
+            why: NotComparedCause,
         },
+    }
+}
+
+causes! {
+    /// Why the indices of the literature could not be computed.
+    pub enum NoIndicesCause {
+        /// There is not one block.
+        TooShort("too_short") {
+            /// Samples of a block.
+            expected: usize,
+            /// Samples that both have.
+            found: usize,
+        },
+        /// No full scale.
+        FullScale("full_scale") {
+            /// What was given, m/s².
+            found_m_s2: f64,
+        },
+        /// A cause in words, as of a rate that cannot be brought to 8 kHz.
+        Said("said") {
+            /// What was said.
+            text: String,
+        },
+    }
+}
+
+causes! {
+    /// Why waveforms were not compared.
+    pub enum NotComparedCause {
+        /// The rates differ.
+        Rates("rates_differ") {
+            /// The reference's rate, Hz.
+            target_hz: f64,
+            /// The other's, Hz.
+            measured_hz: f64,
+        },
+        /// The band holds no line of the spectra.
+        NoLine("no_line") {
+            /// The band.
+            band: Band,
+            /// The step between lines, Hz.
+            resolution_hz: f64,
+        },
+        /// Too little in common.
+        TooShort("too_short") {
+            /// Samples of a segment.
+            expected: usize,
+            /// Samples that they share.
+            found: usize,
+        },
+        /// A cause in words, as of a rate that cannot be converted.
+        Said("said") {
+            /// What was said.
+            text: String,
+        },
+    }
+}
+
+impl From<LiteratureError> for NoIndicesCause {
+    fn from(error: LiteratureError) -> Self {
+        match error {
+            LiteratureError::TooShort { expected, found } => Self::TooShort { expected, found },
+            LiteratureError::FullScale { found } => Self::FullScale { found_m_s2: found },
+            other @ LiteratureError::Rate(_) => Self::Said {
+                text: other.to_string(),
+            },
+        }
+    }
+}
+
+impl fmt::Display for NoIndicesCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let error = match self {
+            Self::TooShort { expected, found } => LiteratureError::TooShort {
+                expected: *expected,
+                found: *found,
+            },
+            Self::FullScale { found_m_s2 } => LiteratureError::FullScale { found: *found_m_s2 },
+            Self::Said { text } => return f.write_str(text),
+        };
+        error.fmt(f)
+    }
+}
+
+impl From<VerifyError> for NotComparedCause {
+    fn from(error: VerifyError) -> Self {
+        match error {
+            VerifyError::Rate {
+                target_hz,
+                measured_hz,
+            } => Self::Rates {
+                target_hz,
+                measured_hz,
+            },
+            VerifyError::NoLine {
+                band,
+                resolution_hz,
+            } => Self::NoLine {
+                band,
+                resolution_hz,
+            },
+            VerifyError::TooShort { expected, found } => Self::TooShort { expected, found },
+            other => Self::Said {
+                text: other.to_string(),
+            },
+        }
+    }
+}
+
+impl fmt::Display for NotComparedCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let error = match self {
+            Self::Rates {
+                target_hz,
+                measured_hz,
+            } => VerifyError::Rate {
+                target_hz: *target_hz,
+                measured_hz: *measured_hz,
+            },
+            Self::NoLine {
+                band,
+                resolution_hz,
+            } => VerifyError::NoLine {
+                band: *band,
+                resolution_hz: *resolution_hz,
+            },
+            Self::TooShort { expected, found } => VerifyError::TooShort {
+                expected: *expected,
+                found: *found,
+            },
+            Self::Said { text } => return f.write_str(text),
+        };
+        error.fmt(f)
     }
 }
 

@@ -14,7 +14,7 @@ mod waveform;
 
 use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
-pub use doubt::ScoreDoubt;
+pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{
     ContactMap, Differences, DiscriminationDoubt, Excitation, Model, differences,
 };
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::feature::Weighting;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::Series;
@@ -195,7 +195,7 @@ pub struct Score {
     /// How it was computed.
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 /// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
@@ -239,18 +239,18 @@ pub fn score(
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
-    let mut doubts = Vec::new();
+    let mut doubts = Doubts::new();
     let (mut waveform, mut shared) = (None, None);
     match waveform::waveform(reference, test, config.band) {
         Ok(compared) => {
-            doubts = compared.doubts;
+            doubts.extend(compared.doubts);
             waveform = Some(compared.waveform);
             shared = compared.shared;
         }
         // Said below, with the name that it has here.
         Err(VerifyError::Silent { .. }) => {}
         Err(error) => doubts.push(Doubt::from(ScoreDoubt::WaveformNotCompared {
-            why: error.to_string(),
+            why: error.into(),
         })),
     }
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
@@ -318,9 +318,7 @@ pub fn score(
             Some(literature)
         }
         Err(error) => {
-            doubts.push(Doubt::from(ScoreDoubt::NoIndices {
-                why: error.to_string(),
-            }));
+            doubts.push(Doubt::from(ScoreDoubt::NoIndices { why: error.into() }));
             None
         }
     };

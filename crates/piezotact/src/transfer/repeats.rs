@@ -5,7 +5,7 @@ use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
 use super::{BundleError, Estimator, TransferFunction};
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
 
@@ -90,11 +90,10 @@ pub fn pooled<I: Quantity, O: Quantity>(
             )
         )
     };
-    for doubt in repeats.iter().flat_map(|r| &r.about.doubts).filter(own) {
-        if !one.about.doubts.contains(doubt) {
-            one.about.doubts.push(doubt.clone());
-        }
-    }
+    let mut doubts: Doubts = std::mem::take(&mut one.about.doubts).into_iter().collect();
+    let theirs = repeats.iter().flat_map(|r| &r.about.doubts).filter(own);
+    doubts.extend(theirs.cloned());
+    one.about.doubts = doubts.into();
     one.about.provenance = one
         .about
         .provenance

@@ -11,9 +11,9 @@ mod config;
 mod doubt;
 mod error;
 mod events;
+mod intended;
 mod judge;
 mod lines;
-mod meant;
 mod straight;
 mod tones;
 mod verdict;
@@ -32,16 +32,16 @@ pub use tones::{Tones, tones};
 pub use verdict::{Aspect, Verdict};
 
 use crate::criterion::Criterion;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Doubts};
 use crate::integrity::{Span, inspect};
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
 use crate::statistics::rms;
+use intended::Synchronised;
 use judge::{Evidence, Judgement};
 use lines::Pair;
-use meant::OnTime;
 
 /// How close a measurement came to its target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,7 +117,7 @@ pub struct Verification {
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Doubts,
 }
 
 impl Verification {
@@ -241,8 +241,8 @@ pub fn verify<Q: Quantity>(
         });
     }
     let asked = target.clone().amplified(config.level);
-    let meant = meant::meant(&asked, config)?;
-    let OnTime { aligned, clock } = meant::on_time(&meant, response, config.band)?;
+    let intended = intended::intended_target(&asked, config)?;
+    let Synchronised { aligned, clock } = intended::synchronised(&intended, response, config.band)?;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
         return Err(VerifyError::TooShort {
@@ -289,7 +289,7 @@ pub fn verify<Q: Quantity>(
         .map(|(_, error)| *error)
         .collect();
 
-    let full_target = plan.estimate::<Q>(&[&meant.samples()[compared.clone()]])?;
+    let full_target = plan.estimate::<Q>(&[&intended.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
     let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
@@ -300,7 +300,7 @@ pub fn verify<Q: Quantity>(
     };
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
-    let mut doubts = target_psd.doubts.clone();
+    let mut doubts: Doubts = target_psd.doubts.iter().cloned().collect();
     if judged_share < 1.0 - TOLD_SHARE {
         doubts.push(Doubt::from(VerifyDoubt::PartJudged {
             share: judged_share,
@@ -335,7 +335,7 @@ pub fn verify<Q: Quantity>(
             correlation: waveform_correlation,
         }));
     }
-    let floor = meant::floor(&meant, response, &aligned, config.band);
+    let floor = intended::floor(&intended, response, &aligned, config.band);
     let judged_bands: Vec<Band> = if config.reached.is_empty() {
         vec![config.band]
     } else {
@@ -345,12 +345,12 @@ pub fn verify<Q: Quantity>(
             .filter_map(|band| band.common(config.band))
             .collect()
     };
-    let waveforms = meant::judged_waveforms(&aligned, &judged_bands, rate, config.band);
+    let waveforms = intended::judged_waveforms(&aligned, &judged_bands, rate, config.band);
     let Judgement { criteria, more } = judge::judge(&Evidence {
         pair: &Pair::of(wanted, got, &config.welch, rate)?,
         asked_psd: &full_asked.values,
         outside: &Pair::of(
-            &meant.samples()[compared.clone()],
+            &intended.samples()[compared.clone()],
             &aligned.measured[compared.clone()],
             &config.welch,
             rate,

@@ -108,10 +108,7 @@ fn without_artefact(
         });
     }
     let mut cleaned = Panel::new(entries)?;
-    let known = cleaned.doubts.clone();
-    cleaned
-        .doubts
-        .extend(panel.doubts.iter().filter(|d| !known.contains(d)).cloned());
+    cleaned.doubts.extend(panel.doubts.iter().cloned());
     cleaned.doubts.extend(artefact.doubts.iter().cloned());
     let example = panel.entries().first().map(|entry| entry.function.clone());
     Ok((
@@ -203,6 +200,7 @@ fn result(
     if let Some(fields) = value.as_object_mut() {
         fields.insert("doubts".into(), doubts_json(&said.doubts)?);
         fields.insert("kind".into(), json!(folder.index.kind));
+        fields.insert("accepted".into(), json!(folder.accepted()));
         fields.insert("judged".into(), json!(said.judged()));
         let costs = said.judged().and_then(|cell| said.penalties_at(cell));
         fields.insert(

@@ -102,6 +102,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
             "measured": measured,
             "there_already": before + adopted,
             "measurements": folder.index.entries.len(),
+            "accepted": folder.accepted(),
             "participants": folder.index.participants,
             "loads_n": folder.index.loads_n,
             "angles_deg": folder.index.angles_deg,
@@ -261,6 +262,7 @@ fn measure(
         .collect();
     let mut document = TransferDocument {
         distortion: Distortion::together(&each),
+        attempts: done.attempts,
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
     let step = PanelFolder::campaign_step(campaign, filing);

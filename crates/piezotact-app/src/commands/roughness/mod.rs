@@ -6,7 +6,7 @@ mod values;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::doubt::Doubts;
 use piezotact::surface::{
     ArealConfig, ArealRoughness, Cutoff, Form, HeightMap, HeightProfile, ProfileConfig,
     ProfileFilter, ProfileRoughness, ProfileStandard, ShortWaves, SurfaceError, Topography,
@@ -29,7 +29,7 @@ pub(crate) struct Surface {
     pub(crate) path: PathBuf,
     pub(crate) kind: TopographyKind,
     pub(crate) roughness: Evaluated,
-    pub(crate) doubts: Vec<Doubt>,
+    pub(crate) doubts: Doubts,
 }
 
 /// The roughness of a profile or of a map.
@@ -93,12 +93,7 @@ fn evaluated(args: &Roughness) -> Outcome<Surface> {
             (Evaluated::Map(Box::new(roughness)), doubts)
         }
     };
-    let mut doubts = file.doubts;
-    for doubt in more {
-        if !doubts.contains(&doubt) {
-            doubts.push(doubt);
-        }
-    }
+    let doubts = file.doubts.into_iter().chain(more).collect();
     Ok(Surface {
         path: args.file.clone(),
         kind: file.kind,

@@ -2,6 +2,7 @@
 //! transfer functions, tables, doubts, and how it was measured.
 
 mod figures;
+mod members;
 mod tables;
 
 use maud::{Markup, html};
@@ -61,6 +62,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (repeats(page)?)
         (average(page)?)
         (artefact(page)?)
+        (members::section(page))
         (doubts(page.said))
         (origin(page))
     };

@@ -5,9 +5,11 @@ mod figures;
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
+use piezotact::criterion::Outcome as Judged;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
 
 use super::{broad_document, name};
+use crate::advice::merged_text;
 use crate::failure::Outcome;
 
 /// What a report on a replay shows.
@@ -177,7 +179,29 @@ fn claim_row(claim: &Claim, standing: Standing<'_>) -> Markup {
             td { (claim.says) " " span.soft { "(" (claim.at) ")" } }
             td { (claim.holds_if) }
             td { (measured) }
-            td { span.state.(class) { (sign) " " (standing.word()) } @if !why.is_empty() { p.why { (why) } } }
+            td { span.state.(class) { (sign) " " (standing.word()) } @if !why.is_empty() { p.why { (why) } } (criteria_of(standing)) }
+        }
+    }
+}
+
+/// What the verdict follows from.
+fn criteria_of(standing: Standing<'_>) -> Markup {
+    let criteria = match standing {
+        Standing::Found(finding) => finding.criteria.as_slice(),
+        Standing::NotYet | Standing::NotAsked => &[],
+    };
+    let not_met = criteria.iter().filter(|c| c.outcome != Judged::Met).count();
+    let of = criteria.len();
+    html! {
+        @if !criteria.is_empty() {
+            details {
+                summary.why {
+                    @if not_met == 0 { (plural(of, "criterion").replace("criterions", "criteria")) " met" }
+                    @else { (not_met) " of " (plural(of, "criterion").replace("criterions", "criteria")) " not met" }
+                }
+                p.why { "Each is named by what the measurements would say were it not met." }
+                (super::criteria::list(criteria, |rule| format!("“{}”", rule.unless_met)))
+            }
         }
     }
 }
@@ -202,7 +226,7 @@ fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
             }
             @if !chapter.doubts.is_empty() {
                 h3 { "Doubts" }
-                ul.doubts { @for doubt in &chapter.doubts { li { (doubt) } } }
+                ul.doubts { @for doubt in &chapter.doubts { li { (merged_text(doubt)) } } }
             }
             @if !chapter.missing.is_empty() {
                 h3 { "Not there yet" }
@@ -280,6 +304,9 @@ fn origin(page: &Page<'_>) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use piezotact::Doubt;
+    use piezotact::doubt::merged_of;
+    use piezotact::recording::RecordingDoubt;
     use piezotact_replay::{Axis, Line, Mark, Scale, Shown};
     use piezotact_twin::TwinParameters;
 
@@ -330,6 +357,11 @@ mod tests {
         let does_not = Verdict::DoesNot {
             reason: "too loud".into(),
         };
+        // Advice names the command line's option, as everywhere.
+        let uncalibrated = Doubt::from(RecordingDoubt::Uncalibrated {
+            channel: "a".into(),
+        });
+        let doubt = merged_of([(Some("S8"), &uncalibrated)]).remove(0);
         let chapter = Chapter {
             number: 4,
             title: "Rendering",
@@ -341,7 +373,7 @@ mod tests {
                 finding(34, Verdict::Holds),
             ],
             figures: vec![figure("47a"), figure("47b"), figure("48")],
-            doubts: vec!["S8: too few strokes".into()],
+            doubts: vec![doubt],
             missing: vec!["figure 51".into()],
         };
         let page = Page {
@@ -362,7 +394,8 @@ mod tests {
             "4 claims: holds 2, does not hold 1, not yet 1.",
             "too loud",
             "comes with people",
-            "<li>S8: too few strokes</li>",
+            "<li>S8: ",
+            "(--scale)",
             "<li>figure 51</li>",
             "Counterpart of figure 47b",
             "Seed 7, built-in parameters.",

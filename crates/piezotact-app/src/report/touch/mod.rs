@@ -15,6 +15,7 @@ use piezotact::statistics::{Direction, LogFit};
 use piezotact::stroke::{Judging, Rule};
 use piezotact::surface::SampleSet;
 
+use super::criteria::named_list;
 use super::{document, figure};
 use crate::advice::text;
 use crate::cli::By;
@@ -549,7 +550,7 @@ fn rejects(takes: &[Take]) -> Markup {
                             td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.start).0)) }
                             td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.end).0)) }
                             td { (r.reason) }
-                            td { @for criterion in &r.criteria { (criterion) br; } }
+                            td { (named_list(&r.criteria)) }
                         }
                     }
                 }

@@ -6,7 +6,6 @@ mod drive;
 mod straight;
 
 use maud::{Markup, html};
-use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
@@ -16,6 +15,7 @@ use piezotact::transfer::TransferFunction;
 use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyError, tones};
 use piezotact_dataset::sidecar::Rendering;
 
+use super::criteria::outcome;
 use super::{UNKNOWN_BENCH, bench_told, document, figure, figures, transfer};
 use crate::advice::merged_text;
 use crate::failure::Outcome;
@@ -124,25 +124,20 @@ fn verdict(page: &Page<'_>) -> Markup {
 
 /// Every criterion with what was found: the verdict follows from them.
 fn criteria(v: &Verification) -> Markup {
-    let outcome = |outcome: Judged| match outcome {
-        Judged::Met => html! { td { "met" } },
-        Judged::NotMet => html! { td { strong { "not met" } } },
-        Judged::NotDecided => html! { td { em { "not decided" } } },
-    };
     let intervals = v.criteria.iter().any(|c| c.interval.is_some());
     html! {
         section {
             h2 { "Criteria" }
             div.wide {
-                table {
+                table.judged {
                     tr { th { "criterion" } th { "outcome" } th.n { "found" } @if intervals { th.n { "95 % interval" } } th { "limit" } }
                     @for c in &v.criteria {
                         tr {
                             td { (c.what) }
-                            (outcome(c.outcome))
+                            td { (outcome(c.outcome)) }
                             td.n { (c.found_text()) }
                             @if intervals { td.n { @if c.interval.is_some() { (c.interval_text()) } @else { "–" } } }
-                            td { (c.limit_text()) }
+                            td.limit { (c.limit_text()) }
                         }
                     }
                 }

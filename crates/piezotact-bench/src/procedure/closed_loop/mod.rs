@@ -4,7 +4,7 @@ mod measured;
 mod outcome;
 
 use piezotact::clipping::ClippingDoubt;
-use piezotact::correct::LoopDoubt;
+use piezotact::correct::{LoopDoubt, LoopStop};
 use piezotact::render::RenderDoubt;
 use piezotact::resample::ResampleDoubt;
 use piezotact::verify::VerifyDoubt;
@@ -14,6 +14,7 @@ use piezotact::Doubt;
 use piezotact::correct::{CorrectConfig, Correction, LineChange};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
+use piezotact::doubt::Doubts;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{About, Recording, played_through_its_own};
@@ -321,9 +322,9 @@ pub fn closed_loop(
                 .doubts
                 .push(Doubt::from(LoopDoubt::LoopStopped {
                     best: best.number,
-                    why: format!(
-                        "the drive that is kept could not be measured once more: {broken}"
-                    ),
+                    why: LoopStop::NotConfirmed {
+                        cause: Mishap::from(broken).doubt(),
+                    },
                 }));
             (None, best.felt.recording)
         }
@@ -353,11 +354,8 @@ pub fn closed_loop(
         .chain(its_own)
         .chain(recording.about.doubts.iter().cloned())
         .chain(shown.doubts.iter().cloned());
-    for doubt in new {
-        if !rendered.about.doubts.contains(&doubt) {
-            rendered.about.doubts.push(doubt);
-        }
-    }
+    let before = std::mem::take(&mut rendered.about.doubts).into_iter();
+    rendered.about.doubts = before.chain(new).collect::<Doubts>().into();
     // It was corrected on the finger that was there.
     rendered.about.condition = condition;
     Ok(Looped {
@@ -603,12 +601,19 @@ fn finished(
     let mut doubts = first.about.doubts;
     doubts.extend(fit);
     doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
-    if matches!(end, LoopEnd::Worse | LoopEnd::Broken(_)) {
-        doubts.push(Doubt::from(LoopDoubt::LoopStopped {
+    let stopped = match end {
+        LoopEnd::Worse => Some(LoopStop::GotWorse),
+        LoopEnd::Broken(mishap) => Some(LoopStop::NotBelieved {
+            cause: mishap.doubt(),
+        }),
+        LoopEnd::Done | LoopEnd::NoBetter => None,
+    };
+    doubts.extend(stopped.map(|why| {
+        Doubt::from(LoopDoubt::LoopStopped {
             best: best.number,
-            why: end.to_string(),
-        }));
-    }
+            why,
+        })
+    }));
     RenderedDrive {
         drive,
         headroom,

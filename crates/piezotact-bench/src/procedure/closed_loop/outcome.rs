@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::Doubt;
+use piezotact::correct::MishapDoubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
@@ -57,34 +58,42 @@ pub enum Mishap {
     },
 }
 
-impl fmt::Display for Mishap {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bench { said } | Self::Correction { said } => f.write_str(said),
-            Self::Playback { doubt } | Self::Response { doubt } => doubt.fmt(f),
+impl Mishap {
+    /// It as a value that a doubt can name.
+    #[must_use]
+    pub fn doubt(&self) -> Doubt {
+        match self.clone() {
+            Self::Bench { said } => MishapDoubt::BenchFailed { said }.into(),
+            Self::Correction { said } => MishapDoubt::NotCorrected { said }.into(),
+            Self::Playback { doubt } | Self::Response { doubt } => *doubt,
             Self::Force {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
-            } => write!(
-                f,
-                "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so that the display shows it",
-                share * 100.0
-            ),
-            Self::SensorClips { fraction } => write!(
-                f,
-                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
-                fraction * 100.0
-            ),
+            } => MishapDoubt::ForceNotHeld {
+                from_s,
+                mean_n,
+                asked_n,
+                share,
+            }
+            .into(),
+            Self::SensorClips { fraction } => MishapDoubt::SensorClips { fraction }.into(),
             Self::Faint {
                 rms_m_s2,
                 noise_m_s2,
-            } => write!(
-                f,
-                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
-            ),
+            } => MishapDoubt::Faint {
+                rms_m_s2,
+                noise_m_s2,
+            }
+            .into(),
         }
+    }
+}
+
+impl fmt::Display for Mishap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.doubt().fmt(f)
     }
 }
 

@@ -10,8 +10,8 @@ use crate::render::fade_ends;
 use crate::series::Series;
 use crate::statistics::{mean, rms};
 
-/// `asked` as its rendering was to play it: about its mean, with its fades and within its band.
-pub(super) fn meant<Q: Quantity>(
+/// The target as its rendering was to play it: about its mean, with its fades and within its band.
+pub(super) fn intended_target<Q: Quantity>(
     asked: &Series<Q>,
     config: &VerifyConfig,
 ) -> Result<Series<Q>, VerifyError> {
@@ -36,7 +36,7 @@ pub(super) fn meant<Q: Quantity>(
 }
 
 /// A measurement on the time and the clock of its target.
-pub(super) struct OnTime {
+pub(super) struct Synchronised {
     pub(super) aligned: Aligned,
     pub(super) clock: Clock,
 }
@@ -46,9 +46,9 @@ const ENVELOPE_S: f64 = 0.01;
 /// A place where less than this share of the power that a place can have lies within the target is not looked at.
 const ALL_POWER: f64 = 0.998;
 
-/// How much later `response` is than `meant`, samples, by their levels in windows of 10 ms.
-fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
-    let rate = meant.rate();
+/// How much later `response` is than `intended`, samples, by their levels in windows of 10 ms.
+fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
+    let rate = intended.rate();
     let window = ((ENVELOPE_S * rate.hz()) as usize).max(1);
     let levels = |x: &[f64]| -> Vec<f64> {
         let limited = in_band(x, rate, band);
@@ -57,7 +57,7 @@ fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band
             .map(|cut| cut.iter().map(|v| v * v).sum())
             .collect()
     };
-    let (t, m) = (levels(meant.samples()), levels(response.samples()));
+    let (t, m) = (levels(intended.samples()), levels(response.samples()));
     let mut transform = RealTransform::new(fast_length(t.len() + m.len()));
     let cross = transform
         .forward(&t)
@@ -92,19 +92,19 @@ fn envelope_lag<Q: Quantity>(meant: &Series<Q>, response: &Series<Q>, band: Band
 /// A correction of the clock is kept when it takes so much from the waveforms' difference, dB.
 const LEAST_GAIN_DB: f64 = 0.1;
 
-/// `response` brought onto the time of `meant`, and onto its clock where the delay changes as two clocks or lost samples make it.
-pub(super) fn on_time<Q: Quantity>(
-    meant: &Series<Q>,
+/// `response` brought onto the time of `intended`, and onto its clock where the delay changes as two clocks or lost samples make it.
+pub(super) fn synchronised<Q: Quantity>(
+    intended: &Series<Q>,
     response: &Series<Q>,
     band: Band,
-) -> Result<OnTime, VerifyError> {
-    let found = on_one_clock(meant, response, band)?;
+) -> Result<Synchronised, VerifyError> {
+    let found = on_one_clock(intended, response, band)?;
     if found.aligned.correlation().abs() > FOLLOWS {
         return Ok(found);
     }
     // Another realisation has no delay of its own: where it lies is where its level is the target's.
-    let lag = envelope_lag(meant, response, band);
-    Ok(OnTime {
+    let lag = envelope_lag(intended, response, band);
+    Ok(Synchronised {
         aligned: found.aligned.moved_to(lag, response),
         clock: Clock::default(),
     })
@@ -113,39 +113,44 @@ pub(super) fn on_time<Q: Quantity>(
 /// The length of a part of the target that two clocks leave alone, s.
 const ANCHOR_S: f64 = 1.0;
 
-/// `response` on the time of `meant` by the delay of all, or by that of the middle where two clocks move the ends apart.
+/// `response` on the time of `intended` by the delay of all, or by that of the middle where two clocks move the ends apart.
 fn anchored<Q: Quantity>(
-    meant: &Series<Q>,
+    intended: &Series<Q>,
     response: &Series<Q>,
     band: Band,
 ) -> Result<Aligned, VerifyError> {
-    let first = align(meant, response, band)?;
+    let first = align(intended, response, band)?;
     let (count, length) = (
-        meant.samples().len(),
-        meant.rate().samples_in(crate::quantity::Seconds(ANCHOR_S)),
+        intended.samples().len(),
+        intended
+            .rate()
+            .samples_in(crate::quantity::Seconds(ANCHOR_S)),
     );
     if first.correlation().abs() > FOLLOWS || count < 4 * length {
         return Ok(first);
     }
     let from = (count - length) / 2;
-    let middle = Series::<Q>::new(meant.samples()[from..from + length].to_vec(), meant.rate())?;
+    let middle = Series::<Q>::new(
+        intended.samples()[from..from + length].to_vec(),
+        intended.rate(),
+    )?;
     let Ok(anchor) = align(&middle, response, band) else {
         return Ok(first);
     };
     if anchor.correlation().abs() < FOLLOWS {
         return Ok(first);
     }
-    let lag = (anchor.delay.0 * meant.rate().hz()).round() - from as f64;
+    let lag = (anchor.delay.0 * intended.rate().hz()).round() - from as f64;
     Ok(first.moved_to(lag, response))
 }
 
 fn on_one_clock<Q: Quantity>(
-    meant: &Series<Q>,
+    intended: &Series<Q>,
     response: &Series<Q>,
     band: Band,
-) -> Result<OnTime, VerifyError> {
-    let rate = meant.rate();
-    let first = anchored(meant, response, band)?;
+) -> Result<Synchronised, VerifyError> {
+    let rate = intended.rate();
+    let first = anchored(intended, response, band)?;
     let difference_db = |aligned: &Aligned| {
         let (t, m) = (
             &aligned.target_in_band[aligned.from..aligned.to],
@@ -157,18 +162,23 @@ fn on_one_clock<Q: Quantity>(
     let (target, measured) = (&first.target_in_band, &first.measured_in_band);
     let clock = clock::clock(target, measured, rate, band, first.correlation().signum());
     if !clock.differs() {
-        return Ok(OnTime {
+        return Ok(Synchronised {
             aligned: first,
             clock,
         });
     }
     let clock = clock.refined(target, measured, rate.hz());
     let later = first.delay.0 * rate.hz();
-    let samples = clock.corrected(response.samples(), meant.samples().len(), later, rate.hz());
+    let samples = clock.corrected(
+        response.samples(),
+        intended.samples().len(),
+        later,
+        rate.hz(),
+    );
     let corrected = Series::<Q>::new(samples, rate)?;
-    let mut second = align(meant, &corrected, band)?;
+    let mut second = align(intended, &corrected, band)?;
     if difference_db(&second) > difference_db(&first) - LEAST_GAIN_DB {
-        return Ok(OnTime {
+        return Ok(Synchronised {
             aligned: first,
             clock: clock.uncorrected(),
         });
@@ -176,7 +186,7 @@ fn on_one_clock<Q: Quantity>(
     second.delay.0 += first.delay.0 + clock.begins_s(rate.hz());
     second.from = second.from.max(first.from);
     second.to = second.to.min(first.to).max(second.from);
-    Ok(OnTime {
+    Ok(Synchronised {
         aligned: second,
         clock,
     })
@@ -190,14 +200,14 @@ const MOST_NOISE: f64 = 0.25;
 /// The noise of the sensor in `response`: what it shows before and after the texture; `None` when that is too short, or too
 /// loud to be noise.
 pub(super) fn floor<Q: Quantity>(
-    meant: &Series<Q>,
+    intended: &Series<Q>,
     response: &Series<Q>,
     aligned: &Aligned,
     band: Band,
 ) -> Option<Floor> {
-    let (rate, samples) = (meant.rate(), response.samples());
+    let (rate, samples) = (intended.rate(), response.samples());
     let begin = (aligned.delay.0 - GUARD_S.0) * rate.hz();
-    let end = (aligned.delay.0 + GUARD_S.1) * rate.hz() + meant.samples().len() as f64;
+    let end = (aligned.delay.0 + GUARD_S.1) * rate.hz() + intended.samples().len() as f64;
     let place = |at: f64| at.clamp(0.0, samples.len() as f64) as usize;
     let about = mean(samples);
     let quiet: Vec<Vec<f64>> = [&samples[..place(begin)], &samples[place(end)..]]

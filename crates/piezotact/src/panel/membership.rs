@@ -1,0 +1,320 @@
+//! What makes a measurement a member of a panel, and of the averages over its people, as criteria.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Cell, Entry, Filing, Panel, SAME};
+use crate::criterion::{Criterion, Limit, Outcome};
+use crate::doubt::Doubt;
+use crate::quantity::{Band, Quantity};
+use crate::transfer::{TransferDoubt, TransferFunction};
+
+/// Coherence below this counts as low where an average is to be relied on.
+const LOW_COHERENCE: f64 = 0.8;
+/// And this share of low lines is a doubt, 0–1.
+const LOW_SHARE: f64 = 0.1;
+/// More than this share of the others in a cell with the opposite sign is a doubt, 0–1.
+const OPPOSITE_SHARE: f64 = 0.5;
+
+/// What is looked at of a measurement of a panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MemberRule {
+    /// How far the load it was measured at is from the one it is filed under.
+    Load,
+    /// How far the angle it was measured at is from the one it is filed under.
+    Angle,
+    /// How far its lines are spaced otherwise than those of the first measurement, as a share.
+    LineSpacing,
+    /// How many lines more or fewer than the first measurement it has.
+    LineCount,
+    /// How far its rate is from that of the first measurement, as a share.
+    Rate,
+    /// Whether another device was driven than in the first measurement: 1, else 0.
+    OtherDevice,
+    /// Whether another estimator was used than for the first measurement: 1, else 0.
+    OtherEstimator,
+    /// Whether it comes from another kind of bench than the first measurement: 1, else 0.
+    OtherBench,
+    /// The share of the other measurements at its load and angle that have the opposite sign.
+    OppositeSign,
+    /// The share of the band that was driven.
+    Driven,
+    /// The share of the band's lines whose coherence is below 0.8.
+    LowCoherence,
+}
+
+impl MemberRule {
+    /// The unit of what is found.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Load => "N",
+            Self::Angle => "°",
+            _ => "",
+        }
+    }
+}
+
+impl fmt::Display for MemberRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Load => "load, from the one it is filed under",
+            Self::Angle => "angle, from the one it is filed under",
+            Self::LineSpacing => "spacing of lines, difference from the first measurement",
+            Self::LineCount => "number of lines, difference from the first measurement",
+            Self::Rate => "sampling rate, difference from the first measurement",
+            Self::OtherDevice => "another device than in the first measurement",
+            Self::OtherEstimator => "another estimator than in the first measurement",
+            Self::OtherBench => "another kind of bench than in the first measurement",
+            Self::OppositeSign => "others at this load and angle with the opposite sign",
+            Self::Driven => "part of the band that was driven",
+            Self::LowCoherence => "lines with a coherence below 0.8",
+        })
+    }
+}
+
+/// One measurement of a panel, and what decides whether it is a member.
+///
+/// A measurement with a criterion that is not met is none, and a panel with it is refused. One with a criterion that is not
+/// decided is a member, in the averages as all others, and is doubted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Which measurement.
+    pub filing: Filing,
+    /// What was looked at.
+    pub criteria: Vec<Criterion<MemberRule>>,
+}
+
+impl Member {
+    /// All criteria together.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
+    }
+
+    /// The criterion on `what`, where it was looked at.
+    #[must_use]
+    pub fn criterion(&self, what: MemberRule) -> Option<&Criterion<MemberRule>> {
+        self.criteria
+            .iter()
+            .find(|criterion| criterion.what == what)
+    }
+}
+
+/// What is looked at of a participant for comparisons of loads and angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ParticipantRule {
+    /// At how many loads and angles the participant was measured.
+    CellsMeasured,
+}
+
+impl fmt::Display for ParticipantRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::CellsMeasured => "loads and angles measured",
+        })
+    }
+}
+
+/// One participant, and what decides whether all loads and angles can be compared over them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Attendance {
+    /// The pseudonym.
+    pub participant: String,
+    /// What was looked at.
+    pub criteria: Vec<Criterion<ParticipantRule>>,
+}
+
+impl Attendance {
+    /// All criteria together.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
+    }
+}
+
+fn criterion(what: MemberRule, found: f64, limit: Limit) -> Criterion<MemberRule> {
+    Criterion::new(what, what.unit(), found, None, limit)
+}
+
+/// Whether an entry was measured at the load and angle it is filed under; `own` is its own.
+pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberRule>; 2] {
+    let same = Limit::Within { reach: SAME };
+    [
+        criterion(MemberRule::Load, own.load_n.0 - filing.cell.load_n.0, same),
+        criterion(
+            MemberRule::Angle,
+            own.angle_deg.0 - filing.cell.angle_deg.0,
+            same,
+        ),
+    ]
+}
+
+/// Whether a measurement can be combined with the first of a panel.
+pub(super) fn against_first<I: Quantity, O: Quantity>(
+    first: &TransferFunction<I, O>,
+    other: &TransferFunction<I, O>,
+) -> Vec<Criterion<MemberRule>> {
+    let same = Limit::Within { reach: SAME };
+    let none = Limit::at_most(0.0);
+    let lines = [first, other].map(|f| f.response().len() as f64);
+    let differs = |differs: bool| f64::from(u8::from(differs));
+    let benches = first.about.provenance.bench.zip(other.about.provenance.bench);
+    vec![
+        criterion(
+            MemberRule::LineSpacing,
+            other.resolution_hz() / first.resolution_hz() - 1.0,
+            same,
+        ),
+        criterion(
+            MemberRule::LineCount,
+            lines[1] - lines[0],
+            Limit::Within { reach: 0.0 },
+        ),
+        criterion(
+            MemberRule::Rate,
+            other.rate.hz() / first.rate.hz() - 1.0,
+            same,
+        ),
+        criterion(
+            MemberRule::OtherDevice,
+            differs(first.drive != other.drive),
+            none,
+        ),
+        criterion(
+            MemberRule::OtherEstimator,
+            differs(first.estimator != other.estimator),
+            none,
+        ),
+        match benches {
+            Some((a, b)) => criterion(MemberRule::OtherBench, differs(a != b), none),
+            // One that does not say where it comes from goes with any.
+            None => criterion(MemberRule::OtherBench, 0.0, none),
+        },
+    ]
+}
+
+/// The share of the band that was driven. Members of which a part was not are doubted.
+pub(super) fn driven<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+) -> (Criterion<MemberRule>, Option<Doubt>) {
+    let doubt = function.not_driven(band);
+    let limit = Limit::AtLeast {
+        met: 1.0,
+        not_met: 0.0,
+    };
+    let missing = doubt.as_ref().map_or(0.0, share);
+    let mut found = criterion(MemberRule::Driven, 1.0 - missing, limit);
+    if doubt.is_some() {
+        found.outcome = Outcome::NotDecided;
+    }
+    (found, doubt)
+}
+
+/// The share of lines of the band with low coherence. Members with more than a tenth are doubted.
+pub(super) fn low_coherence<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+) -> (Criterion<MemberRule>, Option<Doubt>) {
+    let doubt = function.low_coherence(band, LOW_COHERENCE);
+    let limit = Limit::AtMost {
+        met: LOW_SHARE,
+        not_met: 1.0,
+    };
+    let found = criterion(
+        MemberRule::LowCoherence,
+        doubt.as_ref().map_or(0.0, share),
+        limit,
+    );
+    let doubt = doubt.filter(|_| found.outcome != Outcome::Met);
+    (found, doubt)
+}
+
+/// The share of the band that a doubt is about, 0–1.
+pub(super) fn share(doubt: &Doubt) -> f64 {
+    match doubt.kind() {
+        Some(
+            TransferDoubt::NotDriven { share, .. } | TransferDoubt::LowCoherence { share, .. },
+        ) => share,
+        _ => 0.0,
+    }
+}
+
+/// The share of the other measurements of a cell with the opposite sign: `against` of `of`.
+pub(super) fn opposite(against: usize, of: usize) -> Criterion<MemberRule> {
+    let limit = Limit::AtMost {
+        met: OPPOSITE_SHARE,
+        not_met: 1.0,
+    };
+    let share = if of == 0 {
+        0.0
+    } else {
+        against as f64 / of as f64
+    };
+    criterion(MemberRule::OppositeSign, share, limit)
+}
+
+impl<I: Quantity, O: Quantity> Panel<I, O> {
+    /// Every measurement with what makes it a member, over `band`, in the order they were given; of `cell` or of all.
+    ///
+    /// Formula: of measurement i, the share of the others j at its load and angle with Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of
+    /// the band; the shares of the band's lines that were not driven, and whose coherence is below 0.8.
+    #[must_use]
+    pub fn members(&self, band: Band, cell: Option<Cell>) -> Vec<Member> {
+        let Some(first) = self.entries().first() else {
+            return Vec::new();
+        };
+        let chosen = |e: &&Entry<I, O>| cell.is_none_or(|cell| e.filing.cell.is(cell));
+        let signs = self.signs(band);
+        self.entries()
+            .iter()
+            .filter(chosen)
+            .map(|entry| {
+                let known = &entry.function.about.condition;
+                let own = known.load_n.zip(known.angle_deg);
+                let own = own.map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
+                let mut criteria = Vec::new();
+                criteria.extend(
+                    own.into_iter()
+                        .flat_map(|own| of_filing(&entry.filing, own)),
+                );
+                criteria.extend(against_first(&first.function, &entry.function));
+                let sign = signs.iter().find(|sign| sign.of.is(&entry.filing));
+                criteria.extend(sign.map(|sign| sign.criterion.clone()));
+                criteria.push(driven(&entry.function, band).0);
+                criteria.push(low_coherence(&entry.function, band).0);
+                Member {
+                    filing: entry.filing.clone(),
+                    criteria,
+                }
+            })
+            .collect()
+    }
+
+    /// Every participant with what decides whether all loads and angles can be compared over them.
+    #[must_use]
+    pub fn attendances(&self) -> Vec<Attendance> {
+        let all = Limit::at_least(self.cells().len() as f64);
+        let measured = |who: &str| {
+            let there = |cell: &&Cell| self.of(who, **cell).next().is_some();
+            self.cells().iter().filter(there).count() as f64
+        };
+        self.participants()
+            .iter()
+            .map(|who| Attendance {
+                participant: who.clone(),
+                criteria: vec![Criterion::new(
+                    ParticipantRule::CellsMeasured,
+                    "",
+                    measured(who),
+                    None,
+                    all,
+                )],
+            })
+            .collect()
+    }
+}
