@@ -127,31 +127,29 @@ impl Sink for Kept {
     }
 }
 
-/// The folder of the raw recordings behind `out`: `OUT.runs`.
-pub(crate) fn runs_of(out: &Path) -> PathBuf {
+/// The folder of the raw recordings behind `out`, `OUT.runs`, for this command alone.
+pub(crate) fn runs_of(out: &Path) -> Outcome<RunFolder> {
     let mut name = out.as_os_str().to_owned();
     name.push(".runs");
-    name.into()
+    Ok(RunFolder::take(Path::new(&name))?)
 }
 
-/// The folder of the runs behind `out`, to go on with where a procedure was interrupted. The runs of a procedure that came to its end are
-/// put aside: what is measured today is not taken from before.
-pub(crate) fn continued(out: &Path) -> Outcome<RunFolder> {
-    let path = runs_of(out);
-    if path.join(RunFolder::DONE).exists() {
-        RunFolder::new(&path).set_aside()?;
-    } else if path.is_dir() {
+/// Goes on with the runs in `folder` where a procedure was interrupted. The runs of a procedure that came to its end are put aside:
+/// what is measured today is not taken from before.
+pub(crate) fn go_on(folder: &RunFolder) -> Outcome {
+    if folder.is_interrupted() {
         say(&format!(
             "{}: goes on with the runs of an interrupted command; remove the folder to measure all of them again",
-            path.display()
+            folder.path().display()
         ));
+    } else {
+        folder.set_aside()?;
     }
-    Ok(RunFolder::new(&path))
+    Ok(())
 }
 
-/// Says that the procedure behind `out` came to its end; its runs are kept, or discarded on purpose.
-pub(crate) fn done(out: &Path, raw: Raw) -> Outcome {
-    let folder = RunFolder::new(&runs_of(out));
+/// Says that the procedure with its runs in `folder` came to its end; they are kept, or discarded on purpose.
+pub(crate) fn done(folder: &RunFolder, raw: Raw) -> Outcome {
     match raw {
         Raw::Discarded => folder.discard()?,
         Raw::Kept if folder.path().is_dir() => {

@@ -3,6 +3,9 @@
 
 mod support;
 
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
 use support::{Done, Folder, noise, wav};
 
 const FAULTS: &str =
@@ -196,6 +199,72 @@ fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
     assert_eq!(kept.iter().filter(early).count(), 1);
 }
 
+/// A closed loop is rendered from `targets` into `out`.
+fn looped(folder: &Folder, targets: &[&str], script: &str, out: &str, more: &[&str]) -> Command {
+    let bench = format!("fake:{script}");
+    let mut arguments = vec!["render"];
+    arguments.extend(targets);
+    arguments.extend([
+        "--transfer",
+        "tf.json",
+        "--scale",
+        "2 m/s2",
+        "--mode",
+        "texture",
+        "--iterations",
+        "1",
+        "--bench",
+        &bench,
+        "--out",
+        out,
+    ]);
+    arguments.extend(more);
+    folder.command(&arguments)
+}
+
+fn ended(mut command: Command) -> (Option<i32>, String) {
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), said)
+}
+
+/// The runs of a command that still runs are its own: another one on the same output is refused, and a killed one holds nobody up.
+#[test]
+fn one_closed_loop_at_a_time_has_the_runs_of_an_output() {
+    let folder = prepared();
+    characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
+    folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.2]\n");
+    let mut first = looped(&folder, &["texture.wav"], "paced.toml", "d.wav", &[])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    while !folder.path("d.wav.runs").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let discard = ["--discard-raw"];
+    let second = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
+    let (code, said) = ended(second);
+    assert_eq!(code, Some(1), "{said}");
+    let who = format!("process {}, which still measures into it", first.id());
+    assert!(
+        said.contains(&who) && said.contains("give another output"),
+        "{said}"
+    );
+    assert!(folder.path("d.wav.runs").exists());
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let again = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
+    let (code, said) = ended(again);
+    assert_eq!(code, Some(0), "{said}");
+    let left = folder.names();
+    assert!(
+        !left.iter().any(|name| name.starts_with("d.wav.runs")),
+        "{left:?}"
+    );
+}
+
 #[test]
 fn a_panel_is_measured_on_a_fake() {
     let folder = prepared();
@@ -235,8 +304,6 @@ fn a_panel_is_measured_on_a_fake() {
 #[test]
 fn an_interrupt_ends_a_run_in_order() {
     use std::io::Read;
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
 
     let folder = prepared();
     folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.2]\n");

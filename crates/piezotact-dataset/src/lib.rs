@@ -14,6 +14,7 @@ mod format;
 pub mod haptic;
 mod journal;
 mod journal_batches;
+mod lock;
 pub mod lvm;
 pub mod matlab;
 mod naming;

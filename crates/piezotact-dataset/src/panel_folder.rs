@@ -19,12 +19,11 @@ use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ReadError, WriteError};
+use crate::lock::Lock;
 use crate::sidecar::{prepare_json, write_json};
 use crate::transfer_file::read_transfer;
 use crate::transfer_json::TransferDocument;
 use crate::version::Versioned;
-
-use lock::Lock;
 
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
@@ -125,7 +124,7 @@ impl PanelFolder {
     /// Those of [`Self::open`], but for a missing index; [`ReadError::Content`] when another program goes on writing to
     /// the folder.
     pub fn open_or_begin(folder: &Path) -> Result<Self, ReadError> {
-        let lock = Some(Lock::take(folder)?);
+        let lock = Some(lock::take(folder)?);
         lock::remove_unfinished(folder);
         if folder.join(PANEL_INDEX).exists() {
             return Ok(Self {

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
             all.len()
         ));
     }
-    let raw = RunFolder::new(&args.out.join(RAW));
+    let raw = RunFolder::take(&args.out.join(RAW))?;
     let (mut measured, mut reused) = (0, 0);
     for person in &people {
         let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();

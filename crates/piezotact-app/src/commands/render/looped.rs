@@ -75,8 +75,9 @@ pub(super) fn run(
             came(iteration)
         ));
     };
-    let folder = asked.runs.clone();
-    let mut keeper = Keeper::new(Place::Continued(folder), Shown::Nothing);
+    let runs = asked.job.runs.clone();
+    let place = runs.map_or(Place::Nowhere, Place::Continued);
+    let mut keeper = Keeper::new(place, Shown::Nothing);
     let looped = closed_loop(
         &mut bench,
         target,

@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 use super::{bench_failure, inspected, outputs, rate_option, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
-use crate::keeping::{self, Raw, continued, runs_of};
+use crate::keeping::{self, Raw, go_on, runs_of};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
 use crate::report::{self, name};
 use looped::Corrected;
@@ -74,8 +74,8 @@ pub(crate) fn run(args: &Render) -> Outcome {
     } else {
         Raw::Kept
     };
-    for job in jobs.iter().filter(|_| args.mode.is_some()) {
-        keeping::done(&job.out, raw)?;
+    for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
+        keeping::done(runs, raw)?;
     }
     if args.json {
         match done.as_slice() {
@@ -105,6 +105,8 @@ struct Job<'a> {
     called: String,
     out: PathBuf,
     record: Option<PathBuf>,
+    /// Where the measurements of a closed loop are kept; none where nothing is measured.
+    runs: Option<RunFolder>,
 }
 
 /// The jobs that are asked for, one person after the other, with every output checked before the first is begun.
@@ -151,6 +153,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
                     .as_ref()
                     .map(|record| within(record, &called, "parquet")),
                 called,
+                runs: None,
             });
         }
     }
@@ -188,6 +191,11 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             "{}: expected the name of a WAV file, ending in .wav",
             args.out.display()
         )));
+    }
+    if args.mode.is_some() {
+        for job in &mut jobs {
+            job.runs = Some(runs_of(&job.out)?);
+        }
     }
     Ok(jobs)
 }
@@ -258,11 +266,10 @@ impl Job<'_> {
             job: self,
             function: &function,
             config: &config,
-            runs: match args.mode {
-                Some(_) => continued(&self.out)?,
-                None => RunFolder::new(&runs_of(&self.out)),
-            },
         };
+        if let Some(runs) = &self.runs {
+            go_on(runs)?;
+        }
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
             Level::Fit => match asked.at(&texture, 0.0) {
@@ -346,8 +353,6 @@ struct Asked<'a> {
     job: &'a Job<'a>,
     function: &'a TransferFunction<Drive, Acceleration>,
     config: &'a RenderConfig,
-    /// Where the measurements of a closed loop are kept.
-    runs: RunFolder,
 }
 
 /// A rendering that was refused before anything played.
