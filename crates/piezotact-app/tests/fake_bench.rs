@@ -189,7 +189,10 @@ fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
     let done = render("late.toml", "late.wav");
     done.expect_failure(
         1,
-        &["input of the scripted fake no longer answers after 5.50 s"],
+        &[
+            "input of the scripted fake no longer answers after 5.50 s",
+            "the same command continues with what was measured",
+        ],
     );
     one_sentence(&done);
     assert!(!folder.path("late.wav").exists());
@@ -263,6 +266,50 @@ fn one_closed_loop_at_a_time_has_the_runs_of_an_output() {
         !left.iter().any(|name| name.starts_with("d.wav.runs")),
         "{left:?}"
     );
+}
+
+/// A closed loop whose device is lost fails, keeps what it has, and goes on with the same command; so does a batch.
+#[test]
+fn a_closed_loop_that_loses_its_device_goes_on_later() {
+    let folder = prepared();
+    characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
+    folder.write("rough.wav", wav(noise(10_000).map(|v| 0.7 * v), 5_000));
+    // Silence of 4 s and the open loop's two runs of 2 s each are over; a batch opens the bench for each texture.
+    let lost = "lost = { half = \"input\", after_s = 9.5 }\n";
+    for (targets, out) in [
+        (vec!["texture.wav"], "d.wav"),
+        (vec!["texture.wav", "rough.wav"], "drives"),
+    ] {
+        folder.write("bench.toml", lost);
+        let (code, said) = ended(looped(
+            &folder,
+            &targets,
+            "bench.toml",
+            out,
+            &["--discard-raw"],
+        ));
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("no longer answers after 9.50 s"), "{said}");
+        assert!(said.contains("holds the best drive so far"), "{said}");
+        let last = said.lines().last().unwrap();
+        assert!(
+            last.contains("the same command continues with what was measured"),
+            "{said}"
+        );
+        folder.write("bench.toml", "");
+        let (code, said) = ended(looped(
+            &folder,
+            &targets,
+            "bench.toml",
+            out,
+            &["--discard-raw"],
+        ));
+        assert_eq!(code, Some(0), "{said}");
+        let taken = said.matches("were taken from the interrupted").count();
+        assert_eq!(taken, targets.len(), "{said}");
+    }
+    assert!(!folder.path("d.wav.runs").exists());
+    assert_eq!(std::fs::read_dir(folder.path("drives")).unwrap().count(), 4);
 }
 
 #[test]

@@ -467,6 +467,7 @@ fn a_closed_loop_ends_in_order() {
     let (done, clean) = looped(bench("clock_ppm = 50"));
     let done = done.unwrap();
     assert!(done.confirmed.is_some(), "{:?}", done.end);
+    assert_eq!(done.failed, None);
     assert!(clean.ended().iter().all(|ended| *ended == Ended::Completed));
     let runs = clean.0.borrow();
     let judged = runs.iter().take(3).map(|run| run.samples).sum::<usize>();
@@ -499,6 +500,7 @@ fn a_closed_loop_ends_in_order() {
         panic!("{:?}", done.end)
     };
     assert!(said.contains("output of the scripted fake"), "{said}");
+    assert_eq!(done.failed.as_ref(), Some(said));
     assert_eq!((done.best, done.confirmed.is_some()), (0, false));
     let stopped = |d: &Doubt| {
         matches!(

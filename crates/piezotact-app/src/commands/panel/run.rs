@@ -247,7 +247,7 @@ fn measure(
         say(&format!("{filing}: {refused}"));
     })
     .map_err(|error| match error {
-        ProcedureError::RepeatRefused { .. } | ProcedureError::Stopped { .. } => {
+        error if error.continues() || matches!(error, ProcedureError::RepeatRefused { .. }) => {
             Failure::Data(anyhow!(
                 "{filing}: {error}; what was measured before is kept, go on with the same command"
             ))

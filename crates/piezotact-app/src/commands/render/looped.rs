@@ -146,7 +146,7 @@ impl Corrected {
                 found
             })
             .collect();
-        json!({
+        let mut told = json!({
             "best": self.looped.best,
             "kept": self.looped.kept,
             "gain": self.looped.gain,
@@ -154,7 +154,11 @@ impl Corrected {
             "ended": self.looped.end.to_string(),
             "iterations": each,
             "confirmed": self.looped.confirmed.as_ref().map(of),
-        })
+        });
+        if let (Some(failed), Some(fields)) = (&self.looped.failed, told.as_object_mut()) {
+            fields.insert("failed".into(), failed.as_str().into());
+        }
+        told
     }
 
     /// Writes what was recorded of the best drive.

@@ -39,6 +39,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
     let mut page = report::rendering::Page::of(args.band, jobs.len());
     let mut done: Vec<Value> = Vec::new();
     let mut failed: Vec<Value> = Vec::new();
+    let mut unfinished: Vec<String> = Vec::new();
     for job in &jobs {
         if several {
             say(&format!("{}:", job.called));
@@ -53,13 +54,27 @@ pub(crate) fn run(args: &Render) -> Outcome {
                 if let (Some(_), Some(corrected)) = (&args.report, &one.corrected) {
                     page.add(&job.called, one.level_db, &one.drive, &corrected.looped)?;
                 }
+                let looped = one.corrected.as_ref().map(|corrected| &corrected.looped);
+                if let Some(said) = looped.and_then(|looped| looped.failed.as_ref()) {
+                    let kept = format!("{said}; {} holds the best drive so far", job.out.display());
+                    if several {
+                        say(&format!("error: {kept}"));
+                    }
+                    unfinished.push(kept);
+                }
             }
             // What is wrong with one texture or person is not wrong with the next.
             Err(Failure::Data(error) | Failure::Usage(error)) if several => {
                 let why = sentence(&error);
                 say(&format!("error: {why}"));
+                if continues(&error) {
+                    unfinished.push(why.clone());
+                }
                 failed.push(json!({ "called": job.called, "target": job.target, "transfer": job.transfer, "why": why }));
                 page.refuse(&job.called, why);
+            }
+            Err(Failure::Data(error)) if continues(&error) => {
+                return Err(Failure::Data(anyhow!("{}; {CONTINUES}", sentence(&error))));
             }
             Err(failure) => return Err(failure),
         }
@@ -74,8 +89,11 @@ pub(crate) fn run(args: &Render) -> Outcome {
     } else {
         Raw::Kept
     };
-    for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
-        keeping::done(runs, raw)?;
+    // One that was broken off goes on with them.
+    if unfinished.is_empty() {
+        for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
+            keeping::done(runs, raw)?;
+        }
     }
     if args.json {
         match done.as_slice() {
@@ -84,6 +102,16 @@ pub(crate) fn run(args: &Render) -> Outcome {
         }
     } else if let Some(path) = &args.report {
         print(&format!("report: {}", path.display()))?;
+    }
+    if let ([kept], false) = (unfinished.as_slice(), several) {
+        return Err(Failure::Data(anyhow!("{kept}; {CONTINUES}")));
+    }
+    if !unfinished.is_empty() {
+        return Err(Failure::Data(anyhow!(
+            "{} of {} did not come to their end; {CONTINUES}",
+            unfinished.len(),
+            jobs.len()
+        )));
     }
     match (failed.len(), jobs.len()) {
         (0, _) => Ok(()),
@@ -94,6 +122,16 @@ pub(crate) fn run(args: &Render) -> Outcome {
             "{some} of {all} could not be rendered; the others were written"
         ))),
     }
+}
+
+/// What is said of a closed loop that did not come to its end.
+const CONTINUES: &str = "the same command continues with what was measured";
+
+/// Whether the same command continues with what was measured before this error.
+fn continues(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<ProcedureError>()
+        .is_some_and(ProcedureError::continues)
 }
 
 /// One texture for one finger.

@@ -91,6 +91,9 @@ pub struct Looped {
     pub gain: Option<Gain>,
     /// Why it ended.
     pub end: LoopEnd,
+    /// What the bench said when it failed, before the loop came to its end; none where it did not. What was measured until then
+    /// makes the drive that is kept.
+    pub failed: Option<String>,
     /// The drive that is kept.
     pub rendered: RenderedDrive,
     /// What was found when the drive that is kept was measured once more, by a measurement that did not choose it; none when that
@@ -195,6 +198,7 @@ pub fn closed_loop(
             // Whoever stops a loop goes on with it later: its runs are kept.
             Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
             Err(broken) if course.open.is_some() => {
+                course.failed = broken.of_the_bench();
                 course.end = LoopEnd::Broken(broken.into());
                 break;
             }
@@ -244,6 +248,7 @@ pub fn closed_loop(
         open: Some(open),
         best,
         end,
+        mut failed,
         ..
     } = course
     else {
@@ -313,6 +318,7 @@ pub fn closed_loop(
         }
         Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
         Err(broken) => {
+            failed = failed.or(broken.of_the_bench());
             rendered.doubts.push(Doubt::from(LoopDoubt::LoopStopped {
                 best: best.number,
                 why: format!("the drive that is kept could not be measured once more: {broken}"),
@@ -357,6 +363,7 @@ pub fn closed_loop(
         kept,
         gain,
         end,
+        failed,
         rendered,
         confirmed,
         recording,
@@ -373,6 +380,8 @@ struct Course {
     best: Option<Best>,
     since_best: usize,
     end: LoopEnd,
+    /// What the bench said when it failed.
+    failed: Option<String>,
 }
 
 impl Course {
