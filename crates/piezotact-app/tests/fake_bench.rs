@@ -27,6 +27,10 @@ fn prepared() -> Folder {
         "wrong.toml",
         "fault = { what = \"time_backwards\", at_s = 1 }\n",
     );
+    folder.write(
+        "short.toml",
+        "fault = { what = \"ends_early\", at_s = 1 }\n",
+    );
     folder
 }
 
@@ -73,6 +77,11 @@ fn a_drive_is_played_on_a_fake() {
             "mute.toml",
             "output of the scripted fake no longer answers",
             "the run ended early, after 1.",
+        ),
+        (
+            "short.toml",
+            "the 15000 samples announced with a drive of 3.00 s, found 5000 samples delivered",
+            "the run ended early, after 1.00 s",
         ),
         (
             "wrong.toml",
@@ -140,6 +149,14 @@ fn a_fake_is_characterised() {
     assert!(!folder.path("lost.json").exists());
     let said = told(&folder, "lost.parquet");
     assert!(said.contains("the run ended early, after 1.50 s"), "{said}");
+    // Without --record what was acquired is kept beside the output.
+    let done = characterise(&folder, "short.toml", "short.json", &[]);
+    done.expect_failure(1, &["30000 samples announced", "5000 samples delivered"]);
+    one_sentence(&done);
+    assert!(!folder.path("short.json").exists());
+    let kept = recordings(&folder, "short.json.runs");
+    assert_eq!(kept.len(), 1);
+    assert!(told(&folder, &kept[0]).contains("the run ended early, after 1.00 s"));
 }
 
 /// The recordings in a folder of runs.

@@ -28,6 +28,8 @@ const LONGEST_GAP_S: f64 = 60.0;
 /// The device's own time may depart by this, and by this share, from what the number of samples since the chunk before says: a
 /// driver's stamps are rounded, and further off samples were lost or repeated that it did not report.
 const TIME_OFF: (f64, f64) = (0.005, 0.001);
+/// The clocks of input and output may lie apart by this share.
+const CLOCKS_APART: f64 = 0.01;
 /// Playback and the rest behind it end within the length of the drive, and this much more, s.
 const ENDS_WITHIN_S: f64 = 60.0;
 
@@ -140,6 +142,8 @@ pub fn play_and_record(
         while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
             let Some(chunk) = bench.acquirer.next_chunk()? else {
                 run_of.over(run.until, &bench.stop)?;
+                let ended = bench.player.progress()?.ended;
+                run_of.as_long_as_the_drive(run.until, ended, &bench.stop)?;
                 break;
             };
             run_of.take(chunk, run.until)?;
@@ -336,13 +340,34 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// Checks that an input that says that the run is over was there until the playback ended.
+    fn as_long_as_the_drive(
+        &self,
+        until: Until,
+        playback_ended: bool,
+        stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
+        let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
+            return Ok(());
+        };
+        let announced = (drive_s * self.rate_hz()).floor();
+        let enough = self.samples as f64 >= announced * (1.0 - CLOCKS_APART);
+        if stop.is_stopped() || enough && playback_ended {
+            return Ok(());
+        }
+        self.broken(
+            format!("the {announced} samples announced with a drive of {drive_s:.2} s"),
+            format!("{} samples delivered", self.samples),
+        )
+    }
+
     /// Checks that a run until the end of playback comes to its end.
     fn in_time(&self, until: Until) -> Result<(), DeviceError> {
         let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
             return Ok(());
         };
         let acquired_s = self.at_s();
-        if acquired_s > drive_s * 1.01 + ENDS_WITHIN_S {
+        if acquired_s > drive_s * (1.0 + CLOCKS_APART) + ENDS_WITHIN_S {
             return self.broken(
                 format!("an end at most {ENDS_WITHIN_S} s behind a drive of {drive_s:.2} s"),
                 format!("samples for {acquired_s:.2} s"),
