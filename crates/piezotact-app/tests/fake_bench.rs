@@ -355,6 +355,27 @@ fn a_panel_is_measured_on_a_fake() {
     };
     panel("gaps.toml", "people").expect_success();
     assert_eq!(recordings(&folder, "people/raw").len(), 2);
+    // It goes on with the same script, or not at all; a panel of before does not say what the script held.
+    let measured = "2 of 2 measurements are there already";
+    let again = panel("gaps.toml", "people");
+    again.expect_success();
+    assert!(again.err().contains(measured), "{}", again.err());
+    let written = std::fs::read_to_string(folder.path("people/panel.json")).unwrap();
+    folder.write("gaps.toml", "device = { gain_m_s2 = 24.0 }\n");
+    let done = panel("gaps.toml", "people");
+    done.expect_failure(
+        2,
+        &[
+            "gaps.toml as it was when the panel was begun",
+            "another folder",
+        ],
+    );
+    one_sentence(&done);
+    let mut before: serde_json::Value = serde_json::from_str(&written).unwrap();
+    let files = before.as_object_mut().unwrap().remove("bench_files");
+    assert_eq!(files.unwrap()[0]["file"], "gaps.toml");
+    folder.write("people/panel.json", before.to_string());
+    panel("gaps.toml", "people").expect_success();
     let done = panel("lost.toml", "lost");
     done.expect_failure(1, &[LOST]);
     one_sentence(&done);

@@ -42,7 +42,7 @@ pub use journal::{
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
-    Adopted, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
+    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
     function_of_any_unit, panel_of,
 };
 pub use sample_set::{known_sample_sets, read_sample_set};

@@ -9,7 +9,7 @@ use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excit
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_dataset::{Adopted, PanelFolder, RunFolder, TransferDocument};
+use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
@@ -35,7 +35,10 @@ pub(crate) fn run(args: &Run) -> Outcome {
     let gating = gating(&args.gate)?;
     let mut folder = open_or_begin(&args.out)?;
     let campaign = campaign(args);
-    folder.begin(&campaign).map_err(usage)?;
+    let made_of = args.bench.file().map(BenchFile::of).transpose()?;
+    folder
+        .begin(&campaign, made_of.into_iter().collect())
+        .map_err(usage)?;
     let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
     for unreadable in folder.set_aside_unreadable(&all)? {
         say(&unreadable);
