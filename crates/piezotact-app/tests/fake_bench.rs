@@ -291,8 +291,9 @@ fn a_closed_loop_that_loses_its_device_goes_on_later() {
     let folder = prepared();
     characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
     folder.write("rough.wav", wav(noise(10_000).map(|v| 0.7 * v), 5_000));
-    // Silence of 4 s and the open loop's two runs of 2 s each are over; a batch opens the bench for each texture.
-    let lost = "lost = { half = \"input\", after_s = 9.5 }\n";
+    // Silence of 4 s and the open loop's two runs of 2 s each, with a rest behind each, are over; a batch opens the bench anew
+    // for each texture.
+    let lost = "lost = { half = \"input\", after_s = 10.5 }\n";
     for (targets, out) in [
         (vec!["texture.wav"], "d.wav"),
         (vec!["texture.wav", "rough.wav"], "drives"),
@@ -306,7 +307,7 @@ fn a_closed_loop_that_loses_its_device_goes_on_later() {
             &["--discard-raw"],
         ));
         assert_eq!(code, Some(1), "{said}");
-        assert!(said.contains("no longer answers after 9.50 s"), "{said}");
+        assert!(said.contains("no longer answers after 10.50 s"), "{said}");
         assert!(said.contains("holds the best drive so far"), "{said}");
         let last = said.lines().last().unwrap();
         assert!(

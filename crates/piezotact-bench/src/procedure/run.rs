@@ -9,6 +9,7 @@ use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
 };
+use piezotact::series::filled;
 use piezotact::statistics::mean;
 use piezotact::{Doubt, criterion::Outcome};
 
@@ -408,24 +409,22 @@ impl<'a> Run<'a> {
     /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.
     fn fill(&mut self, lost: u64, next: &[f64], until: Until) -> Result<(), ProcedureError> {
         let last = self.last.clone().unwrap_or_else(|| next.to_vec());
-        let steps = (lost + 1) as f64;
-        let most = (self.rate_hz() as u64).max(1);
-        let mut from = 1;
-        while from <= lost {
-            let to = (from + most - 1).min(lost);
-            let line = |(last, next): (&f64, &f64)| {
-                let at = |k: u64| last + (next - last) * k as f64 / steps;
-                (from..=to).map(at).collect()
-            };
-            let filled = RunChunk {
+        let lines = last.iter().zip(next);
+        let mut lines: Vec<_> = lines
+            .map(|(last, next)| filled(*last, *next, lost))
+            .collect();
+        let most = (self.rate_hz() as usize).max(1);
+        loop {
+            let chunk = RunChunk {
                 first: self.samples,
-                channels: last.iter().zip(next).map(line).collect(),
+                channels: lines.iter_mut().map(|l| l.take(most).collect()).collect(),
                 ..RunChunk::default()
             };
-            self.hand_on(filled, until)?;
-            from = to + 1;
+            if chunk.is_empty() {
+                return Ok(());
+            }
+            self.hand_on(chunk, until)?;
         }
-        Ok(())
     }
 
     fn hand_on(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {

@@ -412,6 +412,43 @@ mod tests {
         }
     }
 
+    /// A newer format is named as that; where all of it reads as today's, its header alone is wrong.
+    #[test]
+    fn a_journal_of_another_format_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        writer.append(&second(0)).unwrap();
+        drop(writer);
+        let whole = std::fs::read(journal_path(&path)).unwrap();
+        let changed = folder.path().join("c.parquet.part");
+        let read = |bytes: &[u8]| {
+            std::fs::write(&changed, bytes).unwrap();
+            let options = crate::ReadOptions::default();
+            crate::read_recording(&changed, &options).map_err(|error| error.to_string())
+        };
+        let mut header = whole.clone();
+        header[5] = 2;
+        let recording = read(&header).unwrap().recording;
+        assert_eq!(recording.len(), 100);
+        let said = recording.doubts[0].to_string();
+        assert!(
+            said.contains("format 2, this version reads up to 1"),
+            "{said}"
+        );
+        // Blocks of another kind.
+        let newer: Vec<u8> = header[..8].iter().copied().chain(*b"otherwise").collect();
+        let said = read(&newer).unwrap_err();
+        assert!(
+            said.contains("format 1 or before") && said.contains("found format 2"),
+            "{said}"
+        );
+        let mut damaged = whole.clone();
+        damaged[1] = b'?';
+        let said = read(&damaged).unwrap().recording.doubts[0].to_string();
+        assert!(said.contains("damaged at 1 places: no samples"), "{said}");
+    }
+
     #[test]
     fn a_damaged_file_is_a_sentence() {
         let folder = tempfile::tempdir().unwrap();
