@@ -106,6 +106,11 @@ impl Sink for Kept {
             journal.take(document)?;
         }
         match document {
+            RunDocument::Start(_) => {
+                if let Some(journal) = &mut self.journal {
+                    say_moved(journal);
+                }
+            }
             RunDocument::Chunk(chunk) => {
                 let tenths = chunk.len() as f64 / self.rate_hz * 10.0;
                 self.bar.inc(tenths.round() as u64);
@@ -114,16 +119,34 @@ impl Sink for Kept {
                 if self.own {
                     self.bar.finish_and_clear();
                 }
-                for moved in self.journal.iter().flat_map(JournalSink::moved) {
-                    say(&format!(
-                        "the recording of that name that was there is kept as {}",
-                        moved.display()
-                    ));
+                if let Some(journal) = &mut self.journal {
+                    say_moved(journal);
                 }
             }
-            RunDocument::Start(_) | RunDocument::Judged(_) => {}
+            RunDocument::Judged(_) => {}
         }
         Ok(None)
+    }
+}
+
+/// Says where what stood in the way of a recording is kept now, and what was removed of it.
+pub(crate) fn say_moved(journal: &mut JournalSink) {
+    let (moved, removed) = journal.take_moved();
+    say_removed(removed);
+    for moved in moved {
+        say(&format!(
+            "the recording of that name that was there is kept as {}",
+            moved.display()
+        ));
+    }
+}
+
+/// Says how many half copies were removed.
+fn say_removed(removed: usize) {
+    if removed > 0 {
+        say(&format!(
+            "removed {removed} half copies that an interrupted command left; what it recorded is kept in its journal"
+        ));
     }
 }
 
@@ -131,7 +154,14 @@ impl Sink for Kept {
 pub(crate) fn runs_of(out: &Path) -> Outcome<RunFolder> {
     let mut name = out.as_os_str().to_owned();
     name.push(".runs");
-    Ok(RunFolder::take(Path::new(&name))?)
+    runs_in(Path::new(&name))
+}
+
+/// The folder of raw recordings at `path`, for this command alone, without what a killed one left half finished.
+pub(crate) fn runs_in(path: &Path) -> Outcome<RunFolder> {
+    let folder = RunFolder::take(path)?;
+    say_removed(folder.clean());
+    Ok(folder)
 }
 
 /// Goes on with the runs in `folder` where a procedure was interrupted. The runs of a procedure that came to its end are put aside:

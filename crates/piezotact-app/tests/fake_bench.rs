@@ -99,6 +99,20 @@ fn a_drive_is_played_on_a_fake() {
 }
 
 #[test]
+fn the_help_names_the_fake() {
+    let folder = Folder::new();
+    for command in [
+        vec!["characterise"],
+        vec!["render"],
+        vec!["play"],
+        vec!["panel", "run"],
+    ] {
+        let help = folder.run(&[command, vec!["--help"]].concat()).out();
+        assert!(help.contains("fake:FILE.toml"), "{help}");
+    }
+}
+
+#[test]
 fn scripts_that_are_none_are_refused() {
     let folder = prepared();
     folder.write("bad.toml", "clock_ppm = 2e6\n");
@@ -383,6 +397,44 @@ fn a_panel_is_measured_on_a_fake() {
     let kept = recordings(&folder, "lost/raw");
     assert_eq!(kept.len(), 1);
     assert!(told(&folder, &kept[0]).contains("the run ended early, after 1.50 s"));
+}
+
+/// What a command that was ended while it finished a recording has left: `info` reads the journal, and the next command of that
+/// name removes half copies, keeps the journal, and says both.
+#[test]
+fn what_an_ended_command_left_is_cleaned_up() {
+    let folder = prepared();
+    folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.1]\n");
+    let bench = ["--bench", "fake:paced.toml", "--record", "m.parquet"];
+    let arguments = [vec!["play", "drive.wav"], bench.to_vec()].concat();
+    let mut child = folder.command(&arguments);
+    let mut child = child.stderr(Stdio::null()).spawn().unwrap();
+    let began = Instant::now();
+    let length = || std::fs::metadata(folder.path("m.parquet.part")).map_or(0, |part| part.len());
+    while length() < 20_000 {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    folder.write(".piezotact-unfinished-m.parquet.whole-a1.tmp", "half");
+    folder.write("m.parquet.whole", "half");
+    let said = told(&folder, "m.parquet");
+    assert!(
+        said.contains("journal of an interrupted recording"),
+        "{said}"
+    );
+    let done = play(&folder, "good.toml", "m.parquet");
+    done.expect_success();
+    for part in [
+        "removed 2 half copies",
+        "is kept as m.parquet.interrupted-1.part",
+    ] {
+        assert!(done.err().contains(part), "{}", done.err());
+    }
+    let mut left = folder.names();
+    left.retain(|name| name.contains("m.parquet"));
+    assert_eq!(left, ["m.parquet", "m.parquet.interrupted-1.part"]);
 }
 
 /// Ctrl-C in a run in real time: it ends in order, and what was acquired is kept.

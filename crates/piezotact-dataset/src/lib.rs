@@ -31,13 +31,13 @@ pub mod uff;
 mod version;
 pub mod wav;
 
-pub use atomic::write_atomically;
+pub use atomic::{check_place, write_atomically};
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
 pub use journal::{
-    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path,
+    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, set_aside_path,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};

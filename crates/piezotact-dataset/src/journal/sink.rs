@@ -6,6 +6,7 @@ use piezotact::recording::Recording;
 use piezotact::run::{Ended, Judged, RunDocument, RunEnd, RunStart, Sink, SinkError};
 
 use super::{JournalWriter, StartDocument};
+use crate::atomic::{UNFINISHED, remove_left_behind};
 use crate::error::{ReadError, WriteError};
 use crate::lock::{Lock, LockFile, NoLock};
 use crate::recording_file::Stored;
@@ -18,6 +19,7 @@ pub struct JournalSink {
     rendering: Option<Rendering>,
     writer: Option<JournalWriter>,
     moved: Vec<PathBuf>,
+    removed: usize,
 }
 
 impl JournalSink {
@@ -29,13 +31,17 @@ impl JournalSink {
             rendering,
             writer: None,
             moved: Vec::new(),
+            removed: 0,
         }
     }
 
-    /// Where recordings and journals of the same name that were there before are kept now.
-    #[must_use]
-    pub fn moved(&self) -> &[PathBuf] {
-        &self.moved
+    /// Where recordings and journals of the same name that were there before are kept now, and how many half copies of them were
+    /// removed, since this was asked last.
+    pub fn take_moved(&mut self) -> (Vec<PathBuf>, usize) {
+        (
+            std::mem::take(&mut self.moved),
+            std::mem::take(&mut self.removed),
+        )
     }
 
     fn end(&mut self, end: &RunEnd) -> Result<(), WriteError> {
@@ -55,7 +61,8 @@ impl Sink for JournalSink {
             RunDocument::Start(start) => {
                 let start = StartDocument::of(start, self.rendering.take());
                 let writer = JournalWriter::create(&self.path, start)?;
-                self.moved.extend(writer.set_aside().map(Path::to_owned));
+                self.moved.extend(writer.set_aside().iter().cloned());
+                self.removed = writer.removed();
                 self.writer = Some(writer);
             }
             RunDocument::Chunk(chunk) => {
@@ -182,6 +189,13 @@ impl RunFolder {
         Ok(JournalSink::new(&self.file(start), None))
     }
 
+    /// Removes what a program that was killed has left unfinished in the folder: half copies of what journals hold. How many files
+    /// that were.
+    #[must_use = "somebody should be told"]
+    pub fn clean(&self) -> usize {
+        remove_left_behind(&self.path, UNFINISHED)
+    }
+
     /// Puts the folder aside under the first free `NAME.before-N`, where it is there.
     ///
     /// # Errors
@@ -212,6 +226,7 @@ impl RunFolder {
         if !self.path.is_dir() {
             return Ok(());
         }
+        let _on_purpose = self.clean();
         for entry in std::fs::read_dir(&self.path).map_err(io())? {
             let path = entry.map_err(io())?.path();
             if is_run(&path) {

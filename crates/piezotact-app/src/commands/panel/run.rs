@@ -9,7 +9,7 @@ use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excit
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocument};
+use piezotact_dataset::{Adopted, BenchFile, PanelFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
@@ -18,7 +18,7 @@ use crate::cli::panel::Run;
 use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
-use crate::keeping::{Keeper, Place, Shown};
+use crate::keeping::{Keeper, Place, Shown, runs_in};
 use crate::output::{print, print_json, progress, say};
 
 /// The folder of the raw recordings in that of a panel.
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
             all.len()
         ));
     }
-    let raw = RunFolder::take(&args.out.join(RAW))?;
+    let raw = runs_in(&args.out.join(RAW))?;
     let (mut measured, mut reused) = (0, 0);
     for person in &people {
         let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();

@@ -19,10 +19,10 @@ use piezotact::transfer::TransferFunction;
 use piezotact_bench::ProcedureError;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, RunFolder, journal_path, read_device, read_transfer};
+use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
 use serde_json::{Value, json};
 
-use super::{bench_failure, inspected, outputs, rate_option, texture};
+use super::{bench_failure, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::keeping::{self, Raw, go_on, runs_of};
@@ -206,7 +206,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             let record = job.record.iter();
             [job.out.clone(), sidecar_path(&job.out)]
                 .into_iter()
-                .chain(record.flat_map(|record| [record.clone(), journal_path(record)]))
+                .chain(record.flat_map(|record| recording_files(record)))
         })
         .chain(args.report.clone())
         .collect();
