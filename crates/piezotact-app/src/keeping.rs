@@ -227,7 +227,12 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
                 .take();
             match running {
                 Some(handle) => handle.stop(),
-                None => std::process::exit(130),
+                None => {
+                    say(
+                        "ended at once: what was acquired stands in its journal, which `piezotact info` reads by the name of the recording; the next command of that name keeps it and removes what is half written",
+                    );
+                    std::process::exit(130)
+                }
             }
         });
         // Without a handler Ctrl-C ends the program, and the journal keeps what was acquired.

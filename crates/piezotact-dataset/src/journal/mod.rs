@@ -448,7 +448,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("r.parquet");
         let mut writer = JournalWriter::create(&path, start()).unwrap();
-        writer.append(&second(0)).unwrap();
+        for of in 0..2 {
+            writer.append(&second(of)).unwrap();
+        }
         drop(writer);
         let whole = std::fs::read(journal_path(&path)).unwrap();
         let changed = folder.path().join("c.parquet.part");
@@ -460,19 +462,23 @@ mod tests {
         let mut header = whole.clone();
         header[5] = 2;
         let recording = read(&header).unwrap().recording;
-        assert_eq!(recording.len(), 100);
+        assert_eq!(recording.len(), 200);
         let said = recording.doubts[0].to_string();
         assert!(
             said.contains("format 2, this version reads up to 1"),
             "{said}"
         );
-        // Blocks of another kind.
+        // Other blocks, all of them or one.
         let newer: Vec<u8> = header[..8].iter().copied().chain(*b"otherwise").collect();
-        let said = read(&newer).unwrap_err();
-        assert!(
-            said.contains("format 1 or before") && said.contains("found format 2"),
-            "{said}"
-        );
+        let mut one = header.clone();
+        one[whole.len() / 2] ^= 1;
+        for bytes in [newer, one] {
+            let said = read(&bytes).unwrap_err();
+            assert!(
+                said.contains("format 1 or before") && said.contains("found format 2"),
+                "{said}"
+            );
+        }
         let mut damaged = whole.clone();
         damaged[1] = b'?';
         let said = read(&damaged).unwrap().recording.doubts[0].to_string();

@@ -45,21 +45,29 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         ..
     } = blocks_of(&bytes);
     let header = Header::of(&bytes);
+    let unreadable = |found: &str| match header {
+        Header::Format(format) if format > FORMAT => newer(format.into()),
+        _ => damaged(found),
+    };
     let start = blocks.iter().find_map(|block| match block {
         Block::Start(text) => Some(text),
         _ => None,
     });
     let mut start: StartDocument = start
-        .ok_or_else(|| match header {
-            Header::Format(found) => newer(found.into()),
-            Header::Ours | Header::Damaged => damaged("one without a start document"),
-        })
+        .ok_or_else(|| unreadable("one without a start document"))
         .and_then(|text| {
             serde_json::from_str(text)
-                .map_err(|error| damaged(&format!("a start that says {error}")))
+                .map_err(|error| unreadable(&format!("a start that says {error}")))
         })?;
     if start.format > StartDocument::FORMAT {
         return Err(newer(start.format));
+    }
+    // What is no block of today's format may be one of a newer one.
+    if let Header::Format(format) = header
+        && format > FORMAT
+        && damages > 0
+    {
+        return Err(newer(format.into()));
     }
     let mut samples = vec![Vec::new(); start.channels.len()];
     let mut lost = Vec::new();
