@@ -108,7 +108,7 @@ pub fn is_sample(value: f64) -> bool {
 
 /// The `missing` samples between `before` and `after` on the straight line between the two, which are left out; in their unit.
 ///
-/// Formula: x_k = before + (after − before)·k/(n + 1), k = 1 … n.
+/// Formula: x(k) = before + (after − before)·k/(n + 1), k = 1 … n.
 ///
 /// Source: house rule; what stands in the place of lost samples keeps the time of what follows, and a doubt says where it stands.
 ///

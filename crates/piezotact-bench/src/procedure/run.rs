@@ -143,8 +143,8 @@ pub fn play_and_record(
         while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
             let Some(chunk) = bench.acquirer.next_chunk()? else {
                 run_of.over(run.until, &bench.stop)?;
-                let ended = bench.player.progress()?.ended;
-                run_of.as_long_as_the_drive(run.until, ended, &bench.stop)?;
+                let now = bench.player.progress()?;
+                run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
                 break;
             };
             run_of.take(chunk, run.until)?;
@@ -345,7 +345,7 @@ impl<'a> Run<'a> {
     fn as_long_as_the_drive(
         &self,
         until: Until,
-        playback_ended: bool,
+        now: PlayProgress,
         stop: &StopHandle,
     ) -> Result<(), DeviceError> {
         let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
@@ -353,7 +353,7 @@ impl<'a> Run<'a> {
         };
         let announced = (drive_s * self.rate_hz()).floor();
         let enough = self.samples as f64 >= announced * (1.0 - CLOCKS_APART);
-        if stop.is_stopped() || enough && playback_ended {
+        if stop.is_stopped() || enough && now.ended {
             return Ok(());
         }
         self.broken(
