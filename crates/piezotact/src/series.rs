@@ -115,9 +115,9 @@ pub fn is_sample(value: f64) -> bool {
 /// ```
 /// use piezotact::series::filled;
 ///
-/// assert_eq!(filled(1.0, 3.0, 3).collect::<Vec<_>>(), [1.5, 2.0, 2.5]);
+/// assert_eq!(filled([1.0, 3.0], 3).collect::<Vec<_>>(), [1.5, 2.0, 2.5]);
 /// ```
-pub fn filled(before: f64, after: f64, missing: u64) -> impl Iterator<Item = f64> {
+pub fn filled([before, after]: [f64; 2], missing: u64) -> impl Iterator<Item = f64> {
     let steps = (missing + 1) as f64;
     (1..=missing).map(move |k| before + (after - before) * k as f64 / steps)
 }
@@ -164,11 +164,11 @@ mod tests {
 
     #[test]
     fn a_gap_is_filled_by_a_straight_line() {
-        assert_eq!(filled(2.0, -1.0, 2).collect::<Vec<_>>(), [1.0, 0.0]);
-        assert_eq!(filled(5.0, 7.0, 0).count(), 0);
+        assert_eq!(filled([2.0, -1.0], 2).collect::<Vec<_>>(), [1.0, 0.0]);
+        assert_eq!(filled([5.0, 7.0], 0).count(), 0);
         // A part of a long gap is what the whole holds there.
-        let whole: Vec<f64> = filled(0.1, 0.7, 1000).collect();
-        let part: Vec<f64> = filled(0.1, 0.7, 1000).skip(400).take(100).collect();
+        let whole: Vec<f64> = filled([0.1, 0.7], 1000).collect();
+        let part: Vec<f64> = filled([0.1, 0.7], 1000).skip(400).take(100).collect();
         assert_eq!(part, whole[400..500]);
     }
 

@@ -411,7 +411,7 @@ impl<'a> Run<'a> {
         let last = self.last.clone().unwrap_or_else(|| next.to_vec());
         let lines = last.iter().zip(next);
         let mut lines: Vec<_> = lines
-            .map(|(last, next)| filled(*last, *next, lost))
+            .map(|(last, next)| filled([*last, *next], lost))
             .collect();
         let most = (self.rate_hz() as usize).max(1);
         loop {

@@ -149,7 +149,7 @@ fn fill(samples: &mut [Vec<f64>], next: &RunChunk, lost: &mut Vec<(u64, u64)>) -
     for (channel, new) in samples.iter_mut().zip(&next.channels) {
         let to = new.first().copied().unwrap_or(0.0);
         let from = channel.last().copied().unwrap_or(to);
-        channel.extend(filled(from, to, missing));
+        channel.extend(filled([from, to], missing));
     }
     lost.push((have, missing));
     Some(())
