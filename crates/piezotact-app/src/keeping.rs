@@ -106,6 +106,11 @@ impl Sink for Kept {
             journal.take(document)?;
         }
         match document {
+            RunDocument::Start(_) => {
+                if let Some(journal) = &mut self.journal {
+                    say_moved(journal);
+                }
+            }
             RunDocument::Chunk(chunk) => {
                 let tenths = chunk.len() as f64 / self.rate_hz * 10.0;
                 self.bar.inc(tenths.round() as u64);
@@ -114,44 +119,67 @@ impl Sink for Kept {
                 if self.own {
                     self.bar.finish_and_clear();
                 }
-                for moved in self.journal.iter().flat_map(JournalSink::moved) {
-                    say(&format!(
-                        "the recording of that name that was there is kept as {}",
-                        moved.display()
-                    ));
+                if let Some(journal) = &mut self.journal {
+                    say_moved(journal);
                 }
             }
-            RunDocument::Start(_) | RunDocument::Judged(_) | RunDocument::Event(_) => {}
+            RunDocument::Judged(_) | RunDocument::Event(_) => {}
         }
         Ok(None)
     }
 }
 
-/// The folder of the raw recordings behind `out`: `OUT.runs`.
-pub(crate) fn runs_of(out: &Path) -> PathBuf {
-    let mut name = out.as_os_str().to_owned();
-    name.push(".runs");
-    name.into()
-}
-
-/// The folder of the runs behind `out`, to go on with where a procedure was interrupted. The runs of a procedure that came to its end are
-/// put aside: what is measured today is not taken from before.
-pub(crate) fn continued(out: &Path) -> Outcome<RunFolder> {
-    let path = runs_of(out);
-    if path.join(RunFolder::DONE).exists() {
-        RunFolder::new(&path).set_aside()?;
-    } else if path.is_dir() {
+/// Says where what stood in the way of a recording is kept now, and what was removed of it.
+pub(crate) fn say_moved(journal: &mut JournalSink) {
+    let (moved, removed) = journal.take_moved();
+    say_removed(removed);
+    for moved in moved {
         say(&format!(
-            "{}: goes on with the runs of an interrupted command; remove the folder to measure all of them again",
-            path.display()
+            "the recording of that name that was there is kept as {}",
+            moved.display()
         ));
     }
-    Ok(RunFolder::new(&path))
 }
 
-/// Says that the procedure behind `out` came to its end; its runs are kept, or discarded on purpose.
-pub(crate) fn done(out: &Path, raw: Raw) -> Outcome {
-    let folder = RunFolder::new(&runs_of(out));
+/// Says how many half copies were removed.
+fn say_removed(removed: usize) {
+    if removed > 0 {
+        say(&format!(
+            "removed {removed} half copies that an interrupted command left; what it recorded is kept in its journal"
+        ));
+    }
+}
+
+/// The folder of the raw recordings behind `out`, `OUT.runs`, for this command alone.
+pub(crate) fn runs_of(out: &Path) -> Outcome<RunFolder> {
+    let mut name = out.as_os_str().to_owned();
+    name.push(".runs");
+    runs_in(Path::new(&name))
+}
+
+/// The folder of raw recordings at `path`, for this command alone, without what a killed one left half finished.
+pub(crate) fn runs_in(path: &Path) -> Outcome<RunFolder> {
+    let folder = RunFolder::take(path)?;
+    say_removed(folder.clean());
+    Ok(folder)
+}
+
+/// Goes on with the runs in `folder` where a procedure was interrupted. The runs of a procedure that came to its end are put aside:
+/// what is measured today is not taken from before.
+pub(crate) fn go_on(folder: &RunFolder) -> Outcome {
+    if folder.is_interrupted() {
+        say(&format!(
+            "{}: goes on with the runs of an interrupted command; remove the folder to measure all of them again",
+            folder.path().display()
+        ));
+    } else {
+        folder.set_aside()?;
+    }
+    Ok(())
+}
+
+/// Says that the procedure with its runs in `folder` came to its end; they are kept, or discarded on purpose.
+pub(crate) fn done(folder: &RunFolder, raw: Raw) -> Outcome {
     match raw {
         Raw::Discarded => folder.discard()?,
         Raw::Kept if folder.path().is_dir() => {
@@ -199,7 +227,12 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
                 .take();
             match running {
                 Some(handle) => handle.stop(),
-                None => std::process::exit(130),
+                None => {
+                    say(
+                        "ended at once: what was acquired stands in its journal, which `piezotact info` reads by the name of the recording; the next command of that name keeps it and removes what is half written",
+                    );
+                    std::process::exit(130)
+                }
             }
         });
         // Without a handler Ctrl-C ends the program, and the journal keeps what was acquired.

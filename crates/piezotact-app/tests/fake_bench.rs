@@ -3,6 +3,9 @@
 
 mod support;
 
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
 use support::{Done, Folder, noise, wav};
 
 const FAULTS: &str =
@@ -23,6 +26,10 @@ fn prepared() -> Folder {
     folder.write(
         "wrong.toml",
         "fault = { what = \"time_backwards\", at_s = 1 }\n",
+    );
+    folder.write(
+        "short.toml",
+        "fault = { what = \"ends_early\", at_s = 1 }\n",
     );
     folder
 }
@@ -72,6 +79,11 @@ fn a_drive_is_played_on_a_fake() {
             "the run ended early, after 1.",
         ),
         (
+            "short.toml",
+            "the 15000 samples announced with a drive of 3.00 s, found 5000 samples delivered",
+            "the run ended early, after 1.00 s",
+        ),
+        (
             "wrong.toml",
             "a device time that does not run backwards",
             "the run ended early, after 1.00 s",
@@ -83,6 +95,20 @@ fn a_drive_is_played_on_a_fake() {
         one_sentence(&done);
         let said = told(&folder, &record);
         assert!(said.contains(early), "{script}: {said}");
+    }
+}
+
+#[test]
+fn the_help_names_the_fake() {
+    let folder = Folder::new();
+    for command in [
+        vec!["characterise"],
+        vec!["render"],
+        vec!["play"],
+        vec!["panel", "run"],
+    ] {
+        let help = folder.run(&[command, vec!["--help"]].concat()).out();
+        assert!(help.contains("fake:FILE.toml"), "{help}");
     }
 }
 
@@ -137,6 +163,14 @@ fn a_fake_is_characterised() {
     assert!(!folder.path("lost.json").exists());
     let said = told(&folder, "lost.parquet");
     assert!(said.contains("the run ended early, after 1.50 s"), "{said}");
+    // Without --record what was acquired is kept beside the output.
+    let done = characterise(&folder, "short.toml", "short.json", &[]);
+    done.expect_failure(1, &["30000 samples announced", "5000 samples delivered"]);
+    one_sentence(&done);
+    assert!(!folder.path("short.json").exists());
+    let kept = recordings(&folder, "short.json.runs");
+    assert_eq!(kept.len(), 1);
+    assert!(told(&folder, &kept[0]).contains("the run ended early, after 1.00 s"));
 }
 
 /// The recordings in a folder of runs.
@@ -186,7 +220,10 @@ fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
     let done = render("late.toml", "late.wav");
     done.expect_failure(
         1,
-        &["input of the scripted fake no longer answers after 5.50 s"],
+        &[
+            "input of the scripted fake no longer answers after 5.50 s",
+            "the same command continues with what was measured",
+        ],
     );
     one_sentence(&done);
     assert!(!folder.path("late.wav").exists());
@@ -194,6 +231,117 @@ fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
     assert_eq!(kept.len(), 2, "{kept:?}");
     let early = |file: &&String| told(&folder, file).contains("the run ended early");
     assert_eq!(kept.iter().filter(early).count(), 1);
+}
+
+/// A closed loop is rendered from `targets` into `out`.
+fn looped(folder: &Folder, targets: &[&str], script: &str, out: &str, more: &[&str]) -> Command {
+    let bench = format!("fake:{script}");
+    let mut arguments = vec!["render"];
+    arguments.extend(targets);
+    arguments.extend([
+        "--transfer",
+        "tf.json",
+        "--scale",
+        "2 m/s2",
+        "--mode",
+        "texture",
+        "--iterations",
+        "1",
+        "--bench",
+        &bench,
+        "--out",
+        out,
+    ]);
+    arguments.extend(more);
+    folder.command(&arguments)
+}
+
+fn ended(mut command: Command) -> (Option<i32>, String) {
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), said)
+}
+
+/// The runs of a command that still runs are its own: another one on the same output is refused, and a killed one holds nobody up.
+#[test]
+fn one_closed_loop_at_a_time_has_the_runs_of_an_output() {
+    let folder = prepared();
+    characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
+    folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.2]\n");
+    let mut first = looped(&folder, &["texture.wav"], "paced.toml", "d.wav", &[])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    while !folder.path("d.wav.runs").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let discard = ["--discard-raw"];
+    let second = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
+    let (code, said) = ended(second);
+    assert_eq!(code, Some(1), "{said}");
+    let who = format!("process {}, which still measures into it", first.id());
+    assert!(
+        said.contains(&who) && said.contains("give another output"),
+        "{said}"
+    );
+    assert!(folder.path("d.wav.runs").exists());
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let again = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
+    let (code, said) = ended(again);
+    assert_eq!(code, Some(0), "{said}");
+    let left = folder.names();
+    assert!(
+        !left.iter().any(|name| name.starts_with("d.wav.runs")),
+        "{left:?}"
+    );
+}
+
+/// A closed loop whose device is lost fails, keeps what it has, and goes on with the same command; so does a batch.
+#[test]
+fn a_closed_loop_that_loses_its_device_goes_on_later() {
+    let folder = prepared();
+    characterise(&folder, "good.toml", "tf.json", &[]).expect_success();
+    folder.write("rough.wav", wav(noise(10_000).map(|v| 0.7 * v), 5_000));
+    // Silence of 4 s and the open loop's two runs of 2 s each, with a rest behind each, are over; a batch opens the bench anew
+    // for each texture.
+    let lost = "lost = { half = \"input\", after_s = 10.5 }\n";
+    for (targets, out) in [
+        (vec!["texture.wav"], "d.wav"),
+        (vec!["texture.wav", "rough.wav"], "drives"),
+    ] {
+        folder.write("bench.toml", lost);
+        let (code, said) = ended(looped(
+            &folder,
+            &targets,
+            "bench.toml",
+            out,
+            &["--discard-raw"],
+        ));
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("no longer answers after 10.50 s"), "{said}");
+        assert!(said.contains("holds the best drive so far"), "{said}");
+        let last = said.lines().last().unwrap();
+        assert!(
+            last.contains("the same command continues with what was measured"),
+            "{said}"
+        );
+        folder.write("bench.toml", "");
+        let (code, said) = ended(looped(
+            &folder,
+            &targets,
+            "bench.toml",
+            out,
+            &["--discard-raw"],
+        ));
+        assert_eq!(code, Some(0), "{said}");
+        let taken = said.matches("were taken from the interrupted").count();
+        assert_eq!(taken, targets.len(), "{said}");
+    }
+    assert!(!folder.path("d.wav.runs").exists());
+    assert_eq!(std::fs::read_dir(folder.path("drives")).unwrap().count(), 4);
 }
 
 #[test]
@@ -222,6 +370,27 @@ fn a_panel_is_measured_on_a_fake() {
     };
     panel("gaps.toml", "people").expect_success();
     assert_eq!(recordings(&folder, "people/raw").len(), 2);
+    // It goes on with the same script, or not at all; a panel of before does not say what the script held.
+    let measured = "2 of 2 measurements are there already";
+    let again = panel("gaps.toml", "people");
+    again.expect_success();
+    assert!(again.err().contains(measured), "{}", again.err());
+    let written = std::fs::read_to_string(folder.path("people/panel.json")).unwrap();
+    folder.write("gaps.toml", "device = { gain_m_s2 = 24.0 }\n");
+    let done = panel("gaps.toml", "people");
+    done.expect_failure(
+        2,
+        &[
+            "gaps.toml as it was when the panel was begun",
+            "another folder",
+        ],
+    );
+    one_sentence(&done);
+    let mut before: serde_json::Value = serde_json::from_str(&written).unwrap();
+    let files = before.as_object_mut().unwrap().remove("bench_files");
+    assert_eq!(files.unwrap()[0]["file"], "gaps.toml");
+    folder.write("people/panel.json", before.to_string());
+    panel("gaps.toml", "people").expect_success();
     let done = panel("lost.toml", "lost");
     done.expect_failure(1, &[LOST]);
     one_sentence(&done);
@@ -230,13 +399,49 @@ fn a_panel_is_measured_on_a_fake() {
     assert!(told(&folder, &kept[0]).contains("the run ended early, after 1.50 s"));
 }
 
+/// What a command that was ended while it finished a recording has left: `info` reads the journal, and the next command of that
+/// name removes half copies, keeps the journal, and says both.
+#[test]
+fn what_an_ended_command_left_is_cleaned_up() {
+    let folder = prepared();
+    folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.1]\n");
+    let bench = ["--bench", "fake:paced.toml", "--record", "m.parquet"];
+    let arguments = [vec!["play", "drive.wav"], bench.to_vec()].concat();
+    let mut child = folder.command(&arguments);
+    let mut child = child.stderr(Stdio::null()).spawn().unwrap();
+    let began = Instant::now();
+    let length = || std::fs::metadata(folder.path("m.parquet.part")).map_or(0, |part| part.len());
+    while length() < 20_000 {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    folder.write(".piezotact-unfinished-m.parquet.whole-a1.tmp", "half");
+    folder.write("m.parquet.whole", "half");
+    let said = told(&folder, "m.parquet");
+    assert!(
+        said.contains("journal of an interrupted recording"),
+        "{said}"
+    );
+    let done = play(&folder, "good.toml", "m.parquet");
+    done.expect_success();
+    for part in [
+        "removed 2 half copies",
+        "is kept as m.parquet.interrupted-1.part",
+    ] {
+        assert!(done.err().contains(part), "{}", done.err());
+    }
+    let mut left = folder.names();
+    left.retain(|name| name.contains("m.parquet"));
+    assert_eq!(left, ["m.parquet", "m.parquet.interrupted-1.part"]);
+}
+
 /// Ctrl-C in a run in real time: it ends in order, and what was acquired is kept.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_a_run_in_order() {
     use std::io::Read;
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
 
     let folder = prepared();
     folder.write("paced.toml", "pace = \"real_time\"\nchunks_s = [0.2]\n");

@@ -318,3 +318,42 @@ fn the_level_that_is_advised_fits() {
         .run(&[&RENDER[..], &["2 m/s2", "--level", &louder]].concat())
         .expect_failure(1, &["--level"]);
 }
+
+/// What cannot be written is refused before anything is measured, in one sentence, and nothing is left.
+#[test]
+fn places_that_cannot_be_written_are_refused_before_the_run() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("a-folder.json")).unwrap();
+    folder.write("bench.toml", "lost = { half = \"input\", after_s = 0 }\n");
+    let before = folder.names();
+    let characterise = |out: &str, record: &str| {
+        folder.run(&[
+            "characterise",
+            "--bench",
+            "fake:bench.toml",
+            "--seconds",
+            "6",
+            "--out",
+            out,
+            "--record",
+            record,
+        ])
+    };
+    let long = format!("{}.json", "n".repeat(300));
+    // The recording has room, but not the names that it gets when it is interrupted.
+    let nearly = format!("{}.parquet", "n".repeat(232));
+    let mut cases = vec![
+        (long.as_str(), "raw.parquet", "give a shorter one"),
+        ("tf.json", nearly.as_str(), "give a shorter one"),
+        ("a-folder.json", "raw.parquet", "found a folder"),
+    ];
+    if cfg!(target_os = "linux") {
+        cases.push(("/proc/tf.json", "raw.parquet", "cannot write /proc/tf.json"));
+    }
+    for (out, record, part) in cases {
+        let done = characterise(out, record);
+        done.expect_failure(1, &[part]);
+        assert_eq!(done.err().lines().count(), 1, "{}", done.err());
+        assert_eq!(folder.names(), before);
+    }
+}

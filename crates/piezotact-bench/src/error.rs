@@ -167,3 +167,21 @@ pub enum ProcedureError {
     #[error("there is nothing to play: {0}")]
     Drive(#[from] piezotact::series::SeriesError),
 }
+
+impl ProcedureError {
+    /// Whether a procedure whose runs are kept goes on where this ended it, once it is asked for again: a device failed, somebody
+    /// stopped it, or the disk was full. Nothing is wrong with what was asked for, nor with what was measured.
+    #[must_use]
+    pub fn continues(&self) -> bool {
+        match self {
+            Self::Device(error) => matches!(
+                error,
+                DeviceError::Lost { .. }
+                    | DeviceError::InputFull { .. }
+                    | DeviceError::Contract { .. }
+            ),
+            Self::Stopped { .. } | Self::Keep(_) => true,
+            _ => false,
+        }
+    }
+}

@@ -1,38 +1,22 @@
 //! The contract of a bench: the fake and a measured transfer function keep to it, and one that breaks it is found.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use std::f64::consts::TAU;
-
 use num_complex::Complex;
-use piezotact::Series;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, SampleRate, Seconds};
+use piezotact::quantity::{Acceleration, Drive, SampleRate, Seconds};
 use piezotact::recording::Condition;
 use piezotact::run::RunChunk;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact_bench::conformance::{Draws, Rule, Subject, of_acquirer, of_bench};
+use piezotact_bench::conformance::{Rule, Subject, of_acquirer, of_bench};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, DeviceError, Placement, Play, PlayDescription,
-    PlayProgress, Playback, RunPlan, SensorCalibration, StopHandle, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, Play, PlayDescription, PlayProgress, Playback,
+    RunPlan, SensorCalibration, StopHandle, Until,
 };
 
 fn subject() -> Subject {
-    let samples = (0..28_800).map(|i| 0.3 * (TAU * 200.0 * f64::from(i) / 48_000.0).sin());
-    let rate = SampleRate::new(48_000.0).unwrap();
-    Subject {
-        run: RunPlan {
-            label: "conformance".into(),
-            load: Some(Newtons(0.2)),
-            angle: Degrees(20.0),
-            placement: Placement::New,
-            until: Until::Stopped,
-        },
-        drive: Some(Series::new(samples.collect(), rate).unwrap()),
-        draws: Draws::Seeded,
-        goes_on_for: Seconds(8.0),
-    }
+    Subject::with_tone(0.3, SampleRate::new(48_000.0).unwrap()).unwrap()
 }
 
 fn scripted(text: &str) -> impl Fn() -> Bench + Send + Sync + 'static {

@@ -255,6 +255,10 @@ fn breaks_of_the_contract_are_named() {
             Breach::NeverEnds,
             "an end at most 60 s behind a drive of 3.00 s",
         ),
+        (
+            Breach::EndsEarly,
+            "the 15000 samples announced with a drive of 3.00 s, found 7500 samples delivered",
+        ),
     ] {
         let mut keeper = Keeper::default();
         let script = FakeScript {
@@ -284,10 +288,6 @@ fn breaks_of_the_contract_are_named() {
             "{what:?}: {seconds}"
         );
     }
-    // An input that ends early is no break where nobody said how long: the playback is incomplete.
-    let (done, _) = played("fault = { what = \"ends_early\", at_s = 1.5 }", 3.0);
-    let incomplete = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
-    assert!(done.unwrap().about.doubts.iter().any(incomplete));
 }
 
 /// Whatever does not come to an end by itself is ended from another thread.
@@ -490,6 +490,7 @@ fn a_closed_loop_ends_in_order() {
     let (done, clean) = looped(bench("clock_ppm = 50"));
     let done = done.unwrap();
     assert!(done.confirmed.is_some(), "{:?}", done.end);
+    assert_eq!(done.failed, None);
     assert!(clean.ended().iter().all(|ended| *ended == Ended::Completed));
     let runs = clean.0.borrow();
     let judged = runs.iter().take(3).map(|run| run.samples).sum::<usize>();
@@ -522,6 +523,7 @@ fn a_closed_loop_ends_in_order() {
         panic!("{:?}", done.end)
     };
     assert!(said.contains("output of the scripted fake"), "{said}");
+    assert_eq!(done.failed.as_ref(), Some(said));
     assert_eq!((done.best, done.confirmed.is_some()), (0, false));
     let stopped = |d: &Doubt| {
         matches!(

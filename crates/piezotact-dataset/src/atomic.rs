@@ -50,10 +50,7 @@ impl Prepared {
             fill(&file, path, write)?;
             return Ok(Self { side: None, place });
         }
-        let folder = match place.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+        let folder = folder_of(&place);
         let mut side = tempfile::Builder::new();
         // Should the program be killed, the name says what is left behind, and the next write removes it.
         let prefix = unfinished(&place);
@@ -102,19 +99,66 @@ impl Prepared {
     }
 }
 
+/// Checks that a file can be written at `path`, before there is anything to write: its name is none that the file system refuses, and
+/// its folder takes files. Nothing is left behind.
+///
+/// # Errors
+/// [`WriteError::Content`] when the name is too long, [`WriteError::Io`] when the folder takes no files.
+pub fn check_place(path: &Path) -> Result<(), WriteError> {
+    match std::fs::symlink_metadata(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::InvalidFilename => {
+            let name = path.file_name().unwrap_or_default();
+            return Err(WriteError::content(
+                path,
+                "a name that the file system takes",
+                format!("one of {} bytes", name.len()),
+                "give a shorter one",
+            ));
+        }
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            return Err(WriteError::io(path)(error));
+        }
+        _ => {}
+    }
+    let _removed = tempfile::tempfile_in(folder_of(path)).map_err(|error| WriteError::Io {
+        path: path.into(),
+        // The name of the file that was tried is nobody's business.
+        source: std::io::Error::from(error.kind()),
+    })?;
+    Ok(())
+}
+
+/// The folder in which `path` stands.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
 /// What the name of an unfinished file for `place` begins with: `.piezotact-unfinished-NAME-`.
 fn unfinished(place: &Path) -> String {
     let name = place.file_name().unwrap_or_default().to_string_lossy();
     // File systems allow 255 bytes, and a character has up to four.
     let name: String = name.chars().take(50).collect();
-    format!(".piezotact-unfinished-{name}-")
+    format!("{UNFINISHED}{name}-")
 }
 
-/// Removes what programs that were killed have left of files whose unfinished names begin with `prefix`: those that nobody holds.
-fn remove_left_behind(folder: &Path, prefix: &str) {
+/// What the name of every unfinished file begins with.
+pub(crate) const UNFINISHED: &str = ".piezotact-unfinished-";
+
+/// Removes what programs that were killed have left unfinished of the file at `place`; how many files that were.
+pub(crate) fn remove_unfinished_of(place: &Path) -> usize {
+    remove_left_behind(folder_of(place), &unfinished(place))
+}
+
+/// Removes what programs that were killed have left of files whose unfinished names begin with `prefix`: those that nobody holds. How
+/// many files that were.
+pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
     let Ok(found) = std::fs::read_dir(folder) else {
-        return;
+        return 0;
     };
+    let mut removed = 0;
     for entry in found.filter_map(Result::ok) {
         let name = entry.file_name();
         let name = name.to_string_lossy();
@@ -123,9 +167,10 @@ fn remove_left_behind(folder: &Path, prefix: &str) {
             && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
         {
             // What stays does no harm.
-            let _best_effort = std::fs::remove_file(entry.path());
+            removed += usize::from(std::fs::remove_file(entry.path()).is_ok());
         }
     }
+    removed
 }
 
 fn fill(
@@ -140,11 +185,7 @@ fn fill(
 
 /// Brings what was created or renamed in the folder of `path` to the disk. Not every file system allows that.
 pub(crate) fn sync_folder(path: &Path) {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if let Ok(folder) = File::open(folder) {
+    if let Ok(folder) = File::open(folder_of(path)) {
         let _best_effort = folder.sync_all();
     }
 }

@@ -14,6 +14,7 @@ mod format;
 pub mod haptic;
 mod journal;
 mod journal_batches;
+mod lock;
 pub mod lvm;
 pub mod matlab;
 mod naming;
@@ -30,18 +31,18 @@ pub mod uff;
 mod version;
 pub mod wav;
 
-pub use atomic::write_atomically;
+pub use atomic::{check_place, write_atomically};
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
 pub use journal::{
-    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path,
+    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, set_aside_path,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
-    Adopted, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
+    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
     function_of_any_unit, panel_of,
 };
 pub use sample_set::{known_sample_sets, read_sample_set};

@@ -4,6 +4,7 @@
 //! middle leaves a panel of what was measured until then, and at most one file that the index does not list. Whoever
 //! writes holds the folder's lock from before the index is read until the end.
 
+mod bench;
 mod lock;
 
 use piezotact::panel::PanelDoubt;
@@ -20,12 +21,13 @@ use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ReadError, WriteError};
+use crate::lock::Lock;
 use crate::sidecar::{prepare_json, write_json};
 use crate::transfer_file::read_transfer;
 use crate::transfer_json::TransferDocument;
 use crate::version::Versioned;
 
-use lock::Lock;
+pub use bench::BenchFile;
 
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
@@ -84,6 +86,9 @@ pub struct PanelIndex {
     /// Which bench measures it, where one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bench: Option<String>,
+    /// The files that this bench is made of; empty where there are none, and in panels of before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bench_files: Vec<BenchFile>,
     /// The participants, measured and planned.
     pub participants: Vec<String>,
     /// The loads, N.
@@ -129,7 +134,7 @@ impl PanelFolder {
     /// Those of [`Self::open`], but for a missing index; [`ReadError::Content`] when another program goes on writing to
     /// the folder.
     pub fn open_or_begin(folder: &Path) -> Result<Self, ReadError> {
-        let lock = Some(Lock::take(folder)?);
+        let lock = Some(lock::take(folder)?);
         lock::remove_unfinished(folder);
         if folder.join(PANEL_INDEX).exists() {
             return Ok(Self {
@@ -146,6 +151,7 @@ impl PanelFolder {
                 drive_unit: None,
                 response_unit: None,
                 bench: None,
+                bench_files: Vec::new(),
                 participants: Vec::new(),
                 loads_n: Vec::new(),
                 angles_deg: Vec::new(),
@@ -336,13 +342,14 @@ impl PanelFolder {
         Ok(Adopted::Listed)
     }
 
-    /// Begins or goes on with a campaign: `bench` is all that its measurements are to have in common. A panel without a
-    /// measurement may be begun anew with another one; what was planned for the other is then forgotten.
+    /// Begins or goes on with a campaign: `bench` is all that its measurements are to have in common, and `files` what that
+    /// bench is made of. A panel without a measurement may be begun anew with another one; what was planned for the other is then
+    /// forgotten.
     ///
     /// # Errors
-    /// [`WriteError::Content`] when the panel was begun with another, or holds files of measurements but no index that
-    /// says of which campaign.
-    pub fn begin(&mut self, bench: &str) -> Result<(), WriteError> {
+    /// [`WriteError::Content`] when the panel was begun with another or one of its files held something else, or holds files of
+    /// measurements but no index that says of which campaign.
+    pub fn begin(&mut self, bench: &str, files: Vec<BenchFile>) -> Result<(), WriteError> {
         let path = self.path.join(PANEL_INDEX);
         if !path.exists()
             && let Some(first) = self.not_listed().first()
@@ -366,7 +373,22 @@ impl PanelFolder {
             Some(other) if other != bench => self.index.planned.clear(),
             _ => {}
         }
+        let measured = !self.index.entries.is_empty() || !self.not_listed().is_empty();
+        if let Some(changed) = BenchFile::changed(&self.index.bench_files, &files)
+            && measured
+        {
+            return Err(WriteError::content(
+                &path,
+                format!(
+                    "to go on with {} as it was when the panel was begun",
+                    changed.file
+                ),
+                "another content of that file",
+                "put the file back as it was, or give another folder",
+            ));
+        }
         self.index.bench = Some(bench.to_owned());
+        self.index.bench_files = files;
         Ok(())
     }
 

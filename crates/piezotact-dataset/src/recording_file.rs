@@ -2,6 +2,7 @@
 //! other programs.
 
 use piezotact::recording::RecordingDoubt;
+use piezotact::run::RunDoubt;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -43,7 +44,8 @@ impl From<Recording> for Stored {
     }
 }
 
-/// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted.
+/// Reads a journal of the first version as far as it goes: what is there is returned, with the doubts that it was interrupted, and
+/// that it has no checksums.
 pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     let damaged = |found: String| {
         ReadError::content(
@@ -89,6 +91,10 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         .push(Doubt::from(RecordingDoubt::Interrupted {
             read_s: recording.duration().0,
         }));
+    recording
+        .about
+        .doubts
+        .push(Doubt::from(RunDoubt::JournalUnchecked));
     Ok(Stored {
         recording,
         setup: start.setup,

@@ -114,7 +114,10 @@ fn an_interrupted_recording_is_read_by_its_name_and_by_its_journal_s() {
         assert_eq!((r.rate().hz(), r.len()), (1000.0, 1000));
         within(r.channels()[0].samples[999], (999.0_f64 * 0.37).sin());
         assert_eq!(r.about.condition.person().unwrap(), "P03 (twin of seed 7)");
-        assert_doubts(&r.about.doubts, &["1.000 s could be read"]);
+        assert_doubts(
+            &r.about.doubts,
+            &["1.000 s could be read", "the journal has no checksums"],
+        );
     }
 }
 

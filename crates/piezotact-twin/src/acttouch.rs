@@ -12,7 +12,9 @@ use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{Session, Stretches, Touching, empty, nail_and_forces, quiet};
+use super::session::{
+    Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
+};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::{SmoothWander, Wander};
 use piezotact_bench::random::Random;
@@ -156,11 +158,6 @@ impl ActTouch {
         Random::stream(self.participant.seed, 0, "force cell of acttouch")
     }
 
-    fn accelerometer(&self, random: Random) -> Accelerometer {
-        Accelerometer::new(&self.parameters.accelerometer, RATE_HZ, random)
-            .calibrated(self.participant.seed)
-    }
-
     /// The force that this person means to press with, N.
     fn load_n(&self, run: &RunPlan) -> f64 {
         let hand = &self.participant.hand;
@@ -238,7 +235,11 @@ impl Touching for ActTouch {
 
     fn at_rest(&self) -> Vec<Vec<f64>> {
         let random = |name: &str| self.participant.random(name);
-        let nail = self.accelerometer(random("acttouch accelerometer at rest"));
+        let nail = on_nail(
+            &self.parameters,
+            &self.participant,
+            random("acttouch accelerometer at rest"),
+        );
         let cells = TriaxialCell::strain_gauge(
             &self.parameters.force_cell,
             RATE_HZ,
@@ -266,13 +267,18 @@ impl ActTouch {
             load_n: self.load_n(run),
             angle_deg: run.angle.0,
         };
+        let Touched {
+            sliding,
+            held,
+            nail,
+        } = Touched::of(scene, |what| self.random(run, what));
         let hand = &self.parameters.hand;
         let mut random = self.random(run, "hand");
         let gesture_m_s2 = hand.gesture_least_m_s2
             + (hand.gesture_most_m_s2 - hand.gesture_least_m_s2) * random.uniform();
         ActiveRun {
-            sliding: Sliding::new(scene, self.random(run, "friction")),
-            held: HeldForce::new(hand, scene.load_n, RATE_HZ, self.random(run, "force")),
+            sliding,
+            held,
             haste: Wander::new(
                 hand.speed_spread_within,
                 hand.speed_memory_s,
@@ -285,7 +291,7 @@ impl ActTouch {
                 RATE_HZ,
                 self.random(run, "gesture"),
             ),
-            nail: self.accelerometer(self.random(run, "accelerometer")),
+            nail,
             cell: TriaxialCell::strain_gauge(
                 &self.parameters.force_cell,
                 RATE_HZ,

@@ -6,8 +6,12 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{BenchKind, Condition};
 
 use super::RATE_HZ;
-use super::sensors::{Accelerometer, TriaxialCell, at_rest};
+use super::parameters::TwinParameters;
+use super::participant::Participant;
+use super::sensors::{Accelerometer, HeldForce, TriaxialCell, at_rest};
+use super::sliding::{Scene, Sliding};
 use piezotact::run::RunChunk;
+use piezotact_bench::random::Random;
 use piezotact_bench::{
     Acquire, AcquireDescription, DeviceError, RunPlan, SensorCalibration, StopHandle, Until,
 };
@@ -27,6 +31,34 @@ pub(crate) fn nail_and_forces() -> Vec<(String, Unit)> {
     let mut channels = vec![("acceleration".to_owned(), Unit::MetrePerSecondSquared)];
     channels.extend(["force_x", "force_y", "force_z"].map(|name| (name.into(), Unit::Newton)));
     channels
+}
+
+/// A finger on a sample and its sensors in one run, drawn from the streams of that run.
+pub(crate) struct Touched {
+    pub(crate) sliding: Sliding,
+    pub(crate) held: HeldForce,
+    pub(crate) nail: Accelerometer,
+}
+
+impl Touched {
+    /// Those of `scene`; `random` is the run's stream of a name.
+    pub(crate) fn of(scene: Scene<'_>, random: impl Fn(&str) -> Random) -> Self {
+        let hand = &scene.parameters.hand;
+        Self {
+            sliding: Sliding::new(scene, random("friction")),
+            held: HeldForce::new(hand, scene.load_n, RATE_HZ, random("force")),
+            nail: on_nail(scene.parameters, scene.participant, random("accelerometer")),
+        }
+    }
+}
+
+/// The accelerometer on the nail of `participant`.
+pub(crate) fn on_nail(
+    parameters: &TwinParameters,
+    participant: &Participant,
+    random: Random,
+) -> Accelerometer {
+    Accelerometer::new(&parameters.accelerometer, RATE_HZ, random).calibrated(participant.seed)
 }
 
 /// A second of these while nothing moves.

@@ -13,7 +13,9 @@ use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
-use super::session::{CALIBRATION, Session, Stretches, Touching, empty, nail_and_forces, quiet};
+use super::session::{
+    CALIBRATION, Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
+};
 use super::sliding::{Scene, Slid, Sliding};
 use super::wander::Wander;
 use piezotact_bench::random::Random;
@@ -97,11 +99,6 @@ impl TriboAir {
     fn cell_body(&self) -> Random {
         Random::stream(self.participant.seed, 0, "force cell of triboair")
     }
-
-    fn accelerometer(&self, random: Random) -> Accelerometer {
-        Accelerometer::new(&self.parameters.accelerometer, RATE_HZ, random)
-            .calibrated(self.participant.seed)
-    }
 }
 
 /// The speed at which the shortest plateau is left: v·t + v²/a = track.
@@ -157,7 +154,11 @@ impl Touching for TriboAir {
 
     fn at_rest(&self) -> Vec<Vec<f64>> {
         let random = |name: &str| self.participant.random(name);
-        let nail = self.accelerometer(random("triboair accelerometer at rest"));
+        let nail = on_nail(
+            &self.parameters,
+            &self.participant,
+            random("triboair accelerometer at rest"),
+        );
         let cells = TriaxialCell::piezoelectric(
             &self.parameters.piezo_cells,
             RATE_HZ,
@@ -182,10 +183,15 @@ impl Touching for TriboAir {
             load_n: asked_n * self.participant.hand.force,
             angle_deg: run.angle.0,
         };
+        let Touched {
+            sliding,
+            held,
+            nail,
+        } = Touched::of(scene, |what| self.random(run, what));
         let hand = &self.parameters.hand;
         Box::new(PassiveRun {
-            sliding: Sliding::new(scene, self.random(run, "friction")),
-            held: HeldForce::new(hand, scene.load_n, RATE_HZ, self.random(run, "force")),
+            sliding,
+            held,
             ripple: Wander::new(
                 self.parameters.triboair.speed_ripple,
                 RIPPLE_MEMORY_S,
@@ -193,7 +199,7 @@ impl Touching for TriboAir {
                 self.random(run, "platform"),
             ),
             tremor: Wander::new(hand.tremor_m_s2, 0.5, RATE_HZ, self.random(run, "tremor")),
-            nail: self.accelerometer(self.random(run, "accelerometer")),
+            nail,
             cells: TriaxialCell::piezoelectric(
                 &self.parameters.piezo_cells,
                 RATE_HZ,

@@ -1,33 +1,16 @@
 //! The twin's benches keep to the contract of a bench.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use std::f64::consts::TAU;
-
-use piezotact::Series;
 use piezotact::device::{DeviceDescription, GainName};
-use piezotact::quantity::{Degrees, Newtons, SampleRate, Seconds};
-use piezotact_bench::conformance::{Draws, Subject, of_acquirer, of_bench};
-use piezotact_bench::{Placement, RunPlan, Until};
+use piezotact::quantity::{SampleRate, Seconds};
+use piezotact_bench::conformance::{Subject, of_acquirer, of_bench};
 use piezotact_twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinBench, TwinParameters,
 };
 
 fn subject() -> Subject {
-    let samples = (0..28_800).map(|i| 0.1 * (TAU * 200.0 * f64::from(i) / 48_000.0).sin());
-    let rate = SampleRate::new(48_000.0).unwrap();
-    Subject {
-        run: RunPlan {
-            label: "conformance".into(),
-            load: Some(Newtons(0.2)),
-            angle: Degrees(20.0),
-            placement: Placement::New,
-            until: Until::Stopped,
-        },
-        drive: Some(Series::new(samples.collect(), rate).unwrap()),
-        draws: Draws::Seeded,
-        goes_on_for: Seconds(8.0),
-    }
+    Subject::with_tone(0.1, SampleRate::new(48_000.0).unwrap()).unwrap()
 }
 
 fn person(parameters: &TwinParameters) -> Participant {

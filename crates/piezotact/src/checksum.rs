@@ -14,15 +14,23 @@ impl Checksum {
     /// The checksum of `values`, in this order.
     #[must_use]
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut sum = 0xcbf2_9ce4_8422_2325_u64;
-        for value in values {
-            // Both zeros are one.
-            for byte in (value as f32 + 0.0).to_bits().to_le_bytes() {
-                sum = (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-        }
-        Self(sum)
+        // Both zeros are one.
+        let bytes = |value: f64| (value as f32 + 0.0).to_bits().to_le_bytes();
+        Self(fnv(values.into_iter().flat_map(bytes)))
     }
+
+    /// The checksum of the `bytes` of a file: FNV-1a over them, 64 bits.
+    #[must_use]
+    pub fn of_bytes(bytes: &[u8]) -> Self {
+        Self(fnv(bytes.iter().copied()))
+    }
+}
+
+/// FNV-1a, 64 bits.
+fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    let begin = 0xcbf2_9ce4_8422_2325_u64;
+    let next = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    bytes.into_iter().fold(begin, next)
 }
 
 impl fmt::Display for Checksum {

@@ -106,6 +106,22 @@ pub fn is_sample(value: f64) -> bool {
     value.abs() <= LARGEST_SAMPLE
 }
 
+/// The `missing` samples between `before` and `after` on the straight line between the two, which are left out; in their unit.
+///
+/// Formula: x(k) = before + (after − before)·k/(n + 1), k = 1 … n.
+///
+/// Source: house rule; what stands in the place of lost samples keeps the time of what follows, and a doubt says where it stands.
+///
+/// ```
+/// use piezotact::series::filled;
+///
+/// assert_eq!(filled([1.0, 3.0], 3).collect::<Vec<_>>(), [1.5, 2.0, 2.5]);
+/// ```
+pub fn filled([before, after]: [f64; 2], missing: u64) -> impl Iterator<Item = f64> {
+    let steps = (missing + 1) as f64;
+    (1..=missing).map(move |k| before + (after - before) * k as f64 / steps)
+}
+
 /// Samples that make no series.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SeriesError {
@@ -144,6 +160,16 @@ mod tests {
         assert!(Series::<Acceleration>::new(vec![], rate).is_err());
         let error = Series::<Acceleration>::new(vec![0.0, f64::NAN], rate).unwrap_err();
         assert!(error.to_string().contains("sample 1 (0.001 s)"), "{error}");
+    }
+
+    #[test]
+    fn a_gap_is_filled_by_a_straight_line() {
+        assert_eq!(filled([2.0, -1.0], 2).collect::<Vec<_>>(), [1.0, 0.0]);
+        assert_eq!(filled([5.0, 7.0], 0).count(), 0);
+        // A part of a long gap is what the whole holds there.
+        let whole: Vec<f64> = filled([0.1, 0.7], 1000).collect();
+        let part: Vec<f64> = filled([0.1, 0.7], 1000).skip(400).take(100).collect();
+        assert_eq!(part, whole[400..500]);
     }
 
     #[test]

@@ -13,6 +13,10 @@ use crate::failure::Outcome;
 pub(super) const ENTRY: BenchEntry = BenchEntry {
     name: "fake",
     example: "fake:script.toml",
+    help: "fake:FILE.toml,participant=K, which follows the script in FILE.toml, with faults of devices, for tests and for practice",
+    help_with_turns: Some(
+        "fake:FILE.toml, which follows the script in FILE.toml, with faults of devices, for tests and for practice",
+    ),
     parse,
 };
 

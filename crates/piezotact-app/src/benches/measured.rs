@@ -16,6 +16,8 @@ use crate::failure::Outcome;
 pub(super) const ENTRY: BenchEntry = BenchEntry {
     name: "measured",
     example: "measured:hand.json,seed=7",
+    help: "measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far placements lie apart in the panel",
+    help_with_turns: None,
     parse,
 };
 

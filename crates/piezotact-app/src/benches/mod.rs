@@ -24,12 +24,31 @@ struct BenchEntry {
     name: &'static str,
     /// How it may be written.
     example: &'static str,
+    /// All that may be written, for the help of `--bench`.
+    help: &'static str,
+    /// The same where the command says who sits at it; none where people cannot take turns.
+    help_with_turns: Option<&'static str>,
     /// Reads what stands behind the colon.
     parse: fn(&str) -> Result<BenchSpec, DeviceError>,
 }
 
 /// All benches that can be named.
 const BENCHES: [BenchEntry; 3] = [twin::ENTRY, measured::ENTRY, fake::ENTRY];
+
+/// The help of an option that names a bench.
+pub(crate) fn help(of: &str) -> String {
+    let all: Vec<&str> = BENCHES.iter().map(|entry| entry.help).collect();
+    format!("{of}: {}", all.join("; or "))
+}
+
+/// The help of an option that names a bench at which people take turns.
+pub(crate) fn help_with_turns(of: &str, who: &str) -> String {
+    let all: Vec<&str> = BENCHES
+        .iter()
+        .filter_map(|entry| entry.help_with_turns)
+        .collect();
+    format!("{of}: {}; {who}", all.join("; or "))
+}
 
 /// What a bench that was named can do before it is opened.
 pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
@@ -111,6 +130,19 @@ fn whole(setting: &str, value: &str) -> Result<u64, DeviceError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_bench_stands_in_the_help() {
+        let all = help("The bench");
+        for entry in &BENCHES {
+            assert!(all.contains(&format!("{}:", entry.name)), "{all}");
+        }
+        let turns = help_with_turns("The bench", "who");
+        assert!(
+            turns.contains("fake:") && !turns.contains("measured:"),
+            "{turns}"
+        );
+    }
 
     #[test]
     fn benches_have_names() {

@@ -14,6 +14,8 @@ use crate::failure::{Outcome, usage};
 pub(super) const ENTRY: BenchEntry = BenchEntry {
     name: "twin",
     example: "twin:participant=1,seed=7",
+    help: "twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml",
+    help_with_turns: Some("twin, or twin:seed=N,gain=B3,device=NAME|FILE.toml"),
     parse,
 };
 

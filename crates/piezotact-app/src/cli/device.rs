@@ -8,7 +8,7 @@ use piezotact::device::GainName;
 use piezotact::quantity::{Band, Measure};
 use piezotact_bench::Excitation;
 
-use crate::benches::BenchSpec;
+use crate::benches::{self, BenchSpec};
 
 use super::Reading;
 
@@ -35,10 +35,8 @@ pub(crate) struct Finger {
 
 #[derive(Debug, Args)]
 pub(crate) struct Characterise {
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
-    /// placements lie apart in the panel.
-    #[arg(long)]
+    /// The bench.
+    #[arg(long, help = benches::help("The bench"))]
     pub(crate) bench: BenchSpec,
     /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which tells
     /// noise from distortion.
@@ -267,11 +265,9 @@ pub(crate) struct Render {
     /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
-    /// The bench of the closed loop: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
-    /// placements lie apart in the panel.
+    /// The bench of the closed loop.
     /// May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected.
-    #[arg(long, requires = "mode")]
+    #[arg(long, requires = "mode", help = format!("{}. May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected", benches::help("The bench of the closed loop")))]
     pub(crate) bench: Vec<BenchSpec>,
     /// How often the loop corrects at most, 6 unless stated; every drive is played twice, and the best once more.
     #[arg(long, requires = "mode", value_parser = clap::value_parser!(u16).range(1..=50))]
@@ -299,10 +295,8 @@ pub(crate) struct Render {
 pub(crate) struct Play {
     /// The drive (WAV) that `render` wrote.
     pub(crate) drive: PathBuf,
-    /// The bench: twin, or twin:participant=K,seed=N,gain=B3,device=NAME|FILE.toml; or measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the
-    /// transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far
-    /// placements lie apart in the panel.
-    #[arg(long)]
+    /// The bench.
+    #[arg(long, help = benches::help("The bench"))]
     pub(crate) bench: BenchSpec,
     /// The recording to write (Parquet).
     #[arg(long)]

@@ -10,7 +10,7 @@ use piezotact_bench::Excitation;
 
 use piezotact_dataset::transfer_formats;
 
-use crate::benches::BenchSpec;
+use crate::benches::{self, BenchSpec};
 
 use super::Gate;
 
@@ -83,8 +83,8 @@ pub(crate) struct Run {
     /// Throws the raw recordings away at the end; else they are kept in the folder `raw` of the panel.
     #[arg(long)]
     pub(crate) discard_raw: bool,
-    /// The bench: twin, or twin:seed=N,gain=B3; who sits at it says --participants.
-    #[arg(long)]
+    /// The bench.
+    #[arg(long, help = benches::help_with_turns("The bench", "who sits at it says --participants"))]
     pub(crate) bench: BenchSpec,
     /// The participants, such as 1..5 or 1,3,7.
     #[arg(long)]

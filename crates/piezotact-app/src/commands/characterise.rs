@@ -66,9 +66,13 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         // For the time of the measurement: what was acquired is not lost with the program.
         None => Place::Continued(fresh(&args.out)?),
     };
+    let runs = match &place {
+        Place::Continued(runs) => Some(runs.clone()),
+        _ => None,
+    };
     let mut done = repeated(&mut bench, &config, &repeats, place)?;
-    if args.record.is_none() {
-        keeping::done(&args.out, Raw::Discarded)?;
+    if let Some(runs) = runs {
+        keeping::done(&runs, Raw::Discarded)?;
     }
     let each: Vec<Distortion> = done
         .each
@@ -229,7 +233,7 @@ fn numbered(record: &Path, repeats: usize, repeat: usize, attempt: usize) -> Pat
 
 /// The folder for the runs behind `out`, with nothing in it that a run could be taken from.
 fn fresh(out: &Path) -> Outcome<RunFolder> {
-    let folder = RunFolder::new(&runs_of(out));
+    let folder = runs_of(out)?;
     if let Some(aside) = folder.set_aside()? {
         say(&format!(
             "the runs of an interrupted characterisation are kept in {}",

@@ -27,7 +27,9 @@ use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
 use piezotact_bench::{Acquire, DeviceError, Placement, ProcedureError, RunPlan, Until};
 use piezotact_dataset::sidecar::sidecar_path;
-use piezotact_dataset::{Contents, ReadOptions, journal_path, read_recording};
+use piezotact_dataset::{
+    Contents, ReadOptions, check_place, journal_path, read_recording, set_aside_path,
+};
 
 use crate::cli::{Cli, Command, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
@@ -130,13 +132,19 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
             )
             .into());
         }
+        check_place(output)?;
     }
     Ok(())
 }
 
-/// The files that a recording called `record` takes up while it is made.
-fn recording_files(record: &Path) -> [PathBuf; 2] {
-    [record.to_owned(), journal_path(record)]
+/// The files that a recording called `record` takes up while it is made, and the longest name that one of an interrupted
+/// command gets.
+fn recording_files(record: &Path) -> [PathBuf; 3] {
+    [
+        record.to_owned(),
+        journal_path(record),
+        set_aside_path(record, 1),
+    ]
 }
 
 fn folder_of(path: &Path) -> &Path {

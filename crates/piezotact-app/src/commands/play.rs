@@ -24,11 +24,12 @@ use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{doubts_json, print, print_json, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
-    let [record, journal] = recording_files(&args.record);
+    let written = recording_files(&args.record);
+    let written = written.each_ref().map(std::path::PathBuf::as_path);
     let read: Vec<&Path> = std::iter::once(args.drive.as_path())
         .chain(args.bench.file())
         .collect();
-    outputs(&read, &[&record, &journal])?;
+    outputs(&read, &written)?;
     let contents = read_recording(&args.drive, &ReadOptions::default())?;
     let named =
         |error: anyhow::Error| Failure::Data(error.context(args.drive.display().to_string()));

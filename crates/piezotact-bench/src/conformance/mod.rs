@@ -8,17 +8,19 @@ mod playing;
 mod steps;
 mod stream;
 
+use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use piezotact::Series;
-use piezotact::quantity::{Drive, Seconds};
+use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Seconds};
 use piezotact::run::RunChunk;
+use piezotact::series::SeriesError;
 
 use crate::error::DeviceError;
-use crate::plan::{Playback, RunPlan, Until};
+use crate::plan::{Placement, Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress};
 
@@ -85,6 +87,29 @@ pub struct Subject {
     pub draws: Draws,
     /// How long a run goes on at least when nobody stops it, s; a bench of devices goes on for ever.
     pub goes_on_for: Seconds,
+}
+
+impl Subject {
+    /// A bench whose output runs at `rate`: 0.6 s of 200 Hz with `peak` of full scale, under 0.2 N at 20°, drawn from a seed; it goes on for 8 s.
+    ///
+    /// # Errors
+    /// Those of [`Series::new`].
+    pub fn with_tone(peak: f64, rate: SampleRate) -> Result<Self, SeriesError> {
+        let radians = TAU * 200.0 / rate.hz();
+        let samples = (0..rate.samples_in(Seconds(0.6))).map(|i| peak * (radians * i as f64).sin());
+        Ok(Self {
+            run: RunPlan {
+                label: "conformance".into(),
+                load: Some(Newtons(0.2)),
+                angle: Degrees(20.0),
+                placement: Placement::New,
+                until: Until::Stopped,
+            },
+            drive: Some(Series::new(samples.collect(), rate)?),
+            draws: Draws::Seeded,
+            goes_on_for: Seconds(8.0),
+        })
+    }
 }
 
 /// Where a bench's randomness comes from.

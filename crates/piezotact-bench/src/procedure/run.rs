@@ -9,6 +9,7 @@ use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
 };
+use piezotact::series::filled;
 use piezotact::statistics::mean;
 use piezotact::{Doubt, criterion::Outcome};
 
@@ -28,6 +29,8 @@ const LONGEST_GAP_S: f64 = 60.0;
 /// The device's own time may depart by this, and by this share, from what the number of samples since the chunk before says: a
 /// driver's stamps are rounded, and further off samples were lost or repeated that it did not report.
 const TIME_OFF: (f64, f64) = (0.005, 0.001);
+/// The clocks of input and output may lie apart by this share.
+const CLOCKS_APART: f64 = 0.01;
 /// Playback and the rest behind it end within the length of the drive, and this much more, s.
 const ENDS_WITHIN_S: f64 = 60.0;
 
@@ -149,6 +152,8 @@ pub fn play_and_record(
         while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
             let Some(chunk) = bench.acquirer.next_chunk()? else {
                 run_of.over(run.until, &bench.stop)?;
+                let now = bench.player.progress()?;
+                run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
                 break;
             };
             run_of.take(chunk, run.until)?;
@@ -345,13 +350,34 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// Checks that an input that says that the run is over was there until the playback ended.
+    fn as_long_as_the_drive(
+        &self,
+        until: Until,
+        now: PlayProgress,
+        stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
+        let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
+            return Ok(());
+        };
+        let announced = (drive_s * self.rate_hz()).floor();
+        let enough = self.samples as f64 >= announced * (1.0 - CLOCKS_APART);
+        if stop.is_stopped() || enough && now.ended {
+            return Ok(());
+        }
+        self.broken(
+            format!("the {announced} samples announced with a drive of {drive_s:.2} s"),
+            format!("{} samples delivered", self.samples),
+        )
+    }
+
     /// Checks that a run until the end of playback comes to its end.
     fn in_time(&self, until: Until) -> Result<(), DeviceError> {
         let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
             return Ok(());
         };
         let acquired_s = self.at_s();
-        if acquired_s > drive_s * 1.01 + ENDS_WITHIN_S {
+        if acquired_s > drive_s * (1.0 + CLOCKS_APART) + ENDS_WITHIN_S {
             return self.broken(
                 format!("an end at most {ENDS_WITHIN_S} s behind a drive of {drive_s:.2} s"),
                 format!("samples for {acquired_s:.2} s"),
@@ -414,24 +440,22 @@ impl<'a> Run<'a> {
             SAMPLES_LOST,
             Some(EventValue::Number(lost as f64)),
         )?;
-        let steps = (lost + 1) as f64;
-        let most = (self.rate_hz() as u64).max(1);
-        let mut from = 1;
-        while from <= lost {
-            let to = (from + most - 1).min(lost);
-            let line = |(last, next): (&f64, &f64)| {
-                let at = |k: u64| last + (next - last) * k as f64 / steps;
-                (from..=to).map(at).collect()
-            };
-            let filled = RunChunk {
+        let lines = last.iter().zip(next);
+        let mut lines: Vec<_> = lines
+            .map(|(last, next)| filled([*last, *next], lost))
+            .collect();
+        let most = (self.rate_hz() as usize).max(1);
+        loop {
+            let chunk = RunChunk {
                 first: self.samples,
-                channels: last.iter().zip(next).map(line).collect(),
+                channels: lines.iter_mut().map(|l| l.take(most).collect()).collect(),
                 ..RunChunk::default()
             };
-            self.hand_on(filled, until)?;
-            from = to + 1;
+            if chunk.is_empty() {
+                return Ok(());
+            }
+            self.hand_on(chunk, until)?;
         }
-        Ok(())
     }
 
     fn hand_on(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {

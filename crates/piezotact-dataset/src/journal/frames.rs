@@ -1,6 +1,6 @@
 //! The journal of a run on disk: blocks that can be read one without the other.
 //!
-//! Layout: 8 bytes `PZRUN\x01\r\n`, then blocks of 4 bytes `PZBK`, one byte for the kind, the length of the content (u32), the
+//! Layout: 8 bytes `PZRUN\x01\r\n`, the sixth of which is the format, then blocks of 4 bytes `PZBK`, one byte for the kind, the length of the content (u32), the
 //! CRC-32 of kind, length and content (u32), and the content; numbers are little-endian. Kinds: `S` start document (JSON;
 //! it stands there twice, so that one damaged byte does not take it), `C` samples (index of the first, u64; samples lost before it, u64; device time
 //! in s, f64, NaN where there is none; number of channels, u32; samples of each, u32; then f64, channel after channel), `J` what was judged
@@ -12,6 +12,10 @@ use piezotact::run::{Judged, RunChunk};
 
 /// What a journal begins with.
 pub(super) const MAGIC: [u8; 8] = *b"PZRUN\x01\r\n";
+/// Where in it the format stands.
+const FORMAT_AT: usize = 5;
+/// The newest format of blocks that this program reads, and the one that it writes.
+pub(super) const FORMAT: u8 = MAGIC[FORMAT_AT];
 const SYNC: [u8; 4] = *b"PZBK";
 const HEADER: usize = SYNC.len() + 1 + 4 + 4;
 
@@ -113,10 +117,39 @@ pub(super) struct Blocks {
     pub(super) cut: bool,
 }
 
-/// Whether bytes begin as a journal does; one byte may be damaged.
+/// Whether bytes begin as a journal does, of whatever format; one byte may be damaged.
 pub(super) fn looks_like_journal(head: &[u8]) -> bool {
-    let equal = head.iter().zip(MAGIC).filter(|(a, b)| **a == *b).count();
-    head.len() >= MAGIC.len() && equal + 1 >= MAGIC.len()
+    head.len() >= MAGIC.len() && differing(head) <= 1
+}
+
+/// How many bytes differ from what a journal begins with, whatever its format.
+fn differing(head: &[u8]) -> usize {
+    let pairs = head.iter().zip(MAGIC).enumerate();
+    pairs
+        .filter(|(at, (found, expected))| *at != FORMAT_AT && *found != expected)
+        .count()
+}
+
+/// What the first bytes of a journal say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Header {
+    /// The format that is written.
+    Ours,
+    /// Another format.
+    Format(u8),
+    /// Something else.
+    Damaged,
+}
+
+impl Header {
+    /// What the first of `bytes` say.
+    pub(super) fn of(bytes: &[u8]) -> Self {
+        match bytes.get(FORMAT_AT) {
+            _ if differing(bytes) > 0 => Self::Damaged,
+            Some(format) if *format != FORMAT => Self::Format(*format),
+            _ => Self::Ours,
+        }
+    }
 }
 
 /// All whole blocks in the bytes of a journal.

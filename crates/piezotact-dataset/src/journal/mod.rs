@@ -35,7 +35,7 @@ use crate::sidecar::Rendering;
 
 pub(crate) use read::{is_journal, read_run_journal};
 pub use sink::{JournalSink, RunFolder};
-pub use writer::JournalWriter;
+pub use writer::{JournalWriter, set_aside_path};
 
 pub(crate) const START_KEY: &str = "piezotact.start";
 pub(crate) const END_KEY: &str = "piezotact.end";
@@ -437,7 +437,7 @@ mod tests {
         drop(running);
         // It was interrupted: its journal is kept beside the next recording of that name.
         let mut next = JournalWriter::create(&path, start()).unwrap();
-        let aside = next.set_aside().unwrap().to_owned();
+        let aside = next.set_aside()[0].clone();
         next.append(&second(1)).unwrap();
         next.finish(start().about.provenance, vec![]).unwrap();
         assert!(aside.ends_with("r.parquet.interrupted-1.part"));
@@ -486,6 +486,79 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Ended while it was finished, a recording leaves half copies, which the next one removes; what is the only copy stays.
+    #[test]
+    fn what_a_second_interrupt_leaves_is_cleaned_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let begun = || JournalWriter::create(&path, start()).unwrap();
+        let mut first = begun();
+        first.append(&second(0)).unwrap();
+        assert_eq!((first.removed(), first.set_aside().len()), (0, 0));
+        drop(first);
+        let side = folder.path().join("r.parquet.whole");
+        let half = folder
+            .path()
+            .join(".piezotact-unfinished-r.parquet.whole-a1.tmp");
+        std::fs::write(&side, "half").unwrap();
+        std::fs::write(&half, "half").unwrap();
+        let mut next = begun();
+        next.append(&second(1)).unwrap();
+        assert_eq!(next.removed(), 2);
+        assert!(next.set_aside()[0].ends_with("r.parquet.interrupted-1.part"));
+        assert!(!side.exists() && !half.exists());
+        next.finish(start().about.provenance, vec![]).unwrap();
+        // The journal is gone: what was whole is the only copy.
+        std::fs::rename(&path, &side).unwrap();
+        let last = begun();
+        assert!(last.set_aside()[0].ends_with("r.parquet.interrupted-1.parquet"));
+        assert_eq!(last.removed(), 0);
+        assert!(read_parquet(&last.set_aside()[0], None).is_ok());
+    }
+
+    /// A newer format is named as that; where all of it reads as today's, its header alone is wrong.
+    #[test]
+    fn a_journal_of_another_format_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet");
+        let mut writer = JournalWriter::create(&path, start()).unwrap();
+        for of in 0..2 {
+            writer.append(&second(of)).unwrap();
+        }
+        drop(writer);
+        let whole = std::fs::read(journal_path(&path)).unwrap();
+        let changed = folder.path().join("c.parquet.part");
+        let read = |bytes: &[u8]| {
+            std::fs::write(&changed, bytes).unwrap();
+            let options = crate::ReadOptions::default();
+            crate::read_recording(&changed, &options).map_err(|error| error.to_string())
+        };
+        let mut header = whole.clone();
+        header[5] = 2;
+        let recording = read(&header).unwrap().recording;
+        assert_eq!(recording.len(), 200);
+        let said = recording.about.doubts[0].to_string();
+        assert!(
+            said.contains("format 2, this version reads up to 1"),
+            "{said}"
+        );
+        // Other blocks, all of them or one.
+        let newer: Vec<u8> = header[..8].iter().copied().chain(*b"otherwise").collect();
+        let mut one = header.clone();
+        one[whole.len() / 2] ^= 1;
+        for bytes in [newer, one] {
+            let said = read(&bytes).unwrap_err();
+            assert!(
+                said.contains("format 1 or before") && said.contains("found format 2"),
+                "{said}"
+            );
+        }
+        let mut damaged = whole.clone();
+        damaged[1] = b'?';
+        let said = read(&damaged).unwrap().recording.about.doubts[0].to_string();
+        assert!(said.contains("damaged at 1 places: no samples"), "{said}");
     }
 
     #[test]

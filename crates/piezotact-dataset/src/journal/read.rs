@@ -7,8 +7,9 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::run::{RunChunk, RunDoubt};
+use piezotact::series::filled;
 
-use super::frames::{Block, Blocks, MAGIC, blocks_of, looks_like_journal};
+use super::frames::{Block, Blocks, FORMAT, Header, MAGIC, blocks_of, looks_like_journal};
 use super::{EndDocument, StartDocument};
 use crate::error::ReadError;
 use crate::recording_file::{Stored, assemble};
@@ -30,31 +31,43 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             "it was interrupted before its first line, or is damaged: nothing can be read from it",
         )
     };
+    let newer = |found: u32| {
+        ReadError::content(
+            path,
+            format!("a journal of format {FORMAT} or before, which is what this version reads"),
+            format!("format {found}"),
+            "read it with the newer program that wrote it",
+        )
+    };
     let Blocks {
         blocks,
         damaged: damages,
         ..
     } = blocks_of(&bytes);
+    let header = Header::of(&bytes);
+    let unreadable = |found: &str| match header {
+        Header::Format(format) if format > FORMAT => newer(format.into()),
+        _ => damaged(found),
+    };
     let start = blocks.iter().find_map(|block| match block {
         Block::Start(text) => Some(text),
         _ => None,
     });
     let mut start: StartDocument = start
-        .ok_or_else(|| damaged("one without a start document"))
+        .ok_or_else(|| unreadable("one without a start document"))
         .and_then(|text| {
             serde_json::from_str(text)
-                .map_err(|error| damaged(&format!("a start that says {error}")))
+                .map_err(|error| unreadable(&format!("a start that says {error}")))
         })?;
     if start.format > StartDocument::FORMAT_WITH_CLOCKS {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "a recording of format {} or before",
-                StartDocument::FORMAT_WITH_CLOCKS
-            ),
-            format!("format {}", start.format),
-            "read it with the newer program that wrote it",
-        ));
+        return Err(newer(start.format));
+    }
+    // What is no block of today's format may be one of a newer one.
+    if let Header::Format(format) = header
+        && format > FORMAT
+        && damages > 0
+    {
+        return Err(newer(format.into()));
     }
     let (mut clocks, mut clock_of) = Clock::numbered(&start.clocks);
     if clocks.is_empty() {
@@ -111,6 +124,8 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         .iter()
         .filter_map(|clock| by_clock[*clock].next())
         .collect();
+    // A block that is missing altogether leaves a gap and no damage.
+    let damages = (damages + usize::from(header == Header::Damaged)).max(lost.len());
     let mut recording = assemble(path, &start, samples)?;
     recording.annotations.events.extend(events);
     recording.about.doubts = doubts;
@@ -120,6 +135,15 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             lost_s: lost,
         })
     }));
+    if let Header::Format(found) = header {
+        recording
+            .about
+            .doubts
+            .push(Doubt::from(RunDoubt::JournalFormat {
+                found: found.into(),
+                read_as: FORMAT.into(),
+            }));
+    }
     if !whole {
         recording
             .about
@@ -136,21 +160,21 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     })
 }
 
-/// The most that is filled in for a damaged block, as a multiple of what is there; more is no gap.
-const MOST_FILLED: u64 = 10_000_000;
+/// So many samples of each channel are filled in for damaged blocks between two whole ones at most; more is no gap: half an hour
+/// at 5 kHz.
+const MOST_FILLED_SAMPLES: u64 = 10_000_000;
 
 /// Draws straight lines from the last samples to those of `next`.
 fn fill(samples: &mut [Vec<f64>], next: &RunChunk, lost: &mut Vec<(u64, u64)>) -> Option<()> {
     let have = samples.first().map_or(0, Vec::len) as u64;
     let missing = next.first - have;
-    if missing > MOST_FILLED {
+    if missing > MOST_FILLED_SAMPLES {
         return None;
     }
     for (channel, new) in samples.iter_mut().zip(&next.channels) {
         let to = new.first().copied().unwrap_or(0.0);
         let from = channel.last().copied().unwrap_or(to);
-        let steps = (missing + 1) as f64;
-        channel.extend((1..=missing).map(|k| from + (to - from) * k as f64 / steps));
+        channel.extend(filled([from, to], missing));
     }
     lost.push((have, missing));
     Some(())

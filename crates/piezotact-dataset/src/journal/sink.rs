@@ -6,7 +6,9 @@ use piezotact::recording::Recording;
 use piezotact::run::{Ended, Judged, RunDocument, RunEnd, RunStart, Sink, SinkError};
 
 use super::{JournalWriter, StartDocument};
+use crate::atomic::{UNFINISHED, remove_left_behind};
 use crate::error::{ReadError, WriteError};
+use crate::lock::{Lock, LockFile, NoLock};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
@@ -17,6 +19,7 @@ pub struct JournalSink {
     rendering: Option<Rendering>,
     writer: Option<JournalWriter>,
     moved: Vec<PathBuf>,
+    removed: usize,
 }
 
 impl JournalSink {
@@ -28,13 +31,17 @@ impl JournalSink {
             rendering,
             writer: None,
             moved: Vec::new(),
+            removed: 0,
         }
     }
 
-    /// Where recordings and journals of the same name that were there before are kept now.
-    #[must_use]
-    pub fn moved(&self) -> &[PathBuf] {
-        &self.moved
+    /// Where recordings and journals of the same name that were there before are kept now, and how many half copies of them were
+    /// removed, since this was asked last.
+    pub fn take_moved(&mut self) -> (Vec<PathBuf>, usize) {
+        (
+            std::mem::take(&mut self.moved),
+            std::mem::take(&mut self.removed),
+        )
     }
 
     fn end(&mut self, end: &RunEnd) -> Result<(), WriteError> {
@@ -54,7 +61,8 @@ impl Sink for JournalSink {
             RunDocument::Start(start) => {
                 let start = StartDocument::of(start, self.rendering.take());
                 let writer = JournalWriter::create(&self.path, start)?;
-                self.moved.extend(writer.set_aside().map(Path::to_owned));
+                self.moved.extend(writer.set_aside().iter().cloned());
+                self.removed = writer.removed();
                 self.writer = Some(writer);
             }
             RunDocument::Chunk(chunk) => {
@@ -79,20 +87,47 @@ impl Sink for JournalSink {
 }
 
 /// A folder in which every run of a procedure is kept, one recording each, so that a procedure that was interrupted goes on
-/// with what it has.
+/// with what it has. It is of one procedure at a time.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    _lock: Lock,
 }
 
 impl RunFolder {
     /// The file that says that the procedure came to its end.
     pub const DONE: &str = "done";
 
-    /// The folder at `path`; it is made with its first run.
+    /// The folder at `path`, which is made with its first run. Nobody else has it while this value or a clone of it is there: the
+    /// file `NAME.lock` beside it is locked until then, and removed. What a program that was killed has left of it holds nobody up.
+    ///
+    /// # Errors
+    /// [`WriteError::Content`] when another procedure that still runs has it; [`WriteError::Io`] when nothing can be written beside it.
+    pub fn take(path: &Path) -> Result<Self, WriteError> {
+        let mut lock = path.as_os_str().to_owned();
+        lock.push(".lock");
+        let lock = Lock::take(Path::new(&lock), LockFile::Goes).map_err(|error| match error {
+            NoLock::Io(source) => WriteError::Io {
+                path: path.into(),
+                source,
+            },
+            NoLock::Held(who) => WriteError::content(
+                path,
+                "a folder of runs that no other command uses",
+                format!("{who}, which still measures into it"),
+                "wait until it has ended, or give another output",
+            ),
+        })?;
+        Ok(Self {
+            path: path.into(),
+            _lock: lock,
+        })
+    }
+
+    /// Whether there are runs of a procedure that did not come to its end.
     #[must_use]
-    pub fn new(path: &Path) -> Self {
-        Self { path: path.into() }
+    pub fn is_interrupted(&self) -> bool {
+        self.path.is_dir() && !self.path.join(Self::DONE).exists()
     }
 
     /// Where it is.
@@ -159,6 +194,13 @@ impl RunFolder {
         Ok(JournalSink::new(&self.file(start), None))
     }
 
+    /// Removes what a program that was killed has left unfinished in the folder: half copies of what journals hold. How many files
+    /// that were.
+    #[must_use = "somebody should be told"]
+    pub fn clean(&self) -> usize {
+        remove_left_behind(&self.path, UNFINISHED)
+    }
+
     /// Puts the folder aside under the first free `NAME.before-N`, where it is there.
     ///
     /// # Errors
@@ -189,6 +231,7 @@ impl RunFolder {
         if !self.path.is_dir() {
             return Ok(());
         }
+        let _on_purpose = self.clean();
         for entry in std::fs::read_dir(&self.path).map_err(io())? {
             let path = entry.map_err(io())?.path();
             if is_run(&path) {
@@ -240,7 +283,13 @@ mod tests {
     #[test]
     fn a_run_is_continued_with_what_is_its_own() {
         let folder = tempfile::tempdir().unwrap();
-        let runs = RunFolder::new(&folder.path().join("out.runs"));
+        let path = folder.path().join("out.runs");
+        let runs = RunFolder::take(&path).unwrap();
+        let second = RunFolder::take(&path).unwrap_err().to_string();
+        assert!(
+            second.contains("still measures into it; wait until it has ended"),
+            "{second}"
+        );
         let keep = |ended: Ended| {
             let mut sink = runs.sink(&start()).unwrap();
             let chunk = RunChunk {
@@ -284,5 +333,7 @@ mod tests {
         std::fs::remove_file(&notes).unwrap();
         runs.discard().unwrap();
         assert!(!runs.path().exists());
+        drop(runs);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -16,7 +16,7 @@ use super::read::chunks_of;
 use super::{
     EndDocument, Fingerprint, StartDocument, arrow_failed, journal_path, schema_of, write_parquet,
 };
-use crate::atomic::sync_folder;
+use crate::atomic::{remove_unfinished_of, sync_folder};
 use crate::error::WriteError;
 
 /// A recording that is being written.
@@ -31,7 +31,8 @@ pub struct JournalWriter {
     samples: usize,
     events: Vec<Event>,
     fingerprints: Vec<Fingerprint>,
-    set_aside: Option<PathBuf>,
+    set_aside: Vec<PathBuf>,
+    removed: usize,
 }
 
 impl std::fmt::Debug for JournalWriter {
@@ -60,11 +61,18 @@ impl JournalWriter {
                 "give a file's name in it",
             ));
         }
-        let set_aside = set_aside(&journal)?;
+        let mut aside: Vec<PathBuf> = set_aside(&journal, path)?.into_iter().collect();
         let side = side_path(path);
-        if side.is_file() {
-            // A recording that was interrupted while it was finished: its journal is whole.
+        // A recording that was interrupted while it was finished: its journal holds all of it.
+        let mut removed = remove_unfinished_of(&side);
+        if side.is_file() && aside.is_empty() {
+            // Without the journal it is the only copy.
+            aside.extend(keep_at_free(&side, |number| {
+                set_aside_path(path, number).with_extension("parquet")
+            })?);
+        } else if side.is_file() {
             std::fs::remove_file(&side).map_err(WriteError::io(&side))?;
+            removed += 1;
         }
         let file = File::options()
             .write(true)
@@ -91,7 +99,8 @@ impl JournalWriter {
             file,
             samples: 0,
             fingerprints,
-            set_aside,
+            set_aside: aside,
+            removed,
         };
         let start = writer.bytes_of(&Block::Start(text))?;
         let mut bytes = MAGIC.to_vec();
@@ -104,8 +113,14 @@ impl JournalWriter {
 
     /// Where the journal of an interrupted recording of the same name was put, if there was one.
     #[must_use]
-    pub fn set_aside(&self) -> Option<&Path> {
-        self.set_aside.as_deref()
+    pub fn set_aside(&self) -> &[PathBuf] {
+        &self.set_aside
+    }
+
+    /// How many half copies of what an interrupted recording of the same name holds were removed.
+    #[must_use]
+    pub fn removed(&self) -> usize {
+        self.removed
     }
 
     /// Appends one chunk, a list of samples for each channel; it is on the disk when this returns.
@@ -285,8 +300,25 @@ impl JournalWriter {
     }
 }
 
-/// Renames the journal of an interrupted recording to the first free `NAME.interrupted-N.part`.
-fn set_aside(journal: &Path) -> Result<Option<PathBuf>, WriteError> {
+/// Where the journal of an interrupted recording at `path` is kept: `NAME.interrupted-N.part`.
+#[must_use]
+pub fn set_aside_path(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".interrupted-{number}.part"));
+    name.into()
+}
+
+/// Renames a file to the first of the names that is free.
+fn keep_at_free(file: &Path, name: impl Fn(u32) -> PathBuf) -> Result<Option<PathBuf>, WriteError> {
+    let free = (1..).map(name).find(|candidate| !candidate.exists());
+    if let Some(free) = &free {
+        std::fs::rename(file, free).map_err(WriteError::io(file))?;
+    }
+    Ok(free)
+}
+
+/// Renames the journal of an interrupted recording at `path` to the first free [`set_aside_path`].
+fn set_aside(journal: &Path, path: &Path) -> Result<Option<PathBuf>, WriteError> {
     let Ok(file) = File::open(journal) else {
         return Ok(None);
     };
@@ -307,18 +339,7 @@ fn set_aside(journal: &Path) -> Result<Option<PathBuf>, WriteError> {
             });
         }
     }
-    let stem = journal.with_extension("");
-    let aside = (1..)
-        .map(|number: u32| {
-            let mut name = stem.as_os_str().to_owned();
-            name.push(format!(".interrupted-{number}.part"));
-            PathBuf::from(name)
-        })
-        .find(|candidate| !candidate.exists());
-    if let Some(aside) = &aside {
-        std::fs::rename(journal, aside).map_err(WriteError::io(journal))?;
-    }
-    Ok(aside)
+    keep_at_free(journal, |number| set_aside_path(path, number))
 }
 
 /// Where a finished recording stands until the one before it is out of the way: `NAME.whole`.
@@ -333,17 +354,11 @@ fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
     if !path.is_file() || same_bytes(path, new).unwrap_or(false) {
         return Ok(None);
     }
-    let kept = (1..)
-        .map(|number: u32| {
-            let mut name = path.as_os_str().to_owned();
-            name.push(format!(".before-{number}"));
-            PathBuf::from(name)
-        })
-        .find(|candidate| !candidate.exists());
-    if let Some(kept) = &kept {
-        std::fs::rename(path, kept).map_err(WriteError::io(path))?;
-    }
-    Ok(kept)
+    keep_at_free(path, |number| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".before-{number}"));
+        name.into()
+    })
 }
 
 fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {

@@ -33,7 +33,7 @@ fn a_session_that_breaks_off_leaves_a_panel() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let mut panel = PanelFolder::open_or_begin(at).unwrap();
-    panel.begin("bench").unwrap();
+    panel.begin("bench", Vec::new()).unwrap();
     panel
         .plan(&[filing("a", 1), filing("b", 1), filing("b", 2)])
         .unwrap();
@@ -203,14 +203,14 @@ fn a_campaign_is_one_way_of_measuring() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let mut panel = PanelFolder::open_or_begin(at).unwrap();
-    panel.begin("one").unwrap();
+    panel.begin("one", Vec::new()).unwrap();
     panel.plan(&[filing("a", 1)]).unwrap();
     // Nothing was measured: another way may be chosen.
-    panel.begin("two").unwrap();
+    panel.begin("two", Vec::new()).unwrap();
     assert!(panel.index.planned.is_empty());
     panel.file(&filing("a", 1), &document("a")).unwrap();
     panel.file(&filing("a", 2), &document("a")).unwrap();
-    let other = panel.begin("one").unwrap_err().to_string();
+    let other = panel.begin("one", Vec::new()).unwrap_err().to_string();
     assert!(
         other.contains("two") && other.contains("another folder"),
         "{other}"
@@ -226,11 +226,24 @@ fn a_campaign_is_one_way_of_measuring() {
     panel.file(&filing("a", 2), &document("a")).unwrap();
     assert_eq!(panel.index.entries[0].file, "a_20deg_0.2N_p1_r2.json");
     assert!(panel.set_aside_unreadable(&all).unwrap().is_empty());
+    // A file of the bench that now holds something else is another bench; panels of before do not say what it held.
+    let script = at.join("script.toml");
+    let now = |text: &str| {
+        std::fs::write(&script, text).unwrap();
+        vec![BenchFile::of(&script).unwrap()]
+    };
+    panel.begin("two", now("seed = 1")).unwrap();
+    panel.begin("two", now("seed = 1")).unwrap();
+    let other = panel.begin("two", now("seed = 2")).unwrap_err().to_string();
+    assert!(
+        other.contains("script.toml as it was") && other.contains("another content"),
+        "{other}"
+    );
     drop(panel);
     // Without the index nobody knows of which campaign the files are.
     std::fs::remove_file(at.join(PANEL_INDEX)).unwrap();
     let mut gone = PanelFolder::open_or_begin(at).unwrap();
-    let said = gone.begin("two").unwrap_err().to_string();
+    let said = gone.begin("two", Vec::new()).unwrap_err().to_string();
     assert!(
         said.contains("no index, but a_20deg") && said.contains("panel add"),
         "{said}"

@@ -162,7 +162,11 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
     let none = Limit::at_most(0.0);
     let lines = [first, other].map(|f| f.response().len() as f64);
     let differs = |differs: bool| f64::from(u8::from(differs));
-    let benches = first.about.provenance.bench.zip(other.about.provenance.bench);
+    let benches = first
+        .about
+        .provenance
+        .bench
+        .zip(other.about.provenance.bench);
     vec![
         criterion(
             MemberRule::LineSpacing,

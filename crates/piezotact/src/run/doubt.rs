@@ -32,6 +32,15 @@ doubts! {
             /// The samples that were lost, from when to when, s; none where only what was judged or the end was lost.
             lost_s: Vec<[f64; 2]>,
         },
+        /// The journal of the run says in its first bytes that it has another format than the one it is read as.
+        JournalFormat("journal_format") {
+            /// The format that it says.
+            found: usize,
+            /// The format that it is read as, the newest that can be read.
+            read_as: usize,
+        },
+        /// The journal of the run has no checksums: damage would not be seen.
+        JournalUnchecked("journal_unchecked"),
         /// Not all of a drive was played, or the output ran dry.
         PlaybackIncomplete("playback_incomplete") {
             /// Samples played.
@@ -76,6 +85,8 @@ impl DoubtKind for RunDoubt {
             Self::SamplesLost { .. } => vec![CloseOtherPrograms, MeasureAgain],
             Self::EndedEarly { .. } => Vec::new(),
             Self::JournalDamaged { .. } => vec![Advice::LeaveOut, Check(Subject::Disk)],
+            Self::JournalFormat { .. } => vec![Check(Subject::Disk)],
+            Self::JournalUnchecked => Vec::new(),
             Self::PlaybackIncomplete { .. } => vec![CloseOtherPrograms, Advice::PlayAgain],
             Self::ForceNotMeasured { .. } => vec![Advice::MeasureForce],
             Self::LoadOffTarget { .. } => vec![Advice::HoldForce],
@@ -111,6 +122,13 @@ impl fmt::Display for RunDoubt {
                 };
                 write!(f, "the journal is damaged at {places} places: {lost}")
             }
+            Self::JournalFormat { found, read_as } => write!(
+                f,
+                "the journal says format {found}, this version reads up to {read_as}; all of it reads as format {read_as}, so that its first bytes are damaged"
+            ),
+            Self::JournalUnchecked => f.write_str(
+                "the journal has no checksums, as those of the first version: damage to its samples would not be seen",
+            ),
             Self::EndedEarly { ended, after_s } => {
                 write!(f, "the run ended early, after {after_s:.2} s: {ended}")
             }

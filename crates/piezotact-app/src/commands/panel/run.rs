@@ -9,7 +9,7 @@ use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excit
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_dataset::{Adopted, PanelFolder, RunFolder, TransferDocument};
+use piezotact_dataset::{Adopted, BenchFile, PanelFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
@@ -18,7 +18,7 @@ use crate::cli::panel::Run;
 use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
-use crate::keeping::{Keeper, Place, Shown};
+use crate::keeping::{Keeper, Place, Shown, runs_in};
 use crate::output::{print, print_json, progress, say};
 
 /// The folder of the raw recordings in that of a panel.
@@ -35,7 +35,10 @@ pub(crate) fn run(args: &Run) -> Outcome {
     let gating = gating(&args.gate)?;
     let mut folder = open_or_begin(&args.out)?;
     let campaign = campaign(args);
-    folder.begin(&campaign).map_err(usage)?;
+    let made_of = args.bench.file().map(BenchFile::of).transpose()?;
+    folder
+        .begin(&campaign, made_of.into_iter().collect())
+        .map_err(usage)?;
     let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
     for unreadable in folder.set_aside_unreadable(&all)? {
         say(&unreadable);
@@ -57,7 +60,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
             all.len()
         ));
     }
-    let raw = RunFolder::new(&args.out.join(RAW));
+    let raw = runs_in(&args.out.join(RAW))?;
     let (mut measured, mut reused) = (0, 0);
     for person in &people {
         let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();
@@ -248,7 +251,7 @@ fn measure(
         say(&format!("{filing}: {refused}"));
     })
     .map_err(|error| match error {
-        ProcedureError::RepeatRefused { .. } | ProcedureError::Stopped { .. } => {
+        error if error.continues() || matches!(error, ProcedureError::RepeatRefused { .. }) => {
             Failure::Data(anyhow!(
                 "{filing}: {error}; what was measured before is kept, go on with the same command"
             ))

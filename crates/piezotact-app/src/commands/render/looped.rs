@@ -76,8 +76,9 @@ pub(super) fn run(
             came(iteration)
         ));
     };
-    let folder = asked.runs.clone();
-    let mut keeper = Keeper::new(Place::Continued(folder), Shown::Nothing);
+    let runs = asked.job.runs.clone();
+    let place = runs.map_or(Place::Nowhere, Place::Continued);
+    let mut keeper = Keeper::new(place, Shown::Nothing);
     let looped = closed_loop(
         &mut bench,
         target,
@@ -146,7 +147,7 @@ impl Corrected {
                 found
             })
             .collect();
-        json!({
+        let mut told = json!({
             "best": self.looped.best,
             "kept": self.looped.kept,
             "gain": self.looped.gain,
@@ -154,7 +155,11 @@ impl Corrected {
             "ended": self.looped.end.to_string(),
             "iterations": each,
             "confirmed": self.looped.confirmed.as_ref().map(of),
-        })
+        });
+        if let (Some(failed), Some(fields)) = (&self.looped.failed, told.as_object_mut()) {
+            fields.insert("failed".into(), failed.as_str().into());
+        }
+        told
     }
 
     /// Writes what was recorded of the best drive.

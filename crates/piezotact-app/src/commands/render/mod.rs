@@ -19,13 +19,13 @@ use piezotact::transfer::TransferFunction;
 use piezotact_bench::ProcedureError;
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, RunFolder, journal_path, read_device, read_transfer};
+use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
 use serde_json::{Value, json};
 
-use super::{bench_failure, inspected, outputs, rate_option, texture};
+use super::{bench_failure, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
-use crate::keeping::{self, Raw, continued, runs_of};
+use crate::keeping::{self, Raw, go_on, runs_of};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
 use crate::report::{self, name};
 use looped::Corrected;
@@ -39,6 +39,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
     let mut page = report::rendering::Page::of(args.band, jobs.len());
     let mut done: Vec<Value> = Vec::new();
     let mut failed: Vec<Value> = Vec::new();
+    let mut unfinished: Vec<String> = Vec::new();
     for job in &jobs {
         if several {
             say(&format!("{}:", job.called));
@@ -53,13 +54,27 @@ pub(crate) fn run(args: &Render) -> Outcome {
                 if let (Some(_), Some(corrected)) = (&args.report, &one.corrected) {
                     page.add(&job.called, one.level_db, &one.drive, &corrected.looped)?;
                 }
+                let looped = one.corrected.as_ref().map(|corrected| &corrected.looped);
+                if let Some(said) = looped.and_then(|looped| looped.failed.as_ref()) {
+                    let kept = format!("{said}; {} holds the best drive so far", job.out.display());
+                    if several {
+                        say(&format!("error: {kept}"));
+                    }
+                    unfinished.push(kept);
+                }
             }
             // What is wrong with one texture or person is not wrong with the next.
             Err(Failure::Data(error) | Failure::Usage(error)) if several => {
                 let why = sentence(&error);
                 say(&format!("error: {why}"));
+                if continues(&error) {
+                    unfinished.push(why.clone());
+                }
                 failed.push(json!({ "called": job.called, "target": job.target, "transfer": job.transfer, "why": why }));
                 page.refuse(&job.called, why);
+            }
+            Err(Failure::Data(error)) if continues(&error) => {
+                return Err(Failure::Data(anyhow!("{}; {CONTINUES}", sentence(&error))));
             }
             Err(failure) => return Err(failure),
         }
@@ -74,8 +89,11 @@ pub(crate) fn run(args: &Render) -> Outcome {
     } else {
         Raw::Kept
     };
-    for job in jobs.iter().filter(|_| args.mode.is_some()) {
-        keeping::done(&job.out, raw)?;
+    // One that was broken off goes on with them.
+    if unfinished.is_empty() {
+        for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
+            keeping::done(runs, raw)?;
+        }
     }
     if args.json {
         match done.as_slice() {
@@ -84,6 +102,16 @@ pub(crate) fn run(args: &Render) -> Outcome {
         }
     } else if let Some(path) = &args.report {
         print(&format!("report: {}", path.display()))?;
+    }
+    if let ([kept], false) = (unfinished.as_slice(), several) {
+        return Err(Failure::Data(anyhow!("{kept}; {CONTINUES}")));
+    }
+    if !unfinished.is_empty() {
+        return Err(Failure::Data(anyhow!(
+            "{} of {} did not come to their end; {CONTINUES}",
+            unfinished.len(),
+            jobs.len()
+        )));
     }
     match (failed.len(), jobs.len()) {
         (0, _) => Ok(()),
@@ -96,6 +124,16 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
 }
 
+/// What is said of a closed loop that did not come to its end.
+const CONTINUES: &str = "the same command continues with what was measured";
+
+/// Whether the same command continues with what was measured before this error.
+fn continues(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<ProcedureError>()
+        .is_some_and(ProcedureError::continues)
+}
+
 /// One texture for one finger.
 struct Job<'a> {
     target: &'a Path,
@@ -105,6 +143,8 @@ struct Job<'a> {
     called: String,
     out: PathBuf,
     record: Option<PathBuf>,
+    /// Where the measurements of a closed loop are kept; none where nothing is measured.
+    runs: Option<RunFolder>,
 }
 
 /// The jobs that are asked for, one person after the other, with every output checked before the first is begun.
@@ -151,6 +191,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
                     .as_ref()
                     .map(|record| within(record, &called, "parquet")),
                 called,
+                runs: None,
             });
         }
     }
@@ -165,7 +206,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             let record = job.record.iter();
             [job.out.clone(), sidecar_path(&job.out)]
                 .into_iter()
-                .chain(record.flat_map(|record| [record.clone(), journal_path(record)]))
+                .chain(record.flat_map(|record| recording_files(record)))
         })
         .chain(args.report.clone())
         .collect();
@@ -188,6 +229,11 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             "{}: expected the name of a WAV file, ending in .wav",
             args.out.display()
         )));
+    }
+    if args.mode.is_some() {
+        for job in &mut jobs {
+            job.runs = Some(runs_of(&job.out)?);
+        }
     }
     Ok(jobs)
 }
@@ -258,11 +304,10 @@ impl Job<'_> {
             job: self,
             function: &function,
             config: &config,
-            runs: match args.mode {
-                Some(_) => continued(&self.out)?,
-                None => RunFolder::new(&runs_of(&self.out)),
-            },
         };
+        if let Some(runs) = &self.runs {
+            go_on(runs)?;
+        }
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
             Level::Fit => match asked.at(&texture, 0.0) {
@@ -347,8 +392,6 @@ struct Asked<'a> {
     job: &'a Job<'a>,
     function: &'a TransferFunction<Drive, Acceleration>,
     config: &'a RenderConfig,
-    /// Where the measurements of a closed loop are kept.
-    runs: RunFolder,
 }
 
 /// A rendering that was refused before anything played.

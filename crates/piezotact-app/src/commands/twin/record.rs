@@ -23,8 +23,8 @@ use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
 use crate::commands::{bench_failure, outputs, recording_files};
 use crate::failure::{Outcome, usage};
-use crate::keeping::stopped_by_interrupt;
-use crate::output::{print, print_json, say};
+use crate::keeping::{say_moved, stopped_by_interrupt};
+use crate::output::{print, print_json};
 
 /// What is usual unless it is stated.
 const SPEED_M_S: f64 = 0.03;
@@ -46,8 +46,8 @@ pub(crate) fn run(args: &Record) -> Outcome {
     if wav {
         outputs(&read, &[&args.out, &sidecar_path(&args.out)])?;
     } else {
-        let [file, journal] = recording_files(&args.out);
-        outputs(&read, &[&file, &journal])?;
+        let written = recording_files(&args.out);
+        outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))?;
     }
     let parameters = twin_parameters(args.who.twin.as_deref())?;
     let mut acquirer = bench(args, &parameters)?;
@@ -193,12 +193,7 @@ fn journal(
 ) -> Outcome<(RunStart, usize)> {
     let mut sink = JournalSink::new(out, None);
     let done = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
-    for moved in sink.moved() {
-        say(&format!(
-            "the recording of that name that was there is kept as {}",
-            moved.display()
-        ));
-    }
+    say_moved(&mut sink);
     Ok(done)
 }
 

@@ -44,6 +44,16 @@ pub(super) enum Broken {
     Unbelievable(Mishap),
 }
 
+impl Broken {
+    /// What the bench said, where it failed: it would go on with a bench that does not.
+    pub(super) fn of_the_bench(&self) -> Option<String> {
+        match self {
+            Self::Bench(error) if error.continues() => Some(error.to_string()),
+            Self::Bench(_) | Self::Unbelievable(_) => None,
+        }
+    }
+}
+
 impl From<ProcedureError> for Broken {
     fn from(error: ProcedureError) -> Self {
         Self::Bench(error)

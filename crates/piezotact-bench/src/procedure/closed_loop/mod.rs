@@ -92,6 +92,9 @@ pub struct Looped {
     pub gain: Option<Gain>,
     /// Why it ended.
     pub end: LoopEnd,
+    /// What the bench said when it failed, before the loop came to its end; none where it did not. What was measured until then
+    /// makes the drive that is kept.
+    pub failed: Option<String>,
     /// The drive that is kept.
     pub rendered: RenderedDrive,
     /// What was found when the drive that is kept was measured once more, by a measurement that did not choose it; none when that
@@ -199,6 +202,7 @@ pub fn closed_loop(
             // Whoever stops a loop goes on with it later: its runs are kept.
             Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
             Err(broken) if course.open.is_some() => {
+                course.failed = broken.of_the_bench();
                 course.end = LoopEnd::Broken(broken.into());
                 break;
             }
@@ -248,6 +252,7 @@ pub fn closed_loop(
         open: Some(open),
         best,
         end,
+        mut failed,
         ..
     } = course
     else {
@@ -317,6 +322,7 @@ pub fn closed_loop(
         }
         Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
         Err(broken) => {
+            failed = failed.or(broken.of_the_bench());
             rendered
                 .about
                 .doubts
@@ -364,6 +370,7 @@ pub fn closed_loop(
         kept,
         gain,
         end,
+        failed,
         rendered,
         confirmed,
         recording,
@@ -380,6 +387,8 @@ struct Course {
     best: Option<Best>,
     since_best: usize,
     end: LoopEnd,
+    /// What the bench said when it failed.
+    failed: Option<String>,
 }
 
 impl Course {

@@ -1,0 +1,144 @@
+//! One writer at a time: a file whose lock the operating system gives back when its holder ends, however it ends.
+
+use std::fs::{File, TryLockError};
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often and how far apart a lock is asked for by whoever waits: filing takes less than that, a campaign longer.
+const ATTEMPTS: u32 = 100;
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// What becomes of the file of a lock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LockFile {
+    /// It stays; whoever finds it locked waits a few seconds.
+    Stays,
+    /// It goes with its holder; whoever finds it locked does not wait.
+    Goes,
+}
+
+/// Why there is no lock.
+#[derive(Debug)]
+pub(crate) enum NoLock {
+    /// Somebody else holds it: who, as far as it is known.
+    Held(String),
+    /// The operating system refuses the file.
+    Io(std::io::Error),
+}
+
+impl From<std::io::Error> for NoLock {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// The right to write, as long as one of its clones is there.
+#[derive(Clone, Debug)]
+pub(crate) struct Lock {
+    _held: Arc<Held>,
+}
+
+#[derive(Debug)]
+struct Held {
+    _file: File,
+    goes: Option<PathBuf>,
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        if let Some(path) = &self.goes {
+            // While it is held; one that stays does no harm, as nobody holds it then.
+            let _best_effort = std::fs::remove_file(path);
+        }
+    }
+}
+
+impl PartialEq for Lock {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl Lock {
+    /// The lock of the file at `path`, which is made where it is not there.
+    pub(crate) fn take(path: &Path, kind: LockFile) -> Result<Self, NoLock> {
+        let attempts = match kind {
+            LockFile::Stays => ATTEMPTS,
+            LockFile::Goes => 1,
+        };
+        let mut attempt = 1;
+        loop {
+            let mut file = File::options()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(path)?;
+            match file.try_lock() {
+                // Its holder may have removed the file between the two: the lock of another one is none.
+                Ok(()) if !is_at(&file, path) => {}
+                Ok(()) => {
+                    // For whoever waits: who it is.
+                    file.set_len(0)?;
+                    write!(file, "{}", std::process::id())?;
+                    let goes = (kind == LockFile::Goes).then(|| path.to_owned());
+                    return Ok(Self {
+                        _held: Arc::new(Held { _file: file, goes }),
+                    });
+                }
+                Err(TryLockError::WouldBlock) if attempt < attempts => {
+                    attempt += 1;
+                    std::thread::sleep(PAUSE);
+                }
+                Err(TryLockError::WouldBlock) => {
+                    let mut holder = String::new();
+                    return Err(NoLock::Held(match file.read_to_string(&mut holder) {
+                        Ok(_) if !holder.is_empty() => format!("process {holder}"),
+                        _ => "another program".into(),
+                    }));
+                }
+                Err(TryLockError::Error(error)) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+/// Whether an open file is the one that stands at `path`.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    let (Ok(open), Ok(there)) = (file.metadata(), std::fs::metadata(path)) else {
+        return false;
+    };
+    (open.dev(), open.ino()) == (there.dev(), there.ino())
+}
+
+/// Elsewhere a file that is open is not removed.
+#[cfg(not(unix))]
+fn is_at(_file: &File, _path: &Path) -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_holder_at_a_time_and_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lock");
+        // What a killed program has left is nobody's.
+        std::fs::write(&path, "1").unwrap();
+        let first = Lock::take(&path, LockFile::Goes).unwrap();
+        let clone = first.clone();
+        drop(first);
+        let held = Lock::take(&path, LockFile::Goes).unwrap_err();
+        let own = format!("process {}", std::process::id());
+        assert!(matches!(held, NoLock::Held(who) if who == own));
+        drop(clone);
+        assert!(!path.exists());
+        let _again = Lock::take(&path, LockFile::Goes).unwrap();
+    }
+}
