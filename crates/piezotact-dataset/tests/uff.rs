@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
 use piezotact::Doubt;
-use piezotact::quantity::{Degrees, Newtons, SampleRate, Seconds, Unit};
-use piezotact::recording::{About, Channel, Clock, Condition, Provenance, Recording};
+use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
+use piezotact::recording::{About, Channel, Condition, Provenance, Recording};
 use piezotact::transfer::Estimator;
 use piezotact_dataset::uff::{
     UffAbscissa, UffData, UffEncoding, UffFunction, UffKind, parse_uff, write_uff,
@@ -656,65 +656,4 @@ fn time_signals_are_written_and_come_back() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("a name of a channel"), "{error}");
-}
-
-/// Two clocks go out and come in again, with their starts; the date line of a file of others is the start.
-#[test]
-fn channels_of_two_clocks_come_back() {
-    let channel = |name: &str, count: usize| Channel {
-        name: name.into(),
-        unit: Unit::Newton,
-        samples: (0..count).map(|k| k as f64).collect(),
-    };
-    let clock = |hz: f64, start_s: f64| Clock {
-        rate_hz: SampleRate::new(hz).unwrap(),
-        start_s: Seconds(start_s),
-    };
-    let written = Recording::with_clocks(
-        vec![
-            (channel("fast", 400), clock(1000.0, 0.0)),
-            (channel("slow", 30), clock(100.0, 0.125)),
-            (channel("fast too", 400), clock(1000.0, 0.0)),
-        ],
-        Condition::default(),
-        Provenance::default(),
-    )
-    .unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("two.uff");
-    write_uff_recording(&path, &written).unwrap();
-    let read = recording(&path).recording;
-    assert_eq!(read.clocks(), written.clocks());
-    assert_eq!(read.channels(), written.channels());
-    assert_eq!(read.annotations.started_at, None);
-
-    let text = std::fs::read_to_string(&path).unwrap();
-    for (date, expected) in [
-        ("13-Apr-23 09:57:51", Some("2023-04-13T09:57:51")),
-        ("01-MAR-1998 23:00:01", Some("1998-03-01T23:00:01")),
-        ("05-Mar-88 10:22:33", Some("1988-03-05T10:22:33")),
-        ("yesterday", None),
-        ("31-Foo-24 10:00:00", None),
-        ("05-Mar-24", None),
-    ] {
-        // The third line of free text is by custom the date.
-        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-        lines[4] = format!("{date:80}");
-        std::fs::write(&path, lines.join("\n") + "\n").unwrap();
-        let read = recording(&path).recording;
-        let started = read.annotations.started_at.map(|start| start.to_string());
-        assert_eq!(started.as_deref(), expected, "{date}");
-    }
-}
-
-/// A measured file with a date line.
-#[test]
-fn the_date_of_a_measured_file_is_its_start() {
-    let Some(path) = measured("Sample_UFF58_ascii.uff") else {
-        return;
-    };
-    let started = recording(&path).recording.annotations.started_at;
-    // Its date line is `18-Apr-16 13:49:58`.
-    let started = started.map(|start| start.to_string());
-    assert_eq!(started.as_deref(), Some("2016-04-18T13:49:58"));
 }

@@ -204,11 +204,8 @@ fn limits_widen_as_coherence_falls_and_end_at_nothing() {
 }
 
 fn named(function: &TransferFunction<Drive, Acceleration>, wanted: fn(&Doubt) -> bool) {
-    assert!(
-        function.about.doubts.iter().any(wanted),
-        "{:?}",
-        function.about.doubts
-    );
+    let doubts = &function.about.doubts;
+    assert!(doubts.iter().any(wanted), "{doubts:?}");
 }
 
 /// A drive to 1 kHz, as the thesis has it.
