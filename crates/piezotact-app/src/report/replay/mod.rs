@@ -1,11 +1,12 @@
 //! The report of `replay`: what the thesis claims, what the twin gave, and the counterparts of its figures.
 
-mod figures;
-
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
+use piezotact::figure::Drawn;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
+
+use piezotact_report::Draw as _;
 
 use super::{broad_document, name};
 use crate::failure::Outcome;
@@ -16,6 +17,17 @@ pub(crate) struct Page<'a> {
     /// The laboratory's own parameter file.
     pub(crate) twin: Option<&'a Path>,
     pub(crate) chapters: &'a [Chapter],
+}
+
+/// The height of a chart in the page.
+const HEIGHT: u32 = 400;
+
+fn draw(figure: &Figure) -> Outcome<String> {
+    Ok(match figure.drawn()? {
+        Drawn::Chart(chart) => chart.svg(HEIGHT)?,
+        Drawn::Spectrograms(all) => piezotact_report::spectrogram::svg(&all)?,
+        Drawn::Heatmap(map) => piezotact_report::heatmap::svg(&map)?,
+    })
 }
 
 /// A verdict in words.
@@ -185,7 +197,7 @@ fn claim_row(claim: &Claim, standing: Standing<'_>) -> Markup {
 fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
     let mut drawn = Vec::new();
     for figure in &chapter.figures {
-        drawn.push((figure, figures::draw(figure)?));
+        drawn.push((figure, draw(figure)?));
     }
     Ok(html! {
         section {
