@@ -8,6 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
 use piezotact::doubt::{Merged, merged};
+pub(crate) use piezotact::number::{difference_db, digits, digits_that_count};
 use piezotact::quantity::Seconds;
 use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
@@ -51,36 +52,6 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
             })
     })?;
     Ok(())
-}
-
-/// A number with three digits that count.
-pub(crate) fn digits(value: f64) -> String {
-    digits_that_count(value, 3)
-}
-
-/// A number with `count` digits that count.
-pub(crate) fn digits_that_count(value: f64, count: u32) -> String {
-    let most = f64::from(count) - 1.0;
-    let before = if value == 0.0 {
-        0.0
-    } else {
-        value.abs().log10().floor()
-    };
-    if (-4.0..6.0).contains(&before) {
-        let decimals = (most - before).max(0.0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.*e}", most as usize)
-    }
-}
-
-/// A difference in dB with its sign; what rounds to nothing has none.
-pub(crate) fn difference_db(value_db: f64) -> String {
-    let rounded_db = (value_db * 100.0).round() / 100.0 + 0.0;
-    match rounded_db {
-        0.0 => "0.00".into(),
-        other => format!("{other:+.2}").replace('-', "−"),
-    }
 }
 
 /// How far a drive stays below what limits it, as a person says it.

@@ -171,9 +171,14 @@ fn read_with_documents(
         .transpose()
         .map_err(|error| damaged(&error))?;
     let mut samples = vec![Vec::new(); start.channels.len()];
+    let columns = if start.clocks.is_empty() {
+        Columns::Whole
+    } else {
+        Columns::FilledUp
+    };
     for batch in builder.build().map_err(|error| damaged(&error))? {
         let batch = batch.map_err(|error| damaged(&error))?;
-        append_columns(path, &batch, !start.clocks.is_empty(), &mut samples)?;
+        append_columns(path, &batch, columns, &mut samples)?;
     }
     let fingerprints: Vec<Fingerprint> = samples
         .iter()
@@ -277,10 +282,19 @@ fn foreign_start(
     })
 }
 
+/// How the columns of a file are filled.
+#[derive(Clone, Copy)]
+enum Columns {
+    /// A number in every row.
+    Whole,
+    /// Channels have clocks of their own: shorter ones are filled up with nulls at their end.
+    FilledUp,
+}
+
 fn append_columns(
     path: &Path,
     batch: &RecordBatch,
-    filled_up: bool,
+    columns: Columns,
     samples: &mut [Vec<f64>],
 ) -> Result<(), ReadError> {
     if batch.num_columns() != samples.len() {
@@ -297,10 +311,9 @@ fn append_columns(
         .zip(batch.schema().fields())
         .zip(samples)
     {
-        // Where channels have clocks of their own, shorter ones are filled up with nulls at their end.
-        let column = match filled_up {
-            true => &column.slice(0, column.len() - column.null_count()),
-            false => column,
+        let column = match columns {
+            Columns::FilledUp => &column.slice(0, column.len() - column.null_count()),
+            Columns::Whole => column,
         };
         if column.null_count() > 0 {
             return Err(ReadError::content(

@@ -16,8 +16,10 @@
 pub mod checksum;
 pub mod criterion;
 pub mod doubt;
+pub mod figure;
 mod fourier;
 pub mod lineage;
+pub mod number;
 pub mod quantity;
 pub mod statistics;
 

@@ -211,6 +211,27 @@ fn sound_signals_have_no_limit() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
+/// A force that rests at its zero between sixty contacts, with the sensor's noise, has no limit; a cell that saturates in contact has.
+#[test]
+fn a_force_at_rest_between_contacts_is_no_limit() {
+    let mut noise = Noise::new(7);
+    let force: Vec<f64> = (0..60 * 1500)
+        .map(|i| {
+            let t = f64::from(i % 1500) / 1500.0;
+            let pressed = ((0.33 - (t - 0.5).abs()) * 20.0).clamp(0.0, 1.0);
+            let hand = 1.0 + 0.15 * (TAU * f64::from(i) / 613.0).sin();
+            -0.02 + 0.2 * pressed * hand + 0.003 * noise.next()
+        })
+        .collect();
+    let drawn: Vec<f64> = force.iter().map(|v| -v).collect();
+    for force in [&force, &drawn] {
+        let found = limited(force);
+        assert_eq!(found.share(), 0.0, "{found:?}");
+    }
+    let saturated: Vec<f64> = force.iter().map(|v| v.min(0.16)).collect();
+    assert!(limited(&saturated).high > 0.2, "{:?}", limited(&saturated));
+}
+
 /// Drop-outs of 20 ms to 0.9 s, to zero and to the sensor's noise, and a sensor that holds its last value.
 #[test]
 fn drop_outs_and_frozen_parts_are_found() {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::figure::Spectrograms;
 use piezotact::quantity::{Hertz, Uncalibrated};
 use piezotact::recording::Channel;
 use piezotact::series::Series;
@@ -16,7 +17,6 @@ use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{doubts_json, print, print_or_write, say_doubts, write_text};
-use crate::report::spectrogram::{COLUMNS, Panel, ROWS, file};
 use crate::report::{figures, name};
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
@@ -130,20 +130,18 @@ fn over_time(
         window: args.window,
         segment: args.segment.unwrap_or(usual.segment),
         overlap: args.overlap.unwrap_or(usual.overlap),
-        cells: Cells::AtMost {
-            columns: COLUMNS,
-            rows: ROWS,
-            highest: args
-                .max_frequency
+        cells: Cells::of_a_figure(
+            args.max_frequency
                 .map_or(Hertz(half.0.min(HIGHEST.0)), Hertz),
-        },
+        ),
         ..usual
     };
     let result = spectrogram(series, &config).map_err(|error| refused(args, error))?;
-    let panel = Panel {
-        title: format!("{}, {}", name(&args.file), channel.name),
-        spectrogram: &result,
+    let figure = Spectrograms {
+        panels: vec![result.panel(format!("{}, {}", name(&args.file), channel.name))],
+        unit: channel.unit.of_psd(),
+        note: result.estimate_text(),
     };
-    write_text(path, &file(&panel, &channel.unit.of_psd())?)?;
+    write_text(path, &piezotact_report::spectrogram::file(&figure)?)?;
     print(&format!("wrote {}", path.display()))
 }

@@ -5,19 +5,19 @@ use piezotact::series::Series;
 use piezotact::statistics::{mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
 use piezotact::verify::{Beside, PredictedStraight, Tones, Verification};
-use plotters::style::RGBColor;
 
-use super::axis::Axis;
-use super::chart::{Chart, Corner, HEIGHT, Line, Mark, WIDTH, palette, range};
 use crate::failure::Outcome;
 use crate::output::digits;
 use crate::report::verify::{Page, Straight};
+use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Tone, range};
+use piezotact_report::chart::HEIGHT;
+use piezotact_report::{Draw, DrawError};
 
-const TARGET: RGBColor = RGBColor(30, 30, 30);
+const TARGET: Tone = Tone::Reference;
 /// The target where the measurement lies over it.
-const UNDER: RGBColor = RGBColor(172, 180, 188);
-const MEASURED: RGBColor = RGBColor(0, 121, 107);
-const OTHER: RGBColor = RGBColor(198, 83, 26);
+const UNDER: Tone = Tone::Pale;
+const MEASURED: Tone = Tone::Main;
+const OTHER: Tone = Tone::Second;
 
 /// Above this the textures of the thesis hold next to nothing, Hz.
 const TEXTURES_END_HZ: f64 = 500.0;
@@ -38,7 +38,7 @@ pub(crate) fn psd(
     unit: &str,
     frequencies_hz: &[f64],
     values: &[f64],
-) -> Outcome<String> {
+) -> Result<String, DrawError> {
     let points = decibels(&frequencies_hz[1..], &values[1..]);
     let last = frequencies_hz[frequencies_hz.len() - 1];
     let (low, high) = range(&[&points], 0.0, last, 10.0, 120.0);
@@ -53,10 +53,7 @@ pub(crate) fn psd(
         notes: Vec::new(),
         legend: Corner::UpperRight,
     };
-    let svg = chart.svg(HEIGHT + 120)?;
-    // In a page a figure takes the width there is; a file of its own needs its size.
-    let size = format!("width=\"{WIDTH}\" height=\"{}\"", HEIGHT + 120);
-    Ok(svg.replacen("role=\"img\"", &size, 1))
+    piezotact_report::chart::file(&chart, HEIGHT + 120)
 }
 
 /// The span of frequencies that figures of a band show: a little more on both sides.
@@ -77,7 +74,7 @@ fn judged(verification: &Verification) -> Vec<(f64, f64)> {
 }
 
 /// Target and measured PSD around the band that is judged.
-pub(crate) fn spectra(verification: &Verification) -> Outcome<String> {
+pub(crate) fn spectra(verification: &Verification) -> Result<String, DrawError> {
     let f = &verification.frequency_hz;
     let target = decibels(f, &verification.target_psd);
     let measured = decibels(f, &verification.measured_psd);
@@ -89,7 +86,10 @@ pub(crate) fn spectra(verification: &Verification) -> Outcome<String> {
 }
 
 /// The target's PSD, and those of what an open and a closed loop made of it.
-pub(crate) fn open_and_closed(open: &Verification, closed: &Verification) -> Outcome<String> {
+pub(crate) fn open_and_closed(
+    open: &Verification,
+    closed: &Verification,
+) -> Result<String, DrawError> {
     let f = &closed.frequency_hz;
     let lines = vec![
         Line::new("target", UNDER, decibels(f, &closed.target_psd)).thick(),
@@ -105,7 +105,7 @@ pub(crate) fn open_and_closed(open: &Verification, closed: &Verification) -> Out
 }
 
 /// The target's PSD, that of the measurement, and those of further measurements.
-pub(crate) fn all_spectra(page: &Page<'_>) -> Outcome<String> {
+pub(crate) fn all_spectra(page: &Page<'_>) -> Result<String, DrawError> {
     let v = page.verification;
     let mut lines = vec![
         Line::new("target", UNDER, decibels(&v.frequency_hz, &v.target_psd)).thick(),
@@ -124,16 +124,16 @@ pub(crate) fn all_spectra(page: &Page<'_>) -> Outcome<String> {
 }
 
 /// Colours of `count` lines beside the one of the measurement.
-fn others(count: usize) -> Vec<RGBColor> {
+fn others(count: usize) -> Vec<Tone> {
     match count {
         0..=2 => vec![OTHER, TARGET],
         // The third of them is as green as the measurement.
         3..=6 => {
-            let mut colours = palette(7);
+            let mut colours = Tone::several(7);
             colours.remove(2);
             colours
         }
-        more => palette(more),
+        more => Tone::several(more),
     }
 }
 
@@ -141,7 +141,7 @@ fn others(count: usize) -> Vec<RGBColor> {
 pub(crate) fn predicted(
     verification: &Verification,
     predicted: &PredictedStraight,
-) -> Outcome<String> {
+) -> Result<String, DrawError> {
     let f = &predicted.frequency_hz;
     let lines = vec![
         Line::new("target", UNDER, decibels(f, &predicted.target_psd)).thick(),
@@ -155,7 +155,7 @@ pub(crate) fn predicted(
 }
 
 /// Amplitude spectra up to where textures hold most of their power, or to the end of the band.
-pub(crate) fn amplitudes(verification: &Verification, tones: &Tones) -> Outcome<String> {
+pub(crate) fn amplitudes(verification: &Verification, tones: &Tones) -> Result<String, DrawError> {
     let band = verification.band_hz;
     let to = match band.high().0 {
         high if high > TEXTURES_END_HZ && band.low().0 < TEXTURES_END_HZ => TEXTURES_END_HZ,
@@ -186,7 +186,10 @@ pub(crate) fn amplitudes(verification: &Verification, tones: &Tones) -> Outcome<
 }
 
 /// The PSDs of a texture and of its drive, each over its own mean square.
-pub(crate) fn beside_spectra(verification: &Verification, both: &Beside) -> Outcome<String> {
+pub(crate) fn beside_spectra(
+    verification: &Verification,
+    both: &Beside,
+) -> Result<String, DrawError> {
     let f = &both.frequency_hz;
     let target = decibels(f, &both.target_psd);
     let drive = decibels(f, &both.drive_psd);
@@ -208,7 +211,10 @@ pub(crate) fn beside_spectra(verification: &Verification, both: &Beside) -> Outc
 }
 
 /// A short stretch of a texture and its drive, from the middle, over their rms.
-pub(crate) fn beside_waveforms(verification: &Verification, both: &Beside) -> Outcome<String> {
+pub(crate) fn beside_waveforms(
+    verification: &Verification,
+    both: &Beside,
+) -> Result<String, DrawError> {
     let lines = vec![
         ("texture", UNDER, both.target.as_slice(), Stroke::Thick),
         ("drive", OTHER, &both.drive, Stroke::Thin),
@@ -256,7 +262,7 @@ pub(crate) fn before_waveforms(page: &Page<'_>) -> Outcome<(String, String)> {
 }
 
 /// The PSDs before, and that of the target.
-pub(crate) fn before_spectra(page: &Page<'_>) -> Outcome<String> {
+pub(crate) fn before_spectra(page: &Page<'_>) -> Result<String, DrawError> {
     let mut lines: Vec<Line> = page
         .before
         .iter()
@@ -293,7 +299,7 @@ pub(crate) fn before_spectra(page: &Page<'_>) -> Outcome<String> {
     .svg(HEIGHT + 60)
 }
 
-fn before_colours(page: &Page<'_>) -> Vec<RGBColor> {
+fn before_colours(page: &Page<'_>) -> Vec<Tone> {
     match page.before.len() {
         1 => vec![UNDER],
         many => others(many),
@@ -306,7 +312,7 @@ fn level_label(what: &str, rms: f64) -> String {
 
 /// The target's PSD, and what comes of sending the texture straight to the device: as it stands, and turned
 /// down until nothing clips.
-pub(crate) fn straight(straight: &Straight<Verification>) -> Outcome<String> {
+pub(crate) fn straight(straight: &Straight<Verification>) -> Result<String, DrawError> {
     let loud = &straight.as_it_stands;
     let quiet = &straight.turned_down;
     let lines = vec![
@@ -331,7 +337,7 @@ pub(crate) fn straight(straight: &Straight<Verification>) -> Outcome<String> {
     spectra_chart(loud, lines)
 }
 
-fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Outcome<String> {
+fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Result<String, DrawError> {
     let (from, to) = span(verification.band_hz);
     let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
     let (low, high) = range(&points, from, to, 10.0, 70.0);
@@ -355,7 +361,7 @@ fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Outcome<Strin
 }
 
 /// The error of every line that is judged.
-pub(crate) fn error(verification: &Verification) -> Outcome<String> {
+pub(crate) fn error(verification: &Verification) -> Result<String, DrawError> {
     let (from, to) = span(verification.band_hz);
     let points: Vec<(f64, f64)> = verification
         .error_frequency_hz
@@ -381,7 +387,7 @@ pub(crate) fn error(verification: &Verification) -> Outcome<String> {
 }
 
 /// A short stretch of the target and the aligned measurement, from the middle.
-pub(crate) fn waveforms(verification: &Verification) -> Outcome<String> {
+pub(crate) fn waveforms(verification: &Verification) -> Result<String, DrawError> {
     let lines = vec![
         (
             "target",
@@ -410,8 +416,8 @@ enum Stroke {
 fn stretch(
     rate_hz: f64,
     label: &str,
-    waveforms: Vec<(&str, RGBColor, &[f64], Stroke)>,
-) -> Outcome<String> {
+    waveforms: Vec<(&str, Tone, &[f64], Stroke)>,
+) -> Result<String, DrawError> {
     let shown = (STRETCH_S * rate_hz) as usize;
     let count = waveforms
         .iter()
@@ -513,7 +519,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
 }
 
 /// The answer, noise and distortion by third octave.
-pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Outcome<String> {
+pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Result<String, DrawError> {
     let levels = &distortion.levels;
     let centre = |l: &DistortionLevels| (l.band_hz.low().0 * l.band_hz.high().0).sqrt();
     let of = |value: &dyn Fn(&DistortionLevels) -> Option<f64>| -> Vec<(f64, f64)> {
@@ -543,7 +549,7 @@ pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Outcome<String>
 }
 
 /// The drive with the level at which the device clips.
-pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Outcome<String> {
+pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Result<String, DrawError> {
     let rate_hz = drive.rate().hz();
     let points = drive
         .samples()

@@ -9,19 +9,19 @@ use piezotact::recording::BenchKind;
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, welch};
 use piezotact::statistics::standard_deviation;
-use plotters::style::RGBColor;
 
-use super::axis::Axis;
-use super::chart::{Chart, Corner, HEIGHT, Line, range};
 use super::{document, figure};
 use crate::advice::merged_text;
 use crate::commands::manipulate::lines_5_hz_apart;
 use crate::failure::Outcome;
 use crate::output::digits;
+use piezotact::figure::{Axis, Chart, Corner, Line, Tone, range};
+use piezotact_report::Draw;
+use piezotact_report::chart::HEIGHT;
 
-const BEFORE: RGBColor = RGBColor(172, 180, 188);
-const AFTER: RGBColor = RGBColor(0, 121, 107);
-const OTHER: RGBColor = RGBColor(198, 83, 26);
+const BEFORE: Tone = Tone::Pale;
+const AFTER: Tone = Tone::Main;
+const OTHER: Tone = Tone::Second;
 
 /// The stretch of waveform that is drawn, and the highest frequency, s and Hz.
 const DRAWN_S: f64 = 0.5;
@@ -201,7 +201,7 @@ fn spectra(page: &Page<'_>) -> Outcome<String> {
     );
     let mut chart = Chart::new(Axis::log("frequency, Hz", from, to), density, lines);
     chart.legend = Corner::UpperRight;
-    chart.svg(HEIGHT + 80)
+    Ok(chart.svg(HEIGHT + 80)?)
 }
 
 fn origin(page: &Page<'_>) -> Markup {

@@ -6,19 +6,18 @@ use piezotact::surface::{
     ArealRoughness, HeightDistribution, HeightProfile, ProfileFilter, ProfileRoughness,
     height_distribution, height_limits_m,
 };
-use plotters::style::RGBColor;
 
-use super::axis::Axis;
-use super::chart::{Chart, HEIGHT, Line, Mark};
-use super::heatmap::Heatmap;
 use super::{document, figure, name};
 use crate::advice::merged_text;
 use crate::commands::roughness::{Evaluated, Surface, how, length_text, short, size, unit_for};
 use crate::failure::Outcome;
+use piezotact::figure::{Axis, Chart, Heatmap, Line, Mark, Tone};
+use piezotact_report::chart::HEIGHT;
+use piezotact_report::{Draw, DrawError};
 
-const SURFACE: RGBColor = RGBColor(0, 90, 140);
-const MEAN: RGBColor = RGBColor(213, 94, 0);
-const BORDER: RGBColor = RGBColor(110, 118, 126);
+const SURFACE: Tone = Tone::Signal;
+const MEAN: Tone = Tone::Accent;
+const BORDER: Tone = Tone::Border;
 
 /// Classes of the height distribution, at most, and points to each of them, at least on average.
 const CLASSES: usize = 80;
@@ -142,7 +141,7 @@ fn height_axis(unit: &str, lines: &[Line]) -> Axis {
     Axis::new(format!("height, {unit}"), low - room, high + above * room)
 }
 
-fn along(profile: &HeightProfile, label: &str, colour: RGBColor, per_m: (f64, f64)) -> Line {
+fn along(profile: &HeightProfile, label: &str, colour: Tone, per_m: (f64, f64)) -> Line {
     let step = profile.step_m() * per_m.0;
     let points = stretches(profile.heights_m(), step, per_m.1).concat();
     Line::new(label, colour, points)
@@ -156,7 +155,7 @@ fn position_axis(profile: &HeightProfile) -> (Axis, f64) {
 }
 
 /// The profile before the filter, with its mean line.
-fn before_filter(r: &ProfileRoughness) -> Outcome<String> {
+fn before_filter(r: &ProfileRoughness) -> Result<String, DrawError> {
     let primary = r.primary();
     let (x, per_place) = position_axis(&primary);
     let (unit, per_m) = height_unit(primary.heights_m());
@@ -226,10 +225,10 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     let (unit, per_m) = height_unit(&[low, high]);
     let values: Vec<f64> = coarse.heights_m().iter().map(|z| z * per_m).collect();
     let image = Heatmap {
-        values: &values,
+        values,
         columns: coarse.columns(),
         size: (map.length_x_m() * per_place, map.length_y_m() * per_place),
-        length_unit: place,
+        length_unit: place.into(),
         scale: (low * per_m, high * per_m),
         label: format!("height, {unit}"),
     };
@@ -256,7 +255,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     Ok(html! {
         section {
             h2 { "Heights" }
-            (figure(&image.svg()?, &format!(
+            (figure(&piezotact_report::heatmap::svg(&image)?, &format!(
                 "The surface that was evaluated, its first row at the top. The colours span 99 % of the heights.{grey}"
             )))
         }
@@ -291,7 +290,7 @@ fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
     })
 }
 
-fn shares(found: &HeightDistribution, unit: &str, per_m: f64) -> Outcome<String> {
+fn shares(found: &HeightDistribution, unit: &str, per_m: f64) -> Result<String, DrawError> {
     let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * CLASSES + 2);
     let mut before = 0.0;
     for (border_m, share) in found
@@ -313,7 +312,7 @@ fn shares(found: &HeightDistribution, unit: &str, per_m: f64) -> Outcome<String>
     .svg(HEIGHT - 40)
 }
 
-fn material(found: &HeightDistribution, unit: &str, per_m: f64) -> Outcome<String> {
+fn material(found: &HeightDistribution, unit: &str, per_m: f64) -> Result<String, DrawError> {
     let points = found
         .material_ratio
         .iter()

@@ -6,18 +6,17 @@ use piezotact::doubt::merged;
 use piezotact::quantity::{Decibels, Hertz};
 use piezotact::recording::Recording;
 use piezotact::score::{BandScore, Difference, Extent, Score, ScoreCriterion, Verdict};
-use plotters::style::RGBColor;
 
-use super::axis::Axis;
-use super::chart::{Chart, HEIGHT, Line, Mark, range};
 use super::{document, figure};
 use crate::advice::merged_text;
-use crate::failure::Outcome;
+use piezotact::figure::{Axis, Chart, Line, Mark, Tone, range};
+use piezotact_report::chart::HEIGHT;
+use piezotact_report::{Draw, DrawError};
 
-const REFERENCE: RGBColor = RGBColor(30, 30, 30);
-const TEST: RGBColor = RGBColor(0, 121, 107);
-const THRESHOLD: RGBColor = RGBColor(198, 83, 26);
-const UNFELT: RGBColor = RGBColor(172, 180, 188);
+const REFERENCE: Tone = Tone::Reference;
+const TEST: Tone = Tone::Main;
+const THRESHOLD: Tone = Tone::Second;
+const UNFELT: Tone = Tone::Pale;
 
 /// What a report of a score shows.
 pub(crate) struct Page<'a> {
@@ -27,7 +26,7 @@ pub(crate) struct Page<'a> {
 }
 
 /// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
+pub(crate) fn render(page: &Page<'_>) -> Result<String, DrawError> {
     let s = page.score;
     let title = format!("Score of {} against {}", page.names[1], page.names[0]);
     let body = html! {
@@ -143,7 +142,7 @@ fn span(s: &Score) -> (f64, f64) {
     (s.config.band.low().0 * 0.8, s.config.band.high().0 * 1.25)
 }
 
-fn levels(s: &Score) -> Outcome<String> {
+fn levels(s: &Score) -> Result<String, DrawError> {
     let (from, to) = span(s);
     let of = |level: &dyn Fn(&BandScore) -> f64| -> Vec<(f64, f64)> {
         s.bands.iter().map(|b| (b.centre_hz, level(b))).collect()
@@ -176,7 +175,7 @@ fn levels(s: &Score) -> Outcome<String> {
     .svg(HEIGHT + 60)
 }
 
-fn differences(s: &Score) -> Outcome<String> {
+fn differences(s: &Score) -> Result<String, DrawError> {
     let (from, to) = span(s);
     // Half of what counts most counts much.
     let most = s.bands.iter().map(|b| b.share).fold(0.0, f64::max);
@@ -201,9 +200,9 @@ fn differences(s: &Score) -> Outcome<String> {
                 .collect(),
         )
     };
-    let colour = |mut line: Line, label: &str, colour: RGBColor| {
+    let colour = |mut line: Line, label: &str, colour: Tone| {
         label.clone_into(&mut line.label);
-        line.colour = colour;
+        line.tone = colour;
         line
     };
     let much = |b: &BandScore| b.share >= 0.25 * most;

@@ -30,6 +30,10 @@ const NEIGHBOURS: usize = 8;
 const FEW_STEPS: usize = 16;
 /// One side alone, and more than this share of the samples: a level of rest, no limit.
 const REST: f64 = 0.5;
+/// One side alone, near zero, and held for so many samples at a time on average: a sensor at rest between contacts. Near zero: within this
+/// part of the largest magnitude.
+const LONG_REST: f64 = 256.0;
+const NEAR_ZERO: f64 = 0.3;
 /// Both sides, more than this share and plateaus of one length: a square wave.
 const SQUARE: f64 = 0.65;
 
@@ -66,7 +70,13 @@ pub fn limited(samples: &[f64]) -> Limited {
         high: side(1.0, high),
     };
     let one_sided = found.low <= 0.0 || found.high <= 0.0;
-    let rests = one_sided && found.share() > REST;
+    let resting = |sign: f64, share: f64, extreme: f64| {
+        share > 0.0 && rests_near_zero(samples, sign, extreme, middle, low.abs().max(high.abs()))
+    };
+    let rests = one_sided
+        && (found.share() > REST
+            || resting(-1.0, found.low, low)
+            || resting(1.0, found.high, high));
     if rests || (found.share() > SQUARE && regular(samples, 0.5 * (low + high))) {
         Limited::default()
     } else {
@@ -275,6 +285,21 @@ fn peak_at_the_end(samples: &[f64], sign: f64, extreme: f64, middle: f64) -> f64
     } else {
         count / samples.len() as f64
     }
+}
+
+/// Whether what stands at the end of the distribution is a level of rest: near zero, re the `largest` magnitude, and held for
+/// long at a time.
+fn rests_near_zero(samples: &[f64], sign: f64, extreme: f64, middle: f64, largest: f64) -> bool {
+    let end = Counts::of(samples, sign, extreme, middle)
+        .and_then(|counts| {
+            let (_, to) = counts.peak(LEAST_PEAK * samples.len() as f64)?;
+            Some(extreme - sign * to as f64 * counts.width)
+        })
+        .unwrap_or(extreme);
+    let at_rest = samples.iter().filter(|v| sign * (*v - end) >= 0.0).count();
+    let visits = visits(samples, sign, middle, end).max(1);
+    end.abs().max(extreme.abs()) <= NEAR_ZERO * largest
+        && at_rest as f64 >= LONG_REST * visits as f64
 }
 
 /// How often a signal goes beyond `limit` after it was on the other side of `middle`.

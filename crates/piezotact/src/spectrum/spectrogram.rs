@@ -9,7 +9,9 @@ use super::{
     Averaging, Detrend, EstimateError, Scaling, SegmentTransform, Symmetry, WelchConfig, Window,
     frequency_axis, kernel, one_sided, segments_in,
 };
-use crate::quantity::{Hertz, Quantity, SampleRate};
+use crate::figure::SpectrogramPanel;
+use crate::number::digits;
+use crate::quantity::{Decibels, Hertz, Quantity, SampleRate};
 use crate::series::Series;
 
 /// How a spectrogram is estimated. There is no default: it is stated, and goes into the result.
@@ -45,6 +47,18 @@ pub enum Cells {
         /// The line nearest to this frequency is the last one.
         highest: Hertz,
     },
+}
+
+impl Cells {
+    /// What a figure of the page's width shows, up to `highest`: 600 × 300 cells at most.
+    #[must_use]
+    pub fn of_a_figure(highest: Hertz) -> Self {
+        Self::AtMost {
+            columns: 600,
+            rows: 300,
+            highest,
+        }
+    }
 }
 
 impl SpectrogramConfig {
@@ -123,6 +137,44 @@ impl<Q: Quantity> Spectrogram<Q> {
     /// The PSDs column by column, each `frequencies_hz.len()` values in unit²/Hz from the lowest frequency up.
     pub fn columns(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.values.chunks_exact(self.frequencies_hz.len())
+    }
+
+    /// The spectrogram as a part of a figure: levels in dB re 1 unit²/Hz, row by row from the highest frequency.
+    #[must_use]
+    pub fn panel(&self, title: impl Into<String>) -> SpectrogramPanel {
+        let rows = self.frequencies_hz.len();
+        let level = |power: f64| Decibels::from_power(power).0;
+        SpectrogramPanel {
+            title: title.into(),
+            times_s: self.times_s.clone(),
+            time_step_s: self.time_step_s,
+            frequencies_hz: self.frequencies_hz.clone(),
+            frequency_step_hz: self.frequency_step_hz,
+            levels_db: (0..rows)
+                .rev()
+                .flat_map(|row| self.columns().map(move |column| level(column[row])))
+                .collect(),
+        }
+    }
+
+    /// How it was estimated, in words for a caption.
+    #[must_use]
+    pub fn estimate_text(&self) -> String {
+        let config = &self.config;
+        let averaged = |count: usize, what: &str| match count {
+            1 => String::new(),
+            several => format!(", {several} averaged per {what}"),
+        };
+        format!(
+            "{} window, {} samples, {} % overlap: {} segments{}; lines {:.2} Hz apart{}",
+            config.window.name(),
+            config.segment,
+            digits(config.overlap * 100.0),
+            self.segments,
+            averaged(self.segments_per_column, "column"),
+            self.resolution_hz(),
+            averaged(self.lines_per_row, "row"),
+        )
     }
 
     /// The step between lines before any are averaged: the rate over the segment's length, Hz.

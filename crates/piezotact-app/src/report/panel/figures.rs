@@ -4,21 +4,20 @@ use piezotact::panel::PanelDoubt;
 use piezotact::panel::{Cell, CellAverage, CellSpread, PanelAnalysis};
 use piezotact::quantity::{Band, Decibels, Degrees, Newtons, Quantity, Unit};
 use piezotact::transfer::{BundleAverage, TransferFunction};
-use plotters::style::RGBColor;
 
 use super::{Cleaning, Function, Page};
 use crate::failure::Outcome;
-use crate::report::axis::{Axis, Scale};
-use crate::report::chart::{Chart, Corner, Line, Mark, palette};
+use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+use piezotact_report::{Draw, DrawError};
 
 const HEIGHT: u32 = 400;
 /// One among many.
-const SINGLE: RGBColor = RGBColor(172, 180, 188);
-const MEAN: RGBColor = RGBColor(0, 121, 107);
+const SINGLE: Tone = Tone::Pale;
+const MEAN: Tone = Tone::Main;
 /// The odd one.
-const OUTSIDE: RGBColor = RGBColor(213, 94, 0);
+const OUTSIDE: Tone = Tone::Accent;
 /// Where people lie furthest apart.
-const WIDEST: RGBColor = RGBColor(30, 30, 30);
+const WIDEST: Tone = Tone::Reference;
 
 /// Levels of the lines of a band.
 fn levels<I: Quantity, O: Quantity>(
@@ -69,7 +68,11 @@ fn around(label: impl Into<String>, lines: &[Line]) -> Axis {
     Axis::around(label, Scale::Linear, values)
 }
 
-fn over_frequency(band: Band, label: impl Into<String>, lines: Vec<Line>) -> Outcome<String> {
+fn over_frequency(
+    band: Band,
+    label: impl Into<String>,
+    lines: Vec<Line>,
+) -> Result<String, DrawError> {
     let y = around(label, &lines);
     let mut chart = Chart::new(frequency(band), y, lines);
     chart.legend = Corner::Beside;
@@ -77,7 +80,7 @@ fn over_frequency(band: Band, label: impl Into<String>, lines: Vec<Line>) -> Out
 }
 
 fn coloured(lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
-    let colours = palette(lines.len());
+    let colours = Tone::several(lines.len());
     lines
         .into_iter()
         .zip(colours)
@@ -103,7 +106,7 @@ fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The counterpart of figures 67 and 76: everybody, and the average.
-pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Outcome<String> {
+pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, DrawError> {
     let odd = |who: &str| {
         page.said.doubts.iter().any(|doubt| {
             matches!(doubt.kind(), Some(PanelDoubt::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
@@ -159,7 +162,7 @@ fn average_db(average: &CellAverage, averaging: BundleAverage) -> &[f64] {
 }
 
 /// The counterpart of figures 68 and 77.
-pub(super) fn deviations(said: &PanelAnalysis) -> Outcome<String> {
+pub(super) fn deviations(said: &PanelAnalysis) -> Result<String, DrawError> {
     let distinct = |values: Vec<f64>| -> Vec<f64> {
         let mut values = values;
         values.sort_by(f64::total_cmp);
@@ -168,7 +171,7 @@ pub(super) fn deviations(said: &PanelAnalysis) -> Outcome<String> {
     };
     let loads = distinct(said.spreads.iter().map(|s| s.cell.load_n.0).collect());
     let angles = distinct(said.spreads.iter().map(|s| s.cell.angle_deg.0).collect());
-    let colours = palette(angles.len());
+    let colours = Tone::several(angles.len());
     let lines: Vec<Line> = angles
         .iter()
         .zip(colours)
@@ -201,7 +204,7 @@ pub(super) fn deviations(said: &PanelAnalysis) -> Outcome<String> {
     chart.svg(HEIGHT)
 }
 
-pub(super) fn spreads(said: &PanelAnalysis) -> Outcome<String> {
+pub(super) fn spreads(said: &PanelAnalysis) -> Result<String, DrawError> {
     let lines = said.spreads.iter().map(|spread| {
         let points = zipped(&spread.bundle.frequencies_hz, &spread.bundle.spread_db);
         (spread.cell.to_string(), points)
@@ -213,9 +216,9 @@ pub(super) fn spreads(said: &PanelAnalysis) -> Outcome<String> {
     )
 }
 
-pub(super) fn all(page: &Page<'_>) -> Outcome<String> {
+pub(super) fn all(page: &Page<'_>) -> Result<String, DrawError> {
     let cells = &page.said.cells;
-    let colours = palette(cells.len());
+    let colours = Tone::several(cells.len());
     let mut lines = Vec::new();
     for (cell, colour) in cells.iter().zip(colours) {
         let mut first = true;
@@ -277,7 +280,7 @@ pub(super) fn person_by_angle(page: &Page<'_>, load_n: f64) -> Outcome<Option<(S
 }
 
 /// The counterpart of figure 70b.
-pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Outcome<String> {
+pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String, DrawError> {
     let said = page.said;
     let there = |a: &&CellAverage| (a.cell.angle_deg.0 - angle_deg).abs() < 1e-9;
     let lines = said.averages.iter().filter(there).map(|average| {
@@ -338,7 +341,7 @@ pub(super) fn repeats(page: &Page<'_>) -> Outcome<Option<(String, String, String
     Ok(Some((caption, functions, chart.svg(HEIGHT)?)))
 }
 
-pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Outcome<String> {
+pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Result<String, DrawError> {
     let log = zipped(&average.frequencies_hz, &average.log_magnitude_db);
     let complex = zipped(&average.frequencies_hz, &average.complex_db);
     let lines = vec![
@@ -348,7 +351,7 @@ pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Outcome<String
     over_frequency(page.said.config.band, unit(page), coloured(lines))
 }
 
-pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Outcome<String> {
+pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<String, DrawError> {
     let costs = average.penalties_of(said.config.averaging);
     let points: Vec<(f64, f64)> = costs
         .people

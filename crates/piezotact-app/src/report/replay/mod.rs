@@ -1,12 +1,13 @@
 //! The report of `replay`: what the thesis claims, what the twin gave, and the counterparts of its figures.
 
-mod figures;
-
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use piezotact::criterion::Outcome as Judged;
+use piezotact::figure::Drawn;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Figure, Finding, Replay, Verdict};
+
+use piezotact_report::Draw as _;
 
 use super::{broad_document, name};
 use crate::advice::merged_text;
@@ -18,6 +19,17 @@ pub(crate) struct Page<'a> {
     /// The laboratory's own parameter file.
     pub(crate) twin: Option<&'a Path>,
     pub(crate) chapters: &'a [Chapter],
+}
+
+/// The height of a chart in the page.
+const HEIGHT: u32 = 400;
+
+fn draw(figure: &Figure) -> Outcome<String> {
+    Ok(match figure.drawn()? {
+        Drawn::Chart(chart) => chart.svg(HEIGHT)?,
+        Drawn::Spectrograms(all) => piezotact_report::spectrogram::svg(&all)?,
+        Drawn::Heatmap(map) => piezotact_report::heatmap::svg(&map)?,
+    })
 }
 
 /// A verdict in words.
@@ -209,7 +221,7 @@ fn criteria_of(standing: Standing<'_>) -> Markup {
 fn chapter_section(chapter: &Chapter) -> Outcome<Markup> {
     let mut drawn = Vec::new();
     for figure in &chapter.figures {
-        drawn.push((figure, figures::draw(figure)?));
+        drawn.push((figure, draw(figure)?));
     }
     Ok(html! {
         section {

@@ -6,17 +6,17 @@ use piezotact::quantity::Unit;
 use piezotact::recording::Channel;
 use piezotact::statistics::LogFit;
 use piezotact::stroke::Interval;
-use plotters::style::RGBColor;
 
 use crate::commands::touch::Take;
 use crate::failure::Outcome;
-use crate::report::axis::{Axis, Scale};
-use crate::report::chart::{Chart, Corner, HEIGHT, Line, Mark, palette};
+use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+use piezotact_report::chart::HEIGHT;
+use piezotact_report::{Draw, DrawError};
 
-const SIGNAL: RGBColor = RGBColor(0, 90, 140);
-const SECOND: RGBColor = RGBColor(213, 94, 0);
-const SINGLE: RGBColor = RGBColor(172, 180, 188);
-const MEAN: RGBColor = RGBColor(30, 30, 30);
+const SIGNAL: Tone = Tone::Signal;
+const SECOND: Tone = Tone::Accent;
+const SINGLE: Tone = Tone::Pale;
+const MEAN: Tone = Tone::Reference;
 
 /// The part of a recording that is shown: all of it, or its first `LONGEST_S` seconds.
 const LONGEST_S: f64 = 60.0;
@@ -43,7 +43,7 @@ pub(crate) fn signals(take: &Take) -> Outcome<Vec<String>> {
         if channels.is_empty() {
             return Ok(());
         }
-        let colours = [SIGNAL, SECOND, RGBColor(0, 158, 115)];
+        let colours = [SIGNAL, SECOND, Tone::Third];
         let several = channels.len() > 1;
         let lines: Vec<Line> = channels
             .iter()
@@ -124,7 +124,7 @@ pub(crate) fn axis_label(what: &str, unit: &str) -> String {
 }
 
 /// One stroke as it was cut, in time.
-pub(crate) fn stroke(take: &Take, vibration: &[f64], unit: &str) -> Outcome<String> {
+pub(crate) fn stroke(take: &Take, vibration: &[f64], unit: &str) -> Result<String, DrawError> {
     let Some(stroke) = take.segmentation.strokes.first() else {
         return Ok(String::new());
     };
@@ -183,7 +183,7 @@ fn density_axis(label: String, x: &Axis, lines: &[Line]) -> Axis {
 /// The spectra of single strokes with their mean: amplitude spectrum and PSD.
 pub(crate) fn strokes_with_mean(analysis: &Analysis) -> Outcome<[String; 2]> {
     let band = analysis.config.band;
-    let chart = |spectra: &StrokeSpectra, label: String| -> Outcome<String> {
+    let chart = |spectra: &StrokeSpectra, label: String| -> Result<String, DrawError> {
         let mut lines: Vec<Line> = spectra
             .each
             .iter()
@@ -207,8 +207,8 @@ pub(crate) fn strokes_with_mean(analysis: &Analysis) -> Outcome<[String; 2]> {
 }
 
 /// The mean PSDs of groups, one line each.
-pub(crate) fn psds(groups: &[&Summary], band: (f64, f64)) -> Outcome<String> {
-    let colours = palette(groups.len());
+pub(crate) fn psds(groups: &[&Summary], band: (f64, f64)) -> Result<String, DrawError> {
+    let colours = Tone::several(groups.len());
     let many = groups.len() > 7;
     let lines: Vec<Line> = groups
         .iter()
@@ -247,7 +247,7 @@ fn line_of(fit: &LogFit, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
 }
 
 /// Rms against Ra, both logarithmic, with the fitted power law.
-pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Outcome<String> {
+pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
     let known: Vec<(&Summary, f64)> = groups
         .iter()
         .filter_map(|group| {
@@ -301,8 +301,8 @@ pub(crate) fn by_name(
     y_label: String,
     x_label: &str,
     sets: &Sets,
-) -> Outcome<String> {
-    let colours = palette(sets.len());
+) -> Result<String, DrawError> {
+    let colours = Tone::several(sets.len());
     let lines: Vec<Line> = sets
         .iter()
         .zip(&colours)
@@ -340,7 +340,7 @@ pub(crate) fn by_name(
 }
 
 /// The peaks of a spatial period over speed, with the line f = v/λ.
-pub(crate) fn period(period: &SpatialPeriod) -> Outcome<String> {
+pub(crate) fn period(period: &SpatialPeriod) -> Result<String, DrawError> {
     let points: Vec<(f64, f64)> = period
         .peaks
         .iter()

@@ -459,7 +459,7 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
             .map(|cell| &cell.summary)
             .filter(|s| compared.pairs.iter().any(|pair| pair.sample == s.name))
             .collect();
-        figures::psds(&shared, band)
+        Ok(figures::psds(&shared, band)?)
     };
     Ok(html! {
         section {

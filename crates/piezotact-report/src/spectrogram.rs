@@ -1,17 +1,11 @@
 //! Spectrograms as images: time across, frequency up, the PSD in dB as colour.
 
-use piezotact::quantity::{Decibels, Quantity};
-use piezotact::spectrum::Spectrogram;
+use piezotact::figure::{SpectrogramPanel, Spectrograms};
 
-use super::axis::number;
-use super::chart::WIDTH;
-use super::image::{BAR, Image, Svg, ticks};
-use crate::failure::Outcome;
-use crate::output::digits;
-
-/// The most columns and rows of an image: what a figure this wide shows.
-pub(crate) const COLUMNS: usize = 600;
-pub(crate) const ROWS: usize = 300;
+use crate::DrawError;
+use crate::axis::number;
+use crate::chart::{WIDTH, sized};
+use crate::image::{BAR, Image, Svg, ticks};
 
 /// Around the panels: labels and ticks on the left, the scale of colours on the right, time below.
 const LEFT: f64 = 70.0;
@@ -34,62 +28,25 @@ const DEEPEST_DB: f64 = 80.0;
 /// The share of the cells that may lie below the scale of colours.
 const BELOW_SCALE: f64 = 0.02;
 
-/// One spectrogram of a figure.
-pub(crate) struct Panel<'a, Q: Quantity> {
-    pub(crate) title: String,
-    pub(crate) spectrogram: &'a Spectrogram<Q>,
-}
-
-/// One spectrogram, as a file of its own that says how it was estimated; `unit` is that of the PSD.
-pub(crate) fn file<Q: Quantity>(panel: &Panel<'_, Q>, unit: &str) -> Outcome<String> {
-    let note = estimate(panel.spectrogram);
-    let svg = figure(std::slice::from_ref(panel), unit, &note)?;
-    // In a page a figure takes the width there is; a file of its own needs its size.
-    let height = Layout::of(1).height(&note);
-    let size = format!("width=\"{WIDTH}\" height=\"{height:.0}\"");
-    Ok(svg.replacen("role=\"img\"", &size, 1))
-}
-
-/// How a spectrogram was estimated, for its caption.
-pub(crate) fn estimate<Q: Quantity>(spectrogram: &Spectrogram<Q>) -> String {
-    let config = &spectrogram.config;
-    let averaged = |count: usize, what: &str| match count {
-        1 => String::new(),
-        several => format!(", {several} averaged per {what}"),
-    };
-    format!(
-        "{} window, {} samples, {} % overlap: {} segments{}; lines {:.2} Hz apart{}",
-        config.window.name(),
-        config.segment,
-        digits(config.overlap * 100.0),
-        spectrogram.segments,
-        averaged(spectrogram.segments_per_column, "column"),
-        spectrogram.resolution_hz(),
-        averaged(spectrogram.lines_per_row, "row"),
-    )
-}
-
-/// One spectrogram, or several with one scale of colours, one of time and one of frequency, each with its title;
-/// `unit` is that of all their PSDs, and `note` stands below them.
-pub(crate) fn figure<Q: Quantity>(
-    panels: &[Panel<'_, Q>],
-    unit: &str,
-    note: &str,
-) -> Outcome<String> {
+/// Spectrograms with one scale of colours, one of time and one of frequency, as SVG text that takes the width there is.
+///
+/// # Errors
+/// [`DrawError`] where an image cannot be made.
+pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
+    let (panels, unit, note) = (&figure.panels, &figure.unit, figure.note.as_str());
     let layout = Layout::of(panels.len());
     let height = layout.height(note);
     let mut svg = Svg::new(height);
     svg.background(height);
-    let all = |values: fn(&Spectrogram<Q>) -> (f64, f64)| {
-        let ends = panels.iter().map(|panel| values(panel.spectrogram));
+    let all = |values: fn(&SpectrogramPanel) -> (f64, f64)| {
+        let ends = panels.iter().map(values);
         ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
             .unwrap_or((0.0, 1.0))
     };
     // Time begins with the recording: the first column stands in the middle of its segment.
     let (time, frequency) = ((0.0, all(times).1), all(frequencies));
-    let decibels: Vec<Vec<f64>> = panels.iter().map(|p| rows_db(p.spectrogram)).collect();
-    let scale = scale_db(&decibels);
-    for (i, (panel, values)) in panels.iter().zip(&decibels).enumerate() {
+    let scale = scale_db(panels);
+    for (i, panel) in panels.iter().enumerate() {
         let frame = Frame {
             at: layout.place(i),
             size: layout.size,
@@ -103,11 +60,11 @@ pub(crate) fn figure<Q: Quantity>(
             &shortened(&panel.title, letters),
         );
         let image = Image {
-            values,
-            columns: panel.spectrogram.times_s.len(),
+            values: &panel.levels_db,
+            columns: panel.times_s.len(),
             scale,
         };
-        frame.fill(&mut svg, panel.spectrogram, &image)?;
+        frame.fill(&mut svg, panel, &image)?;
         // Panels share their axes: only the outer ones say what they are.
         if i + layout.across >= panels.len() {
             frame.time_ticks(&mut svg);
@@ -140,6 +97,15 @@ pub(crate) fn figure<Q: Quantity>(
         svg.text((LEFT, height - 12.0), "start", note);
     }
     Ok(svg.finish())
+}
+
+/// The same with its size in pixels, for a file of its own.
+///
+/// # Errors
+/// As [`svg()`].
+pub fn file(figure: &Spectrograms) -> Result<String, DrawError> {
+    let height = Layout::of(figure.panels.len()).height(&figure.note);
+    Ok(sized(&svg(figure)?, height.round() as u32))
 }
 
 /// Where panels stand: the same size each, in rows.
@@ -204,13 +170,13 @@ impl Frame {
         self.at.1 + self.size.1 * (high - frequency_hz) / (high - low)
     }
 
-    fn fill<Q: Quantity>(
+    fn fill(
         &self,
         svg: &mut Svg,
-        spectrogram: &Spectrogram<Q>,
+        panel: &SpectrogramPanel,
         image: &Image<'_>,
-    ) -> Outcome {
-        let (time, frequency) = (times(spectrogram), frequencies(spectrogram));
+    ) -> Result<(), DrawError> {
+        let (time, frequency) = (times(panel), frequencies(panel));
         let (left, right) = (self.x(time.0), self.x(time.1));
         let (top, bottom) = (self.y(frequency.1), self.y(frequency.0));
         svg.missing(self.at, self.size);
@@ -239,13 +205,13 @@ impl Frame {
 }
 
 /// From where to where the columns reach, s.
-fn times<Q: Quantity>(spectrogram: &Spectrogram<Q>) -> (f64, f64) {
-    reach(&spectrogram.times_s, spectrogram.time_step_s)
+fn times(panel: &SpectrogramPanel) -> (f64, f64) {
+    reach(&panel.times_s, panel.time_step_s)
 }
 
 /// From where to where the rows reach, Hz.
-fn frequencies<Q: Quantity>(spectrogram: &Spectrogram<Q>) -> (f64, f64) {
-    reach(&spectrogram.frequencies_hz, spectrogram.frequency_step_hz)
+fn frequencies(panel: &SpectrogramPanel) -> (f64, f64) {
+    reach(&panel.frequencies_hz, panel.frequency_step_hz)
 }
 
 /// Cells of one size; the first one's middle is known, the last may stand for less.
@@ -254,24 +220,11 @@ fn reach(middles: &[f64], step: f64) -> (f64, f64) {
     (low, low + step * middles.len().max(1) as f64)
 }
 
-/// The levels row by row from the highest frequency, as an image has them.
-fn rows_db<Q: Quantity>(spectrogram: &Spectrogram<Q>) -> Vec<f64> {
-    let rows = spectrogram.frequencies_hz.len();
-    (0..rows)
-        .rev()
-        .flat_map(|row| {
-            spectrogram
-                .columns()
-                .map(move |column| Decibels::from_power(column[row]).0)
-        })
-        .collect()
-}
-
 /// The ends of a scale that holds the loudest cell of all, and nearly all cells above its low end.
-fn scale_db(panels: &[Vec<f64>]) -> (f64, f64) {
+fn scale_db(panels: &[SpectrogramPanel]) -> (f64, f64) {
     let mut levels: Vec<f64> = panels
         .iter()
-        .flatten()
+        .flat_map(|panel| &panel.levels_db)
         .copied()
         .filter(|level| level.is_finite())
         .collect();
@@ -302,23 +255,27 @@ mod tests {
     use piezotact::series::Series;
     use piezotact::spectrum::{Cells, SpectrogramConfig, spectrogram};
 
+    fn figure(panels: Vec<SpectrogramPanel>, unit: &str) -> Spectrograms {
+        Spectrograms {
+            panels,
+            unit: unit.into(),
+            note: String::new(),
+        }
+    }
+
     /// A tone that rises, at `level`, for `seconds`.
-    fn rising(level: f64, seconds: f64) -> Spectrogram<Acceleration> {
+    fn rising(title: &str, level: f64, seconds: f64) -> SpectrogramPanel {
         let rate = SampleRate::new(2000.0).unwrap();
         let samples = (0..(2000.0 * seconds) as usize).map(|i| {
             let t = i as f64 / 2000.0;
             level * (std::f64::consts::TAU * (100.0 + 100.0 * t) * t).sin()
         });
-        let series = Series::new(samples.collect(), rate).unwrap();
+        let series = Series::<Acceleration>::new(samples.collect(), rate).unwrap();
         let config = SpectrogramConfig {
-            cells: Cells::AtMost {
-                columns: COLUMNS,
-                rows: ROWS,
-                highest: Hertz(1000.0),
-            },
+            cells: Cells::of_a_figure(Hertz(1000.0)),
             ..SpectrogramConfig::usual(rate)
         };
-        spectrogram(&series, &config).unwrap()
+        spectrogram(&series, &config).unwrap().panel(title)
     }
 
     fn count(svg: &str, part: &str) -> usize {
@@ -329,18 +286,17 @@ mod tests {
     #[test]
     fn multiples_share_their_scales() {
         let spectrograms: Vec<_> = (1..=7)
-            .map(|k| rising(f64::from(k), 1.0 + 0.2 * f64::from(k)))
+            .map(|k| {
+                rising(
+                    &format!("S{k} & more"),
+                    f64::from(k),
+                    1.0 + 0.2 * f64::from(k),
+                )
+            })
             .collect();
         for panels in 1..=7 {
-            let panels: Vec<_> = spectrograms[..panels]
-                .iter()
-                .enumerate()
-                .map(|(k, spectrogram)| Panel {
-                    title: format!("S{k} & more"),
-                    spectrogram,
-                })
-                .collect();
-            let svg = figure(&panels, "(m/s²)²/Hz", "").ok().unwrap();
+            let panels = spectrograms[..panels].to_vec();
+            let svg = svg(&figure(panels.clone(), "(m/s²)²/Hz")).unwrap();
             assert_eq!(count(&svg, "<image"), panels.len());
             assert_eq!(count(&svg, "&amp; more"), panels.len());
             for once in [">time, s<", ">frequency, Hz<", ">PSD, dB re 1 (m/s²)²/Hz<"] {
@@ -359,7 +315,11 @@ mod tests {
     #[test]
     fn the_scale_holds_what_is_loud() {
         let check = |levels: &[f64], expected: (f64, f64)| {
-            assert_eq!(scale_db(&[levels.to_vec()]), expected);
+            let panel = SpectrogramPanel {
+                levels_db: levels.to_vec(),
+                ..rising("", 1.0, 0.5)
+            };
+            assert_eq!(scale_db(&[panel]), expected);
         };
         check(&[-12.0; 100], (-30.0, -10.0));
         check(
@@ -380,22 +340,18 @@ mod tests {
     /// The highest row comes first, and a file of its own has a size.
     #[test]
     fn high_frequencies_are_on_top() {
-        let spectrogram = rising(1.0, 1.0);
-        let (columns, rows) = (spectrogram.times_s.len(), spectrogram.frequencies_hz.len());
-        let levels = rows_db(&spectrogram);
+        let panel = rising("rising", 1.0, 1.0);
+        let (columns, rows) = (panel.times_s.len(), panel.frequencies_hz.len());
+        let levels = &panel.levels_db;
         assert_eq!(levels.len(), columns * rows);
         let loudest = (0..rows)
             .max_by(|a, b| levels[a * columns].total_cmp(&levels[b * columns]))
             .unwrap();
-        let at_hz = spectrogram.frequencies_hz[rows - 1 - loudest];
+        let at_hz = panel.frequencies_hz[rows - 1 - loudest];
         assert!((100.0..=130.0).contains(&at_hz), "{at_hz}");
-        let panel = Panel {
-            title: "rising".into(),
-            spectrogram: &spectrogram,
-        };
-        let alone = file(&panel, "V²/Hz").ok().unwrap();
+        let alone = file(&figure(vec![panel], "V²/Hz")).unwrap();
         assert!(
-            alone.starts_with("<svg width=\"900\" height=\"400\""),
+            alone.starts_with("<svg width=\"900\" height=\"374\""),
             "{}",
             &alone[..80]
         );

@@ -1,94 +1,21 @@
 //! The axes of a chart: where values stand, and which ticks say so.
 
+use piezotact::figure::{Axis, Scale};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
 /// Letters that stand side by side below a chart.
 const MOST_LETTERS: usize = 95;
 
-/// How values become places on an axis.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Scale {
-    Linear,
-    Logarithmic,
-    /// Whole numbers from 0 stand for names.
-    Names(Vec<String>),
+/// How the values of an axis are drawn.
+pub(crate) trait Drawable {
+    /// The range of places with its ticks.
+    fn ranged(&self) -> Ticked;
+    /// What a tick at `place` says.
+    fn text(&self, place: f64) -> String;
 }
 
-/// An axis: its label and its range.
-#[derive(Clone, Debug)]
-pub(crate) struct Axis {
-    pub(crate) label: String,
-    pub(crate) low: f64,
-    pub(crate) high: f64,
-    pub(crate) scale: Scale,
-}
-
-impl Axis {
-    pub(crate) fn new(label: impl Into<String>, low: f64, high: f64) -> Self {
-        Self {
-            label: label.into(),
-            low,
-            high,
-            scale: Scale::Linear,
-        }
-    }
-
-    pub(crate) fn log(label: impl Into<String>, low: f64, high: f64) -> Self {
-        Self {
-            scale: Scale::Logarithmic,
-            ..Self::new(label, low, high)
-        }
-    }
-
-    pub(crate) fn names(label: impl Into<String>, names: Vec<String>) -> Self {
-        Self {
-            high: names.len() as f64 - 0.5,
-            scale: Scale::Names(names),
-            ..Self::new(label, -0.5, 0.0)
-        }
-    }
-
-    /// An axis around all of `values`, with a little room; logarithmic ones end on whole steps.
-    pub(crate) fn around(
-        label: impl Into<String>,
-        scale: Scale,
-        values: impl Iterator<Item = f64>,
-    ) -> Self {
-        let (low, high) = values
-            .filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0))
-            .fold((f64::MAX, f64::MIN), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-        let (low, high) = match scale {
-            _ if low > high => (0.1, 1.0),
-            Scale::Logarithmic => (low / 1.25, high * 1.25),
-            _ => {
-                let room = 0.08 * (high - low).max(0.05 * high.abs()).max(f64::MIN_POSITIVE);
-                // What begins near zero begins at zero.
-                let low = if low >= 0.0 && low < 0.4 * high {
-                    0.0
-                } else {
-                    low - room
-                };
-                (low, high + room)
-            }
-        };
-        Self {
-            label: label.into(),
-            low,
-            high,
-            scale,
-        }
-    }
-
-    pub(crate) fn place(&self, value: f64) -> f64 {
-        match self.scale {
-            Scale::Logarithmic => value.log10(),
-            _ => value,
-        }
-    }
-
-    pub(crate) fn ranged(&self) -> Ticked {
+impl Drawable for Axis {
+    fn ranged(&self) -> Ticked {
         let (low, high) = (self.place(self.low), self.place(self.high));
         Ticked {
             range: (low..high).into(),
@@ -107,7 +34,7 @@ impl Axis {
         }
     }
 
-    pub(crate) fn text(&self, place: f64) -> String {
+    fn text(&self, place: f64) -> String {
         match &self.scale {
             Scale::Linear => number(place),
             Scale::Names(names) => names
@@ -208,7 +135,7 @@ impl ValueFormatter<f64> for Ticked {
 }
 
 /// A tick's number without needless digits.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     // Ticks are sums of steps: what is left at 0 is rounding.
     let value = if value.abs() < 1e-9 { 0.0 } else { value };
     let text = if value.abs() >= 9.99 || value == 0.0 {

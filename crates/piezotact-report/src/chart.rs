@@ -4,12 +4,15 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::axis::{Axis, Scale, Ticked};
-use crate::failure::Outcome;
+use piezotact::figure::{Chart, Corner, Line, Mark, Scale, Tone, Weight};
 
-/// The size of a figure in a page.
-pub(crate) const WIDTH: u32 = 900;
-pub(crate) const HEIGHT: u32 = 300;
+use crate::DrawError;
+use crate::axis::{Drawable, Ticked};
+
+/// The width of a figure in a page.
+pub const WIDTH: u32 = 900;
+/// The usual height of a chart in a page.
+pub const HEIGHT: u32 = 300;
 /// The figure is drawn this many times larger, since points fall on whole units.
 const FINE: u32 = 8;
 /// Points of a line beyond which only the extremes of every stretch are drawn.
@@ -24,7 +27,7 @@ const LEGEND_MARK: u32 = 36;
 /// How wide a letter of a name is, about.
 const LETTER: f64 = 7.6;
 
-pub(super) const TEXT: RGBColor = RGBColor(70, 78, 86);
+pub(crate) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
 const SHADE: RGBColor = RGBColor(0, 121, 107);
 
@@ -72,122 +75,68 @@ pub(crate) fn palette(count: usize) -> Vec<RGBColor> {
         .collect()
 }
 
-/// How points are drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Mark {
-    Line,
-    Dashed,
-    /// A dot for each point.
-    Dots,
-    /// Dots joined by a line.
-    Joined,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) struct Line {
-    pub(crate) label: String,
-    pub(crate) colour: RGBColor,
-    /// In half pixels.
-    pub(crate) width: u32,
-    pub(crate) points: Vec<(f64, f64)>,
-    pub(crate) mark: Mark,
-    /// x, and from where to where the value is spread.
-    pub(crate) spread: Vec<(f64, f64, f64)>,
-    /// The same as an area behind the line.
-    pub(crate) ribbon: Vec<(f64, f64, f64)>,
-}
-
-impl Line {
-    pub(crate) fn new(label: impl Into<String>, colour: RGBColor, points: Vec<(f64, f64)>) -> Self {
-        Self {
-            label: label.into(),
-            colour,
-            width: 4,
-            points,
-            mark: Mark::Line,
-            spread: Vec::new(),
-            ribbon: Vec::new(),
+/// The colour of a tone.
+fn colour(tone: Tone) -> RGBColor {
+    match tone {
+        Tone::Reference => RGBColor(30, 30, 30),
+        Tone::Pale => RGBColor(172, 180, 188),
+        Tone::Main => RGBColor(0, 121, 107),
+        Tone::Second => RGBColor(198, 83, 26),
+        Tone::Signal => RGBColor(0, 90, 140),
+        Tone::Accent => RGBColor(213, 94, 0),
+        Tone::Third => RGBColor(0, 158, 115),
+        Tone::Border => RGBColor(110, 118, 126),
+        Tone::Of { index, count } => {
+            let colours = palette(count.max(1));
+            colours[index.min(colours.len() - 1)]
         }
     }
+}
 
-    pub(crate) fn thick(mut self) -> Self {
-        self.width = 10;
-        self
-    }
-
-    pub(crate) fn thin(mut self) -> Self {
-        self.width = 2;
-        self
-    }
-
-    pub(crate) fn marked(mut self, mark: Mark) -> Self {
-        self.mark = mark;
-        self
-    }
-
-    pub(crate) fn ribbon(mut self, ribbon: Vec<(f64, f64, f64)>) -> Self {
-        self.ribbon = ribbon;
-        self
-    }
-
-    pub(crate) fn spread(mut self, spread: Vec<(f64, f64, f64)>) -> Self {
-        self.spread = spread;
-        self
+/// The width of a line in half pixels.
+fn half_pixels(weight: Weight) -> u32 {
+    match weight {
+        Weight::Thin => 2,
+        Weight::Usual => 4,
+        Weight::Thick => 10,
     }
 }
 
-/// What stands in a chart.
-#[derive(Clone, Debug)]
-pub(crate) struct Chart {
-    /// Above it, where it stands alone.
-    pub(crate) title: String,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
-    pub(crate) lines: Vec<Line>,
-    /// Ranges of x that are shaded.
-    pub(crate) shaded: Vec<(f64, f64)>,
-    /// Ranges of x that are shaded in red: what was rejected.
-    pub(crate) rejected: Vec<(f64, f64)>,
-    /// Horizontal lines.
-    pub(crate) levels: Vec<f64>,
-    /// Texts beside points.
-    pub(crate) notes: Vec<(f64, f64, String)>,
-    /// Where the legend of a few lines stands; that of many is beside the chart.
-    pub(crate) legend: Corner,
+/// A chart `height` high and [`WIDTH`] wide, as SVG text that takes the width there is.
+///
+/// # Errors
+/// [`DrawError`] where the plotting library refuses it.
+pub fn svg(chart: &Chart, height: u32) -> Result<String, DrawError> {
+    Plot(chart).svg(height)
 }
 
-/// A corner of a chart, or outside it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Corner {
-    UpperLeft,
-    UpperRight,
-    Beside,
+/// The same with its size in pixels, for a file of its own.
+///
+/// # Errors
+/// As [`svg()`].
+pub fn file(chart: &Chart, height: u32) -> Result<String, DrawError> {
+    Ok(sized(&svg(chart, height)?, height))
 }
 
-impl Chart {
-    pub(crate) fn new(x: Axis, y: Axis, lines: Vec<Line>) -> Self {
-        Self {
-            title: String::new(),
-            x,
-            y,
-            lines,
-            shaded: Vec::new(),
-            rejected: Vec::new(),
-            levels: Vec::new(),
-            notes: Vec::new(),
-            legend: Corner::UpperRight,
-        }
-    }
+/// `svg` with its size, which a page leaves to the width there is.
+pub(crate) fn sized(svg: &str, height: u32) -> String {
+    let size = format!("width=\"{WIDTH}\" height=\"{height}\"");
+    svg.replacen("role=\"img\"", &size, 1)
+}
 
-    /// The same with its legend beside it, however few lines there are.
-    pub(crate) fn beside(self) -> Self {
-        Self {
-            legend: Corner::Beside,
-            ..self
-        }
-    }
+/// A chart while it is drawn.
+struct Plot<'c>(&'c Chart);
 
-    pub(crate) fn svg(&self, height: u32) -> Outcome<String> {
+impl std::ops::Deref for Plot<'_> {
+    type Target = Chart;
+
+    fn deref(&self) -> &Chart {
+        self.0
+    }
+}
+
+impl Plot<'_> {
+    fn svg(&self, height: u32) -> Result<String, DrawError> {
         let mut svg = String::new();
         {
             let area = SVGBackend::with_string(&mut svg, (WIDTH * FINE, height * FINE))
@@ -239,7 +188,7 @@ impl Chart {
         &'b self,
         mut chart: ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
         legend_inside: usize,
-    ) -> Outcome {
+    ) -> Result<(), DrawError> {
         let font = ("sans-serif", 17 * FINE).into_font().color(&TEXT);
         let shades = self.shaded.iter().map(|range| (range, SHADE, 0.10));
         let rejects = self.rejected.iter().map(|range| (range, LIMIT, 0.08));
@@ -307,7 +256,7 @@ impl Chart {
         &'b self,
         chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
         line: &Line,
-    ) -> Outcome {
+    ) -> Result<(), DrawError> {
         let inside = || {
             let within = |x: f64| x >= self.x.low && x <= self.x.high;
             line.ribbon.iter().filter(move |(x, ..)| within(*x))
@@ -316,7 +265,7 @@ impl Chart {
         let lower = inside().rev().map(|(x, low, _)| self.at((*x, *low)));
         let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
         if outline.len() > 2 {
-            let area = Polygon::new(outline, line.colour.mix(0.25).filled());
+            let area = Polygon::new(outline, colour(line.tone).mix(0.25).filled());
             chart
                 .draw_series(std::iter::once(area))
                 .map_err(plot_failed)?;
@@ -329,7 +278,7 @@ impl Chart {
         &'b self,
         chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
         font: &TextStyle<'_>,
-    ) -> Outcome {
+    ) -> Result<(), DrawError> {
         let fine = FINE as i32;
         let (wide, high) = (10 * fine, 17 * fine);
         let dots: Vec<(i32, i32)> = self
@@ -391,28 +340,28 @@ impl Chart {
         &'b self,
         chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
         line: &Line,
-    ) -> Outcome {
+    ) -> Result<(), DrawError> {
         let inside: Vec<(f64, f64)> = line
             .points
             .iter()
             .filter(|(x, y)| *x >= self.x.low && *x <= self.x.high && y.is_finite())
             .map(|point| self.at(*point))
             .collect();
-        let style = line.colour.stroke_width(line.width * FINE / 2);
+        let style = colour(line.tone).stroke_width(half_pixels(line.weight) * FINE / 2);
         let fine = FINE as i32;
         for (x, low, high) in &line.spread {
             let ends = [self.at((*x, *low)), self.at((*x, *high))];
             chart
                 .draw_series(std::iter::once(PathElement::new(
                     ends,
-                    line.colour.mix(0.6).stroke_width(FINE * 3 / 2),
+                    colour(line.tone).mix(0.6).stroke_width(FINE * 3 / 2),
                 )))
                 .map_err(plot_failed)?;
         }
         if matches!(line.mark, Mark::Dots | Mark::Joined) {
             let dots = inside
                 .iter()
-                .map(|point| Circle::new(*point, 4 * fine, line.colour.filled()));
+                .map(|point| Circle::new(*point, 4 * fine, colour(line.tone).filled()));
             chart.draw_series(dots).map_err(plot_failed)?;
         }
         let drawn = match line.mark {
@@ -449,7 +398,10 @@ fn legend_width(lines: &[&Line]) -> u32 {
 }
 
 /// The legend of many lines: one below the other, as each is drawn.
-fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> Outcome {
+fn legend_beside(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    lines: &[&Line],
+) -> Result<(), DrawError> {
     let fine = FINE as i32;
     let (_, height) = area.dim_in_pixel();
     let room = height as i32 - 30 * fine;
@@ -457,7 +409,7 @@ fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> 
     let size = (17 * FINE).min((step as u32).saturating_sub(FINE).max(6 * FINE));
     for (i, line) in lines.iter().enumerate() {
         let y = 24 * fine + step * i as i32;
-        let style = line.colour.stroke_width(line.width * FINE / 2);
+        let style = colour(line.tone).stroke_width(half_pixels(line.weight) * FINE / 2);
         let dash = |from: i32, to: i32| PathElement::new([(from * fine, y), (to * fine, y)], style);
         match line.mark {
             Mark::Dashed => {
@@ -469,7 +421,7 @@ fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> 
             Mark::Dots => {}
         }
         if matches!(line.mark, Mark::Dots | Mark::Joined) {
-            let dot = Circle::new((12 * fine, y), 4 * fine, line.colour.filled());
+            let dot = Circle::new((12 * fine, y), 4 * fine, colour(line.tone).filled());
             area.draw(&dot).map_err(plot_failed)?;
         }
         let font = ("sans-serif", size)
@@ -492,10 +444,10 @@ fn legend_beside(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[&Line]) -> 
     Ok(())
 }
 
-fn plot_failed<E: std::error::Error + Send + Sync>(
-    error: DrawingAreaErrorKind<E>,
-) -> anyhow::Error {
-    anyhow::anyhow!("a figure could not be drawn: {error}")
+fn plot_failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> DrawError {
+    DrawError {
+        reason: error.to_string(),
+    }
 }
 
 /// A long line as the lowest and highest point of every stretch, which looks the same.
@@ -514,27 +466,4 @@ fn extremes(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
             both
         })
         .collect()
-}
-
-/// A range that holds every line's points between `low` and `high`, in steps of `step`, `depth` at most.
-pub(crate) fn range(
-    lines: &[&[(f64, f64)]],
-    low: f64,
-    high: f64,
-    step: f64,
-    depth: f64,
-) -> (f64, f64) {
-    let inside = || {
-        lines
-            .iter()
-            .flat_map(|line| line.iter())
-            .filter(|(x, y)| *x >= low && *x <= high && y.is_finite())
-    };
-    let top = inside().map(|(_, y)| *y).fold(f64::MIN, f64::max);
-    let bottom = inside().map(|(_, y)| *y).fold(f64::MAX, f64::min);
-    if top < bottom {
-        return (0.0, step);
-    }
-    let top = (top / step).floor() * step + step;
-    (((bottom / step).floor() * step).max(top - depth), top)
 }

@@ -2,31 +2,30 @@
 
 use std::fmt::Write as _;
 
-use anyhow::anyhow;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use plotters::style::{RGBColor, WHITE};
 
-use super::axis::number;
-use super::chart::{TEXT, WIDTH, palette};
-use crate::failure::Outcome;
+use crate::DrawError;
+use crate::axis::number;
+use crate::chart::{TEXT, WIDTH, palette};
 
 /// The colours of the scale; one more stands for what was not measured.
 const COLOURS: usize = 200;
 const MISSING: RGBColor = RGBColor(214, 218, 222);
 /// How wide the scale of colours is.
-pub(super) const BAR: f64 = 22.0;
+pub(crate) const BAR: f64 = 22.0;
 
 /// Values as colours, row by row from the top; NaN where nothing was measured.
-pub(super) struct Image<'a> {
-    pub(super) values: &'a [f64],
-    pub(super) columns: usize,
+pub(crate) struct Image<'a> {
+    pub(crate) values: &'a [f64],
+    pub(crate) columns: usize,
     /// The values at the ends of the scale of colours.
-    pub(super) scale: (f64, f64),
+    pub(crate) scale: (f64, f64),
 }
 
 impl Image<'_> {
-    fn png(&self) -> Outcome<Vec<u8>> {
+    fn png(&self) -> Result<Vec<u8>, DrawError> {
         let (low, high) = self.scale;
         let pixels: Vec<u8> = self
             .values
@@ -48,12 +47,16 @@ impl Image<'_> {
         let rgb = |colour: &RGBColor| [colour.0, colour.1, colour.2];
         let table: Vec<u8> = colours.iter().chain([&MISSING]).flat_map(rgb).collect();
         encoder.set_palette(table);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&pixels)?;
-        writer
-            .finish()
-            .map_err(|error| anyhow!("an image could not be made: {error}"))?;
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(&pixels).map_err(failed)?;
+        writer.finish().map_err(failed)?;
         Ok(bytes)
+    }
+}
+
+fn failed(error: png::EncodingError) -> DrawError {
+    DrawError {
+        reason: error.to_string(),
     }
 }
 
@@ -62,7 +65,7 @@ fn hex(colour: RGBColor) -> String {
 }
 
 /// About `count` round numbers from `low` to `high`.
-pub(super) fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
+pub(crate) fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
     let rough = (high - low) / count.max(2.0);
     let decade = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]
@@ -83,12 +86,12 @@ fn escaped(text: &str) -> String {
 }
 
 /// SVG text that grows, as wide as a figure.
-pub(super) struct Svg {
+pub(crate) struct Svg {
     text: String,
 }
 
 impl Svg {
-    pub(super) fn new(height: f64) -> Self {
+    pub(crate) fn new(height: f64) -> Self {
         Self {
             text: format!(
                 "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"12\" fill=\"{}\">",
@@ -98,12 +101,12 @@ impl Svg {
     }
 
     /// White behind everything, where the page may not be.
-    pub(super) fn background(&mut self, height: f64) {
+    pub(crate) fn background(&mut self, height: f64) {
         self.area((0.0, 0.0), (f64::from(WIDTH), height), WHITE);
     }
 
     /// The colour of what was not measured, where no image may cover it.
-    pub(super) fn missing(&mut self, at: (f64, f64), size: (f64, f64)) {
+    pub(crate) fn missing(&mut self, at: (f64, f64), size: (f64, f64)) {
         self.area(at, size, MISSING);
     }
 
@@ -119,14 +122,14 @@ impl Svg {
         self.text.push_str(element);
     }
 
-    pub(super) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
+    pub(crate) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
         let _never_fails = write!(
             self.text,
             "\n<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#969ea6\"/>"
         );
     }
 
-    pub(super) fn frame(&mut self, (x, y): (f64, f64), (width, height): (f64, f64)) {
+    pub(crate) fn frame(&mut self, (x, y): (f64, f64), (width, height): (f64, f64)) {
         let _never_fails = write!(
             self.text,
             "\n<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#969ea6\"/>"
@@ -134,7 +137,7 @@ impl Svg {
     }
 
     /// A text that starts, ends or has its middle there, as `anchor` says.
-    pub(super) fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
+    pub(crate) fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
         let _never_fails = write!(
             self.text,
             "\n<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
@@ -143,7 +146,7 @@ impl Svg {
     }
 
     /// A text that reads upwards, centred.
-    pub(super) fn upright(&mut self, (x, y): (f64, f64), text: &str) {
+    pub(crate) fn upright(&mut self, (x, y): (f64, f64), text: &str) {
         let _never_fails = write!(
             self.text,
             "\n<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\">{}</text>",
@@ -152,12 +155,12 @@ impl Svg {
     }
 
     /// An image that fills the frame from `at`, `size` large.
-    pub(super) fn image(
+    pub(crate) fn image(
         &mut self,
         (x, y): (f64, f64),
         size: (f64, f64),
         image: &Image<'_>,
-    ) -> Outcome {
+    ) -> Result<(), DrawError> {
         let (width, height) = size;
         let png = STANDARD.encode(image.png()?);
         self.add(&format!(
@@ -167,7 +170,7 @@ impl Svg {
     }
 
     /// The scale of colours from `low` to `high`, [`BAR`] wide, with its ticks and its label to the right.
-    pub(super) fn colour_bar(
+    pub(crate) fn colour_bar(
         &mut self,
         (left, top): (f64, f64),
         height: f64,
@@ -193,7 +196,7 @@ impl Svg {
         self.upright((left + BAR + 66.0, top + height / 2.0), label);
     }
 
-    pub(super) fn finish(self) -> String {
+    pub(crate) fn finish(self) -> String {
         self.text + "\n</svg>"
     }
 }
@@ -223,7 +226,7 @@ mod tests {
             columns: 2,
             scale: (0.0, 1.0),
         };
-        let bytes = image.png().ok().unwrap();
+        let bytes = image.png().unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
             .read_info()
             .unwrap();

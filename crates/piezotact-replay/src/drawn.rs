@@ -1,35 +1,41 @@
 //! The counterparts of the thesis' figures, drawn.
 
 use piezotact::Series;
+use piezotact::figure::{
+    Axis, Chart, Corner, Drawn, Line, Mark as PointMark, Scale, Spectrograms, Tone,
+};
+use piezotact::number::digits;
 use piezotact::quantity::{Acceleration, Hertz, Quantity};
-use piezotact::spectrum::{Cells, SpectrogramConfig, spectrogram};
-use piezotact_replay::{self as replay, Figure, Mark, Shown};
-use plotters::style::RGBColor;
+use piezotact::spectrum::{Cells, EstimateError, SpectrogramConfig, spectrogram};
 
-use crate::failure::Outcome;
-use crate::output::digits;
-use crate::report::axis::{Axis, Scale};
-use crate::report::chart::{self, Chart, Corner, Line, WIDTH, palette};
-use crate::report::spectrogram::{COLUMNS, Panel, ROWS, figure};
+use crate::figure::{self as replay, Figure, Mark, Shown};
 
-const HEIGHT: u32 = 400;
+/// Columns of a chart across which neighbouring points are thinned: its width in pixels.
+const COLUMNS: f64 = 900.0;
 /// One among many.
-const SINGLE: RGBColor = RGBColor(172, 180, 188);
+const SINGLE: Tone = Tone::Pale;
 /// Coloured lines beyond which every second one is dashed: neighbours on a scale of colours look alike.
 const TOLD_BY_COLOUR: usize = 7;
 /// How far up a spectrogram goes: where textures have their power. Around a fingerprint, where its first lines are.
 const HIGHEST: Hertz = Hertz(600.0);
 const HIGHEST_AROUND_FINGERPRINT: Hertz = Hertz(300.0);
 
-pub(super) fn draw(drawn: &Figure) -> Outcome<String> {
-    match &drawn.shown {
-        Shown::Lines { x, y, lines } => chart_of(x, y, lines).svg(HEIGHT),
-        Shown::Spectrograms(panels) => {
-            let highest = match drawn.number {
-                "35" => HIGHEST_AROUND_FINGERPRINT,
-                _ => HIGHEST,
-            };
-            spectrograms(panels, highest)
+impl Figure {
+    /// The figure as it is drawn: lines thinned to what a page shows, those that lie behind first; spectrograms over the
+    /// frequencies that hold textures.
+    ///
+    /// # Errors
+    /// [`EstimateError`] where a recording is too short for a spectrogram.
+    pub fn drawn(&self) -> Result<Drawn, EstimateError> {
+        match &self.shown {
+            Shown::Lines { x, y, lines } => Ok(Drawn::Chart(chart_of(x, y, lines))),
+            Shown::Spectrograms(panels) => {
+                let highest = match self.number {
+                    "35" => HIGHEST_AROUND_FINGERPRINT,
+                    _ => HIGHEST,
+                };
+                spectrograms(panels, highest).map(Drawn::Spectrograms)
+            }
         }
     }
 }
@@ -45,7 +51,7 @@ fn chart_of(x: &replay::Axis, y: &replay::Axis, lines: &[replay::Line]) -> Chart
     let behind = lines.iter().any(|line| line.mark != Mark::Thin);
     let grey = |line: &replay::Line| behind && line.mark == Mark::Thin;
     let coloured = lines.iter().filter(|line| !grey(line)).count();
-    let mut colours = palette(coloured).into_iter().zip(0..);
+    let mut colours = Tone::several(coloured).into_iter().zip(0..);
     let mut drawn: Vec<(bool, Line)> = lines
         .iter()
         .map(|line| {
@@ -76,14 +82,14 @@ fn chart_of(x: &replay::Axis, y: &replay::Axis, lines: &[replay::Line]) -> Chart
     chart
 }
 
-fn marked(line: &replay::Line, mark: Mark, colour: RGBColor, points: Vec<(f64, f64)>) -> Line {
+fn marked(line: &replay::Line, mark: Mark, colour: Tone, points: Vec<(f64, f64)>) -> Line {
     let drawn = Line::new(line.label.as_str(), colour, points);
     match mark {
         Mark::Thin => drawn.thin(),
         Mark::Line => drawn,
-        Mark::Dashed => drawn.marked(chart::Mark::Dashed),
-        Mark::Joined => drawn.marked(chart::Mark::Joined),
-        Mark::Dots => drawn.marked(chart::Mark::Dots),
+        Mark::Dashed => drawn.marked(PointMark::Dashed),
+        Mark::Joined => drawn.marked(PointMark::Joined),
+        Mark::Dots => drawn.marked(PointMark::Dots),
     }
 }
 
@@ -120,8 +126,7 @@ fn from_end_to_end(axis: &replay::Axis, values: impl Iterator<Item = f64> + Clon
 /// more.
 fn thinned(points: Vec<(f64, f64)>, x: &Axis) -> Vec<(f64, f64)> {
     let (low, high) = (x.place(x.low), x.place(x.high));
-    let column =
-        |point: &(f64, f64)| ((x.place(point.0) - low) / (high - low) * f64::from(WIDTH)).floor();
+    let column = |point: &(f64, f64)| ((x.place(point.0) - low) / (high - low) * COLUMNS).floor();
     points
         .chunk_by(|a, b| column(a) == column(b))
         .flat_map(|together| {
@@ -136,18 +141,17 @@ fn thinned(points: Vec<(f64, f64)>, x: &Axis) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn spectrograms(panels: &[(String, Series<Acceleration>)], highest: Hertz) -> Outcome<String> {
+fn spectrograms(
+    panels: &[(String, Series<Acceleration>)],
+    highest: Hertz,
+) -> Result<Spectrograms, EstimateError> {
     let mut estimated = Vec::new();
     for (title, series) in panels {
         let usual = SpectrogramConfig::usual(series.rate());
         let config = SpectrogramConfig {
             // Lines close enough for a comb at the slowest speed.
             segment: 4 * usual.segment,
-            cells: Cells::AtMost {
-                columns: COLUMNS,
-                rows: ROWS,
-                highest: Hertz(series.rate().nyquist().0.min(highest.0)),
-            },
+            cells: Cells::of_a_figure(Hertz(series.rate().nyquist().0.min(highest.0))),
             ..usual
         };
         estimated.push((title, spectrogram(series, &config)?));
@@ -162,18 +166,14 @@ fn spectrograms(panels: &[(String, Series<Acceleration>)], highest: Hertz) -> Ou
             first.resolution_hz()
         )
     });
-    let panels: Vec<Panel<'_, Acceleration>> = estimated
-        .iter()
-        .map(|(title, spectrogram)| Panel {
-            title: (*title).clone(),
-            spectrogram,
-        })
-        .collect();
-    figure(
-        &panels,
-        &Acceleration::UNIT.of_psd(),
-        &note.unwrap_or_default(),
-    )
+    Ok(Spectrograms {
+        panels: estimated
+            .iter()
+            .map(|(title, spectrogram)| spectrogram.panel(title.as_str()))
+            .collect(),
+        unit: Acceleration::UNIT.of_psd(),
+        note: note.unwrap_or_default(),
+    })
 }
 
 #[cfg(test)]
@@ -188,7 +188,7 @@ mod tests {
             .map(|i| ((f64::from(i) + 0.5) / 90_000.0, f64::from(i % 100)))
             .collect();
         let kept = thinned(wave.clone(), &axis);
-        assert_eq!(kept.len(), 2 * WIDTH as usize);
+        assert_eq!(kept.len(), 2 * COLUMNS as usize);
         assert!(kept.iter().all(|(_, v)| *v == 0.0 || *v == 99.0));
         assert!(kept.is_sorted_by(|a, b| a.0 < b.0));
         let few: Vec<(f64, f64)> = wave.into_iter().step_by(200).collect();
@@ -212,11 +212,11 @@ mod tests {
             axis(replay::Scale::Logarithmic),
         );
         let both = chart_of(&x, &y, &[line(Mark::Line), line(Mark::Thin)]);
-        assert_eq!(both.lines[0].colour, SINGLE);
+        assert_eq!(both.lines[0].tone, SINGLE);
         assert_eq!(both.lines[1].points, [(0.0, 1.0), (2.0, 10.0)]);
         assert_eq!((both.x.low, both.x.high), (0.0, 2.0));
         let alone = chart_of(&x, &y, &[line(Mark::Thin)]);
-        assert_ne!(alone.lines[0].colour, SINGLE);
+        assert_ne!(alone.lines[0].tone, SINGLE);
         // Dots above each other are all there.
         let mut dots = line(Mark::Dots);
         dots.points = vec![(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)];

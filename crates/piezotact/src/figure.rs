@@ -1,0 +1,450 @@
+//! Figures as data: curves, maps and spectrograms with their axes. Whoever draws them computes nothing.
+//!
+//! A value that can be shown makes a [`Figure`]; `piezotact-report` draws it as SVG. Colours are named by what they stand for
+//! ([`Tone`]), so that one quantity has one colour in all figures.
+
+use serde::{Deserialize, Serialize};
+
+/// A figure and the text below it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// What is drawn.
+    pub drawn: Drawn,
+    /// What it shows, how it was computed, and what the marks mean.
+    pub caption: String,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Drawn {
+    /// Curves and points between two axes.
+    Chart(Chart),
+    /// Values on a grid as colours.
+    Heatmap(Heatmap),
+    /// Spectrograms with one scale of colours.
+    Spectrograms(Spectrograms),
+}
+
+/// Curves and points between two axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Chart {
+    /// Above it, where it stands alone; empty below a heading.
+    pub title: String,
+    /// Across.
+    pub x: Axis,
+    /// Up.
+    pub y: Axis,
+    /// The lines, later ones above earlier ones.
+    pub lines: Vec<Line>,
+    /// Ranges of x that are shaded.
+    pub shaded: Vec<(f64, f64)>,
+    /// Ranges of x that are shaded in red: what was rejected.
+    pub rejected: Vec<(f64, f64)>,
+    /// Horizontal lines, in the unit of y: limits.
+    pub levels: Vec<f64>,
+    /// Texts beside points: x, y, text.
+    pub notes: Vec<(f64, f64, String)>,
+    /// Where the legend of a few lines stands; that of many is beside the chart.
+    pub legend: Corner,
+}
+
+impl Chart {
+    /// A chart of `lines` without marks, its legend in the upper right corner.
+    #[must_use]
+    pub fn new(x: Axis, y: Axis, lines: Vec<Line>) -> Self {
+        Self {
+            title: String::new(),
+            x,
+            y,
+            lines,
+            shaded: Vec::new(),
+            rejected: Vec::new(),
+            levels: Vec::new(),
+            notes: Vec::new(),
+            legend: Corner::UpperRight,
+        }
+    }
+
+    /// The same with its legend beside it, however few lines there are.
+    #[must_use]
+    pub fn beside(self) -> Self {
+        Self {
+            legend: Corner::Beside,
+            ..self
+        }
+    }
+
+    /// The figure of this chart.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Figure {
+        Figure {
+            drawn: Drawn::Chart(self),
+            caption: caption.into(),
+        }
+    }
+}
+
+/// A corner of a chart, or outside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Corner {
+    /// The upper left corner.
+    UpperLeft,
+    /// The upper right corner.
+    UpperRight,
+    /// Outside, to the right.
+    Beside,
+}
+
+/// A line, or points, of a chart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// What it is in the legend; empty for one among many.
+    pub label: String,
+    /// Its colour.
+    pub tone: Tone,
+    /// How thick it is.
+    pub weight: Weight,
+    /// How its points are drawn.
+    pub mark: Mark,
+    /// x and y of its points.
+    pub points: Vec<(f64, f64)>,
+    /// Bars: x, and from where to where the value is spread.
+    pub spread: Vec<(f64, f64, f64)>,
+    /// The same as an area behind the line.
+    pub ribbon: Vec<(f64, f64, f64)>,
+}
+
+impl Line {
+    /// A line through `points`, of usual weight.
+    #[must_use]
+    pub fn new(label: impl Into<String>, tone: Tone, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            label: label.into(),
+            tone,
+            weight: Weight::Usual,
+            mark: Mark::Line,
+            points,
+            spread: Vec::new(),
+            ribbon: Vec::new(),
+        }
+    }
+
+    /// The same, thick.
+    #[must_use]
+    pub fn thick(mut self) -> Self {
+        self.weight = Weight::Thick;
+        self
+    }
+
+    /// The same, thin.
+    #[must_use]
+    pub fn thin(mut self) -> Self {
+        self.weight = Weight::Thin;
+        self
+    }
+
+    /// The same with its points drawn as `mark`.
+    #[must_use]
+    pub fn marked(mut self, mark: Mark) -> Self {
+        self.mark = mark;
+        self
+    }
+
+    /// The same with an area behind it.
+    #[must_use]
+    pub fn ribbon(mut self, ribbon: Vec<(f64, f64, f64)>) -> Self {
+        self.ribbon = ribbon;
+        self
+    }
+
+    /// The same with bars.
+    #[must_use]
+    pub fn spread(mut self, spread: Vec<(f64, f64, f64)>) -> Self {
+        self.spread = spread;
+        self
+    }
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mark {
+    /// A line.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// A dot for each point.
+    Dots,
+    /// Dots joined by a line.
+    Joined,
+}
+
+/// How thick a line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weight {
+    /// One among many.
+    Thin,
+    /// As lines are.
+    Usual,
+    /// A reference that others are drawn over.
+    Thick,
+}
+
+/// What a colour stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tone {
+    /// The reference: a target, a mean.
+    Reference,
+    /// The reference where something else is drawn over it; one of many.
+    Pale,
+    /// What the report is about: a measurement, a result.
+    Main,
+    /// What it is compared with: another measurement, a threshold.
+    Second,
+    /// A signal over time or length.
+    Signal,
+    /// A second signal, or what stands out.
+    Accent,
+    /// A third signal.
+    Third,
+    /// A border between parts.
+    Border,
+    /// One of several that count alike: distinct colours for a few, a scale from dark to light for many.
+    Of {
+        /// Its place, from 0.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+impl Tone {
+    /// The colours of `count` lines that count alike.
+    #[must_use]
+    pub fn several(count: usize) -> Vec<Self> {
+        (0..count).map(|index| Self::Of { index, count }).collect()
+    }
+}
+
+/// How values become places on an axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By ratios.
+    Logarithmic,
+    /// Whole numbers from 0 stand for names.
+    Names(Vec<String>),
+}
+
+/// An axis: its label with the unit, and its range.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Axis {
+    /// The quantity and its unit.
+    pub label: String,
+    /// The value at its beginning.
+    pub low: f64,
+    /// The value at its end.
+    pub high: f64,
+    /// How it is divided.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// A linear axis from `low` to `high`.
+    #[must_use]
+    pub fn new(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// A logarithmic axis from `low` to `high`, both above 0.
+    #[must_use]
+    pub fn log(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::new(label, low, high)
+        }
+    }
+
+    /// An axis of names, the first at 0.
+    #[must_use]
+    pub fn names(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self {
+            high: names.len() as f64 - 0.5,
+            scale: Scale::Names(names),
+            ..Self::new(label, -0.5, 0.0)
+        }
+    }
+
+    /// An axis around all of `values`, with a little room; logarithmic ones end on whole steps.
+    #[must_use]
+    pub fn around(
+        label: impl Into<String>,
+        scale: Scale,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0))
+            .fold((f64::MAX, f64::MIN), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        let (low, high) = match scale {
+            _ if low > high => (0.1, 1.0),
+            Scale::Logarithmic => (low / 1.25, high * 1.25),
+            _ => {
+                let room = 0.08 * (high - low).max(0.05 * high.abs()).max(f64::MIN_POSITIVE);
+                // What begins near zero begins at zero.
+                let low = if low >= 0.0 && low < 0.4 * high {
+                    0.0
+                } else {
+                    low - room
+                };
+                (low, high + room)
+            }
+        };
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale,
+        }
+    }
+
+    /// The place of `value` along the axis: its decimal logarithm on a logarithmic one, itself on others.
+    #[must_use]
+    pub fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => value.log10(),
+            _ => value,
+        }
+    }
+}
+
+/// The range of y that holds every line's points whose x lies between `low` and `high`, in whole steps of `step` and at most
+/// `depth` below its top; a step above 0 where there are no points.
+#[must_use]
+pub fn range(lines: &[&[(f64, f64)]], low: f64, high: f64, step: f64, depth: f64) -> (f64, f64) {
+    let inside = || {
+        lines
+            .iter()
+            .flat_map(|line| line.iter())
+            .filter(|(x, y)| *x >= low && *x <= high && y.is_finite())
+    };
+    let top = inside().map(|(_, y)| *y).fold(f64::MIN, f64::max);
+    let bottom = inside().map(|(_, y)| *y).fold(f64::MAX, f64::min);
+    if top < bottom {
+        return (0.0, step);
+    }
+    let top = (top / step).floor() * step + step;
+    (((bottom / step).floor() * step).max(top - depth), top)
+}
+
+/// Values on a grid as colours.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Heatmap {
+    /// Row by row from the top; NaN where nothing was measured, `null` in a document.
+    #[serde(deserialize_with = "gaps")]
+    pub values: Vec<f64>,
+    /// How many values a row has.
+    pub columns: usize,
+    /// How wide and how high the area is, in `length_unit`.
+    pub size: (f64, f64),
+    /// The unit of its sides.
+    pub length_unit: String,
+    /// The values at the ends of the scale of colours.
+    pub scale: (f64, f64),
+    /// The quantity that is shown, with its unit.
+    pub label: String,
+}
+
+/// Spectrograms with one scale of colours, one of time and one of frequency.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spectrograms {
+    /// The spectrograms, each with its title.
+    pub panels: Vec<SpectrogramPanel>,
+    /// The unit of their power spectral densities.
+    pub unit: String,
+    /// Below them; empty for none.
+    pub note: String,
+}
+
+/// One spectrogram of several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpectrogramPanel {
+    /// Above it.
+    pub title: String,
+    /// The middles of the columns, s.
+    pub times_s: Vec<f64>,
+    /// From one column to the next, s.
+    pub time_step_s: f64,
+    /// The middles of the rows, Hz, rising.
+    pub frequencies_hz: Vec<f64>,
+    /// From one row to the next, Hz.
+    pub frequency_step_hz: f64,
+    /// The level of every cell, dB, row by row from the highest frequency; `null` in a document where it is no number.
+    #[serde(deserialize_with = "gaps")]
+    pub levels_db: Vec<f64>,
+}
+
+/// Numbers of a document in which `null` stands for what is none.
+fn gaps<'de, D: serde::Deserializer<'de>>(document: D) -> Result<Vec<f64>, D::Error> {
+    let values: Vec<Option<f64>> = Deserialize::deserialize(document)?;
+    Ok(values
+        .into_iter()
+        .map(|value| value.unwrap_or(f64::NAN))
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_ends_on_whole_steps() {
+        let line = [(1.0, -3.0), (2.0, 14.0), (9.0, 99.0)];
+        assert_eq!(range(&[&line], 0.0, 5.0, 10.0, 120.0), (-10.0, 20.0));
+        assert_eq!(range(&[&line], 0.0, 5.0, 10.0, 15.0), (5.0, 20.0));
+        assert_eq!(range(&[&[]], 0.0, 5.0, 10.0, 15.0), (0.0, 10.0));
+    }
+
+    #[test]
+    fn an_axis_has_room_around_its_values() {
+        let check = |values: &[f64], scale: Scale, expected: (f64, f64)| {
+            let axis = Axis::around("x", scale, values.iter().copied());
+            assert!(
+                (axis.low - expected.0).abs() < 1e-12 && (axis.high - expected.1).abs() < 1e-12
+            );
+        };
+        check(&[1.0, 10.0], Scale::Linear, (0.0, 10.72));
+        check(&[1.0, f64::NAN, 10.0], Scale::Logarithmic, (0.8, 12.5));
+        check(&[], Scale::Linear, (0.1, 1.0));
+        check(&[9.0, 10.0], Scale::Linear, (8.92, 10.08));
+    }
+
+    #[test]
+    fn a_figure_comes_back_from_its_document() {
+        let line = Line::new("a", Tone::Of { index: 1, count: 3 }, vec![(0.0, 1.0)])
+            .thick()
+            .marked(Mark::Joined)
+            .spread(vec![(0.0, 0.5, 1.5)]);
+        let figure = Chart::new(
+            Axis::log("frequency, Hz", 1.0, 10.0),
+            Axis::names("sample", vec!["S1".into()]),
+            vec![line],
+        )
+        .beside()
+        .captioned("what it shows");
+        let text = serde_json::to_string(&figure).unwrap();
+        assert_eq!(serde_json::from_str::<Figure>(&text).unwrap(), figure);
+    }
+}

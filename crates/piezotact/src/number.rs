@@ -1,0 +1,49 @@
+//! Numbers in words: with the digits that count, and minus signs that are ones.
+
+/// `value` with three digits that count.
+///
+/// ```
+/// use piezotact::number::digits;
+/// assert_eq!([digits(12345.0), digits(0.012345), digits(0.0)], ["12345", "0.0123", "0.00"]);
+/// ```
+#[must_use]
+pub fn digits(value: f64) -> String {
+    digits_that_count(value, 3)
+}
+
+/// `value` with `count` digits that count; as a power of ten below 1e-4 and from 1e6.
+///
+/// ```
+/// use piezotact::number::digits_that_count;
+/// assert_eq!(digits_that_count(1.23456e7, 4), "1.235e7");
+/// ```
+#[must_use]
+pub fn digits_that_count(value: f64, count: u32) -> String {
+    let most = f64::from(count) - 1.0;
+    let before = if value == 0.0 {
+        0.0
+    } else {
+        value.abs().log10().floor()
+    };
+    if (-4.0..6.0).contains(&before) {
+        let decimals = (most - before).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.*e}", most as usize)
+    }
+}
+
+/// A difference of levels, dB, with its sign and two decimals; what rounds to nothing has no sign.
+///
+/// ```
+/// use piezotact::number::difference_db;
+/// assert_eq!([difference_db(-1.234), difference_db(-0.001), difference_db(2.0)], ["−1.23", "0.00", "+2.00"]);
+/// ```
+#[must_use]
+pub fn difference_db(value_db: f64) -> String {
+    let rounded_db = (value_db * 100.0).round() / 100.0 + 0.0;
+    match rounded_db {
+        0.0 => "0.00".into(),
+        other => format!("{other:+.2}").replace('-', "−"),
+    }
+}
