@@ -7,8 +7,7 @@
 
 use std::io::Read;
 
-use arrow_ipc::{Message, root_as_message};
-
+use crate::flat::{Message, Table};
 use crate::journal::START_KEY;
 
 /// The mark before every message.
@@ -25,16 +24,12 @@ pub(crate) struct Batches<R> {
 /// The start document of a journal as it is stored, and what follows it; the reason where there is none.
 pub(crate) fn open<R: Read>(mut reader: R) -> Result<(String, Batches<R>), String> {
     let header = header(&mut reader).ok_or("a journal whose first message is not whole")?;
-    let message = root_as_message(&header).map_err(|error| error.to_string())?;
-    let schema = message
-        .header_as_schema()
-        .ok_or("a journal that does not begin with its schema")?;
-    let stored = schema.custom_metadata().and_then(|pairs| {
-        let start = pairs.iter().find(|pair| pair.key() == Some(START_KEY))?;
-        Some(start.value()?.to_owned())
-    });
-    let start = stored.ok_or("an Arrow stream without a start document")?;
-    let channels = schema.fields().map_or(0, |fields| fields.len());
+    let Some(Message::Schema(schema)) = Message::of(&header) else {
+        return Err("a journal that does not begin with its schema".into());
+    };
+    let start = schema.stored(START_KEY).map(str::to_owned);
+    let start = start.ok_or("an Arrow stream without a start document")?;
+    let channels = schema.columns();
     Ok((start, Batches { reader, channels }))
 }
 
@@ -44,10 +39,11 @@ impl<R: Read> Iterator for Batches<R> {
     /// The next chunk, a list of samples for each channel; `None` at the first that is not whole.
     fn next(&mut self) -> Option<Self::Item> {
         let header = header(&mut self.reader)?;
-        let message = root_as_message(&header).ok()?;
-        let length = u64::try_from(message.bodyLength()).ok()?;
-        let body = exactly(&mut self.reader, length)?;
-        columns(message, self.channels, &body)
+        let Some(Message::Batch { batch, body_length }) = Message::of(&header) else {
+            return None;
+        };
+        let body = exactly(&mut self.reader, body_length)?;
+        columns(batch, self.channels, &body)
     }
 }
 
@@ -73,23 +69,24 @@ fn exactly(reader: &mut impl Read, length: u64) -> Option<Vec<u8>> {
 }
 
 /// The columns of a batch of `channels` columns of 64-bit floats.
-fn columns(message: Message<'_>, channels: usize, body: &[u8]) -> Option<Vec<Vec<f64>>> {
-    let batch = message.header_as_record_batch()?;
-    let (nodes, buffers) = (batch.nodes()?, batch.buffers()?);
-    if nodes.len() != channels || buffers.len() != 2 * channels || batch.compression().is_some() {
+fn columns(batch: Table<'_>, channels: usize, body: &[u8]) -> Option<Vec<Vec<f64>>> {
+    let (nodes, buffers) = (batch.pairs(1)?, batch.pairs(2)?);
+    let compressed = batch.has(3);
+    if nodes.len() != channels || buffers.len() != 2 * channels || compressed {
         return None;
     }
-    let rows = usize::try_from(batch.length()).ok()?;
-    let bytes = rows.checked_mul(size_of::<f64>())?;
+    let length = batch.long(0).unwrap_or(0);
+    let bytes = usize::try_from(length)
+        .ok()?
+        .checked_mul(size_of::<f64>())?;
     (0..channels)
         .map(|channel| {
-            let (node, buffer) = (nodes.get(channel), buffers.get(2 * channel + 1));
-            if node.length() != batch.length() || node.null_count() != 0 {
+            let ([rows, nulls], [from, long]) = (nodes[channel], buffers[2 * channel + 1]);
+            if rows != length || nulls != 0 {
                 return None;
             }
-            let [from, length] = [buffer.offset(), buffer.length()].map(usize::try_from);
-            let (from, length) = (from.ok()?, length.ok()?);
-            let data = body.get(from..from.checked_add(length)?)?.get(..bytes)?;
+            let (from, long) = (usize::try_from(from).ok()?, usize::try_from(long).ok()?);
+            let data = body.get(from..from.checked_add(long)?)?.get(..bytes)?;
             let (numbers, _) = data.as_chunks::<8>();
             Some(numbers.iter().map(|b| f64::from_le_bytes(*b)).collect())
         })

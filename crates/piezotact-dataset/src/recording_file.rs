@@ -7,9 +7,6 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::Schema;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
@@ -21,6 +18,7 @@ use crate::journal::{
     journal_path,
 };
 use crate::journal_batches;
+use crate::parquet_file::{ColumnsError, Reader};
 use crate::sidecar::Rendering;
 use crate::wav::SampleFormat;
 
@@ -138,21 +136,12 @@ fn read_with_documents(
         )
     };
     let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
-    let builder =
-        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| damaged(&error))?;
-    let stored = |key: &str| {
-        builder
-            .metadata()
-            .file_metadata()
-            .key_value_metadata()
-            .and_then(|pairs| pairs.iter().find(|pair| pair.key == key))
-            .and_then(|pair| pair.value.clone())
-    };
-    let (start, end) = (stored(START_KEY), stored(END_KEY));
+    let reader = Reader::new(file).map_err(|error| damaged(&error))?;
+    let (start, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
     let start_text = start.clone();
     let start = match start {
         Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
-        None => foreign_start(path, builder.schema(), rate)?,
+        None => foreign_start(path, &reader, rate)?,
     };
     let ours = start.format > 0;
     if start.format > StartDocument::FORMAT_WITH_CLOCKS {
@@ -170,15 +159,30 @@ fn read_with_documents(
         .map(|text| serde_json::from_str(&text))
         .transpose()
         .map_err(|error| damaged(&error))?;
-    let mut samples = vec![Vec::new(); start.channels.len()];
-    let columns = if start.clocks.is_empty() {
-        Columns::Whole
-    } else {
-        Columns::FilledUp
-    };
-    for batch in builder.build().map_err(|error| damaged(&error))? {
-        let batch = batch.map_err(|error| damaged(&error))?;
-        append_columns(path, &batch, columns, &mut samples)?;
+    let samples = reader
+        .numbers(start.columns())
+        .map_err(|error| match error {
+            ColumnsError::Damaged(error) => damaged(&error),
+            ColumnsError::Gaps(name) => ReadError::content(
+                path,
+                "a number in every row",
+                format!("gaps in `{name}`"),
+                "fill or cut them",
+            ),
+            ColumnsError::NoNumbers { name, found } => ReadError::content(
+                path,
+                "numbers",
+                format!("{found} in `{name}`"),
+                "export that column as numbers, or leave it out",
+            ),
+        })?;
+    if samples.len() != start.channels.len() {
+        return Err(ReadError::content(
+            path,
+            format!("{} channels, as its start says", start.channels.len()),
+            format!("{}", samples.len()),
+            "the file is damaged: copy it again",
+        ));
     }
     let fingerprints: Vec<Fingerprint> = samples
         .iter()
@@ -231,7 +235,7 @@ fn read_with_documents(
 /// What a Parquet file of another program says of itself.
 fn foreign_start(
     path: &Path,
-    schema: &Schema,
+    reader: &Reader,
     rate: Option<SampleRate>,
 ) -> Result<StartDocument, ReadError> {
     let rate_hz = rate.ok_or_else(|| {
@@ -242,9 +246,10 @@ fn foreign_start(
             "give the rate with --rate",
         )
     })?;
-    let channels = schema.fields().iter().map(|field| {
-        let unit = field.metadata().get(UNIT_KEY).map_or("", String::as_str);
-        (field.name().clone(), Unit::parse(unit))
+    let columns = reader.columns_with(UNIT_KEY).into_iter();
+    let channels = columns.map(|(name, unit)| {
+        let unit = Unit::parse(unit.as_deref().unwrap_or_default());
+        (name, unit)
     });
     let (channels, factors): (Vec<_>, Vec<f64>) = channels
         .map(|(name, (unit, factor)): (String, (Unit, f64))| ((name, unit), factor))
@@ -280,79 +285,6 @@ fn foreign_start(
         label: None,
         drive: None,
     })
-}
-
-/// How the columns of a file are filled.
-#[derive(Clone, Copy)]
-enum Columns {
-    /// A number in every row.
-    Whole,
-    /// Channels have clocks of their own: shorter ones are filled up with nulls at their end.
-    FilledUp,
-}
-
-fn append_columns(
-    path: &Path,
-    batch: &RecordBatch,
-    columns: Columns,
-    samples: &mut [Vec<f64>],
-) -> Result<(), ReadError> {
-    if batch.num_columns() != samples.len() {
-        return Err(ReadError::content(
-            path,
-            format!("{} channels, as its start says", samples.len()),
-            format!("{}", batch.num_columns()),
-            "the file is damaged: copy it again",
-        ));
-    }
-    for ((column, field), channel) in batch
-        .columns()
-        .iter()
-        .zip(batch.schema().fields())
-        .zip(samples)
-    {
-        let column = match columns {
-            Columns::FilledUp => &column.slice(0, column.len() - column.null_count()),
-            Columns::Whole => column,
-        };
-        if column.null_count() > 0 {
-            return Err(ReadError::content(
-                path,
-                "a number in every row",
-                format!("gaps in `{}`", field.name()),
-                "fill or cut them",
-            ));
-        }
-        if !append_numbers(column, channel) {
-            return Err(ReadError::content(
-                path,
-                "numbers",
-                format!("{} in `{}`", column.data_type(), field.name()),
-                "export that column as numbers, or leave it out",
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Appends a column of numbers of whatever width; false when it holds something else.
-fn append_numbers(column: &ArrayRef, channel: &mut Vec<f64>) -> bool {
-    macro_rules! widths {
-        ($($array:ty),*) => {
-            $(if let Some(numbers) = column.as_any().downcast_ref::<$array>() {
-                channel.extend(numbers.values().iter().map(|v| *v as f64));
-                return true;
-            })*
-        };
-    }
-    widths!(
-        Float64Array,
-        arrow_array::Float32Array,
-        arrow_array::Int16Array,
-        arrow_array::Int32Array,
-        arrow_array::Int64Array
-    );
-    false
 }
 
 pub(crate) fn assemble(

@@ -11,16 +11,8 @@ mod read;
 mod sink;
 mod writer;
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use arrow_array::RecordBatch;
-use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
 use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
@@ -31,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::atomic::write_atomically;
 use crate::error::WriteError;
+use crate::parquet_file::{Columns, Writer};
 use crate::sidecar::Rendering;
 
 pub(crate) use read::{is_journal, read_run_journal};
@@ -79,6 +72,15 @@ impl StartDocument {
     pub const FORMAT: u32 = 1;
     /// The version that it writes where they do not: columns differ in length, and are filled up with nulls.
     pub const FORMAT_WITH_CLOCKS: u32 = 2;
+
+    /// How the columns of its Parquet file are filled.
+    pub(crate) fn columns(&self) -> Columns {
+        if self.clocks.is_empty() {
+            Columns::Whole
+        } else {
+            Columns::FilledUp
+        }
+    }
 
     /// What is kept of the start of a run.
     #[must_use]
@@ -160,36 +162,11 @@ impl Fingerprint {
     }
 }
 
-fn arrow_failed(path: &Path) -> impl FnOnce(ArrowError) -> WriteError + '_ {
-    move |error| WriteError::Io {
-        path: path.into(),
-        source: std::io::Error::other(error),
-    }
-}
-
-fn schema_of(start: &StartDocument) -> Result<SchemaRef, ArrowError> {
-    let fields: Vec<Field> = start
-        .channels
-        .iter()
-        .map(|(name, unit)| {
-            Field::new(name, DataType::Float64, !start.clocks.is_empty()).with_metadata(
-                HashMap::from([(UNIT_KEY.to_owned(), unit.symbol().to_owned())]),
-            )
-        })
-        .collect();
-    let text =
-        serde_json::to_string(start).map_err(|error| ArrowError::JsonError(error.to_string()))?;
-    Ok(Arc::new(Schema::new_with_metadata(
-        fields,
-        HashMap::from([(START_KEY.to_owned(), text)]),
-    )))
-}
-
 fn write_parquet(
     path: &Path,
     start: &StartDocument,
     end: &EndDocument,
-    batches: impl Iterator<Item = Result<RecordBatch, ArrowError>>,
+    chunks: impl Iterator<Item = std::io::Result<Vec<Vec<f64>>>>,
 ) -> Result<(), WriteError> {
     let failed = |error: parquet::errors::ParquetError| WriteError::Io {
         path: path.into(),
@@ -208,23 +185,15 @@ fn write_parquet(
     };
     let end_text = json(serde_json::to_string(&end))?;
     write_atomically(path, |out| {
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .set_dictionary_enabled(false)
-            .set_key_value_metadata(Some(vec![
-                KeyValue::new(START_KEY.to_owned(), start_text),
-                KeyValue::new(END_KEY.to_owned(), end_text),
-            ]))
-            .build();
-        let schema = schema_of(start).map_err(arrow_failed(path))?;
-        let mut writer =
-            ArrowWriter::try_new(&mut *out, schema, Some(properties)).map_err(failed)?;
-        for batch in batches {
-            writer
-                .write(&batch.map_err(arrow_failed(path))?)
-                .map_err(failed)?;
+        let names = start.channels.iter().map(|(name, _)| name.as_str());
+        let columns = start.columns();
+        let texts = [(START_KEY, start_text), (END_KEY, end_text)];
+        let mut writer = Writer::new(&mut *out, names, columns, texts).map_err(failed)?;
+        for chunk in chunks {
+            let chunk = chunk.map_err(WriteError::io(path))?;
+            writer.append(chunk).map_err(failed)?;
         }
-        writer.close().map(|_metadata| ()).map_err(failed)
+        writer.finish().map_err(failed)
     })
 }
 

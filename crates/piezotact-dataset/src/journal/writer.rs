@@ -3,19 +3,14 @@
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::{ArrowError, SchemaRef};
 use piezotact::Doubt;
 use piezotact::recording::{Clock, Event, Provenance};
 use piezotact::run::{Ended, Judged, RunChunk};
 
 use super::frames::{Block, MAGIC, block_bytes};
 use super::read::chunks_of;
-use super::{
-    EndDocument, Fingerprint, StartDocument, arrow_failed, journal_path, schema_of, write_parquet,
-};
+use super::{EndDocument, Fingerprint, StartDocument, journal_path, write_parquet};
 use crate::atomic::{remove_unfinished_of, sync_folder};
 use crate::error::WriteError;
 
@@ -232,47 +227,20 @@ impl JournalWriter {
         })?;
         let bytes = self.bytes_of(&Block::End(text))?;
         self.put(&bytes)?;
-        let schema = schema_of(&self.start).map_err(arrow_failed(&self.journal))?;
         let journal = File::open(&self.journal).map_err(WriteError::io(&self.journal))?;
         let aside = side_path(&self.path);
-        if !self.start.clocks.is_empty() {
-            let batch = self.padded(chunks_of(journal), &schema);
-            write_parquet(&aside, &self.start, &end, std::iter::once(batch))?;
-            return self.in_place(&aside);
-        }
-        let batches = chunks_of(journal).map(|chunk| {
-            let chunk = chunk.map_err(|error| ArrowError::IoError(error.to_string(), error))?;
-            let columns = chunk
-                .channels
-                .into_iter()
-                .map(|channel| Arc::new(Float64Array::from(channel)) as ArrayRef);
-            RecordBatch::try_new(Arc::clone(&schema), columns.collect())
+        // A chunk grows the channels of its clock.
+        let chunks = chunks_of(journal).map(|chunk| {
+            let chunk = chunk?;
+            let mut new = chunk.channels.into_iter();
+            let of_clock = self.clock_of.iter().map(|clock| {
+                let its_own = *clock == chunk.clock as usize;
+                its_own.then(|| new.next()).flatten().unwrap_or_default()
+            });
+            Ok(of_clock.collect())
         });
-        write_parquet(&aside, &self.start, &end, batches)?;
+        write_parquet(&aside, &self.start, &end, chunks)?;
         self.in_place(&aside)
-    }
-
-    /// All samples as one batch, in which the columns of shorter channels are filled up with nulls.
-    fn padded(
-        &self,
-        chunks: impl Iterator<Item = Result<RunChunk, std::io::Error>>,
-        schema: &SchemaRef,
-    ) -> Result<RecordBatch, ArrowError> {
-        let mut columns = vec![Vec::<Option<f64>>::new(); self.clock_of.len()];
-        for chunk in chunks {
-            let chunk = chunk.map_err(|error| ArrowError::IoError(error.to_string(), error))?;
-            let of_clock = columns.iter_mut().zip(&self.clock_of);
-            let of_clock = of_clock.filter(|(_, clock)| **clock == chunk.clock as usize);
-            for ((column, _), new) in of_clock.zip(chunk.channels) {
-                column.extend(new.into_iter().map(Some));
-            }
-        }
-        let longest = columns.iter().map(Vec::len).max().unwrap_or(0);
-        let arrays = columns.into_iter().map(|mut column| {
-            column.resize(longest, None);
-            Arc::new(Float64Array::from(column)) as ArrayRef
-        });
-        RecordBatch::try_new(Arc::clone(schema), arrays.collect())
     }
 
     /// Puts the finished file in its place, and takes the journal away.

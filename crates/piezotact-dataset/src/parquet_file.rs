@@ -1,0 +1,301 @@
+//! Columns of numbers in Parquet files: written as 64-bit floats, read whatever their width.
+
+use std::fs::File;
+use std::io::Write;
+use std::sync::Arc;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{ColumnDescriptor, Type};
+
+use crate::flat::Message;
+
+/// The rows of a group: what is held in memory while a file is written.
+const ROWS_OF_A_GROUP: usize = 1 << 20;
+/// The rows that are read at a time.
+const ROWS_AT_A_TIME: usize = 1 << 16;
+/// Where pyarrow and others keep Arrow's schema.
+const ARROW_SCHEMA: &str = "ARROW:schema";
+
+/// How the columns of a file are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Columns {
+    /// A number in every row.
+    Whole,
+    /// Channels have clocks of their own: shorter ones are filled up with nulls at their end.
+    FilledUp,
+}
+
+/// A file that is being written.
+pub(crate) struct Writer<W: Write + Send> {
+    inner: SerializedFileWriter<W>,
+    columns: Columns,
+    rows: Vec<Vec<f64>>,
+}
+
+impl<W: Write + Send> Writer<W> {
+    /// Begins a file of columns called `names` with `texts` in its metadata.
+    pub(crate) fn new<'n>(
+        out: W,
+        names: impl Iterator<Item = &'n str>,
+        columns: Columns,
+        texts: impl IntoIterator<Item = (&'static str, String)>,
+    ) -> Result<Self, ParquetError> {
+        let repetition = match columns {
+            Columns::Whole => Repetition::REQUIRED,
+            Columns::FilledUp => Repetition::OPTIONAL,
+        };
+        let field = |name| {
+            Type::primitive_type_builder(name, Physical::DOUBLE)
+                .with_repetition(repetition)
+                .build()
+                .map(Arc::new)
+        };
+        let fields: Vec<_> = names.map(field).collect::<Result<_, _>>()?;
+        let rows = vec![Vec::new(); fields.len()];
+        let schema = Type::group_type_builder("schema").with_fields(fields);
+        let texts = texts.into_iter();
+        let pairs = texts.map(|(key, text)| KeyValue::new(key.to_owned(), text));
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_dictionary_enabled(false)
+            .set_key_value_metadata(Some(pairs.collect()))
+            .build();
+        let inner =
+            SerializedFileWriter::new(out, Arc::new(schema.build()?), Arc::new(properties))?;
+        Ok(Self {
+            inner,
+            columns,
+            rows,
+        })
+    }
+
+    /// Appends to every column; whole columns grow alike.
+    pub(crate) fn append(&mut self, chunk: Vec<Vec<f64>>) -> Result<(), ParquetError> {
+        for (column, new) in self.rows.iter_mut().zip(chunk) {
+            column.extend(new);
+        }
+        let full = self.columns == Columns::Whole
+            && self
+                .rows
+                .first()
+                .is_some_and(|rows| rows.len() >= ROWS_OF_A_GROUP);
+        if full { self.write_group() } else { Ok(()) }
+    }
+
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let longest = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let mut group = self.inner.next_row_group()?;
+        for rows in &mut self.rows {
+            let Some(mut column) = group.next_column()? else {
+                break;
+            };
+            let levels: Option<Vec<i16>> = (self.columns == Columns::FilledUp).then(|| {
+                let filled = std::iter::repeat_n(1, rows.len());
+                filled
+                    .chain(std::iter::repeat_n(0, longest - rows.len()))
+                    .collect()
+            });
+            column
+                .typed::<DoubleType>()
+                .write_batch(rows, levels.as_deref(), None)?;
+            column.close()?;
+            rows.clear();
+        }
+        group.close().map(|_metadata| ())
+    }
+
+    /// Ends the file.
+    pub(crate) fn finish(mut self) -> Result<(), ParquetError> {
+        if self.rows.iter().any(|rows| !rows.is_empty()) {
+            self.write_group()?;
+        }
+        self.inner.close().map(|_metadata| ())
+    }
+}
+
+/// A file that is read.
+pub(crate) struct Reader {
+    inner: SerializedFileReader<File>,
+}
+
+/// What is wrong with the columns of a file.
+pub(crate) enum ColumnsError {
+    /// It cannot be read.
+    Damaged(ParquetError),
+    /// A column has rows without a number.
+    Gaps(String),
+    /// A column holds no numbers.
+    NoNumbers {
+        /// Its name.
+        name: String,
+        /// What it holds.
+        found: String,
+    },
+}
+
+impl From<ParquetError> for ColumnsError {
+    fn from(error: ParquetError) -> Self {
+        Self::Damaged(error)
+    }
+}
+
+impl Reader {
+    pub(crate) fn new(file: File) -> Result<Self, ParquetError> {
+        Ok(Self {
+            inner: SerializedFileReader::new(file)?,
+        })
+    }
+
+    /// The text that is stored under `key`.
+    pub(crate) fn stored(&self, key: &str) -> Option<String> {
+        let pairs = self.inner.metadata().file_metadata().key_value_metadata()?;
+        let pair = pairs.iter().find(|pair| pair.key == key)?;
+        pair.value.clone()
+    }
+
+    /// The names of the columns, each with what Arrow's metadata store of it under `key`.
+    pub(crate) fn columns_with(&self, key: &str) -> Vec<(String, Option<String>)> {
+        let message = self.stored(ARROW_SCHEMA);
+        let message = message.and_then(|text| STANDARD.decode(text).ok());
+        // The mark of a message and its length stand before it.
+        let schema = message.as_deref().and_then(|bytes| bytes.get(8..));
+        let stored = match schema.and_then(Message::of) {
+            Some(Message::Schema(schema)) => schema.of_columns(key),
+            _ => Vec::new(),
+        };
+        let value = |name: &str| {
+            let (_, value) = stored.iter().find(|(column, _)| *column == name)?;
+            value.map(str::to_owned)
+        };
+        let columns = self.descriptors().iter();
+        columns
+            .map(|column| (name_of(column), value(&name_of(column))))
+            .collect()
+    }
+
+    fn descriptors(&self) -> &[Arc<ColumnDescriptor>] {
+        self.inner
+            .metadata()
+            .file_metadata()
+            .schema_descr()
+            .columns()
+    }
+
+    /// Every column as 64-bit floats.
+    pub(crate) fn numbers(&self, columns: Columns) -> Result<Vec<Vec<f64>>, ColumnsError> {
+        for column in self.descriptors() {
+            if !holds_numbers(column) {
+                return Err(ColumnsError::NoNumbers {
+                    name: name_of(column),
+                    found: what_is_in(column),
+                });
+            }
+        }
+        let mut all = vec![Vec::new(); self.descriptors().len()];
+        for group in 0..self.inner.num_row_groups() {
+            let group = self.inner.get_row_group(group)?;
+            for (k, numbers) in all.iter_mut().enumerate() {
+                let descriptor = &self.descriptors()[k];
+                let gaps = match group.get_column_reader(k)? {
+                    ColumnReader::DoubleColumnReader(mut r) => append(&mut r, numbers, |v| v)?,
+                    ColumnReader::FloatColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
+                    ColumnReader::Int32ColumnReader(mut r) if unsigned(descriptor) => {
+                        append(&mut r, numbers, |v: i32| f64::from(v as u32))?
+                    }
+                    ColumnReader::Int32ColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
+                    ColumnReader::Int64ColumnReader(mut r) if unsigned(descriptor) => {
+                        append(&mut r, numbers, |v: i64| v as u64 as f64)?
+                    }
+                    ColumnReader::Int64ColumnReader(mut r) => {
+                        append(&mut r, numbers, |v: i64| v as f64)?
+                    }
+                    _ => 0,
+                };
+                if gaps > 0 && columns == Columns::Whole {
+                    return Err(ColumnsError::Gaps(name_of(descriptor)));
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Appends the numbers of a column; how many rows have none.
+fn append<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    numbers: &mut Vec<f64>,
+    number: impl Fn(T::T) -> f64,
+) -> Result<usize, ParquetError> {
+    let (mut values, mut levels, mut gaps) = (Vec::new(), Vec::new(), 0);
+    loop {
+        values.clear();
+        levels.clear();
+        let (rows, read, _) =
+            reader.read_records(ROWS_AT_A_TIME, Some(&mut levels), None, &mut values)?;
+        if rows == 0 {
+            return Ok(gaps);
+        }
+        gaps += rows.saturating_sub(read);
+        numbers.extend(values.drain(..).map(&number));
+    }
+}
+
+fn name_of(column: &ColumnDescriptor) -> String {
+    column.path().string()
+}
+
+/// Whether a column has one number in every row, or none.
+fn holds_numbers(column: &ColumnDescriptor) -> bool {
+    let number = matches!(
+        column.physical_type(),
+        Physical::DOUBLE | Physical::FLOAT | Physical::INT32 | Physical::INT64
+    );
+    let plain = match column.logical_type_ref() {
+        Some(LogicalType::Integer(_)) => true,
+        Some(_) => false,
+        None => matches!(
+            column.converted_type(),
+            ConvertedType::NONE
+                | ConvertedType::INT_8
+                | ConvertedType::INT_16
+                | ConvertedType::INT_32
+                | ConvertedType::INT_64
+                | ConvertedType::UINT_8
+                | ConvertedType::UINT_16
+                | ConvertedType::UINT_32
+                | ConvertedType::UINT_64
+        ),
+    };
+    number && plain && column.max_rep_level() == 0 && column.path().parts().len() == 1
+}
+
+fn unsigned(column: &ColumnDescriptor) -> bool {
+    matches!(
+        column.converted_type(),
+        ConvertedType::UINT_8
+            | ConvertedType::UINT_16
+            | ConvertedType::UINT_32
+            | ConvertedType::UINT_64
+    )
+}
+
+/// What a column without numbers holds, in a word or two.
+fn what_is_in(column: &ColumnDescriptor) -> String {
+    if column.max_rep_level() > 0 || column.path().parts().len() > 1 {
+        return "lists or groups".into();
+    }
+    match (column.logical_type_ref(), column.converted_type()) {
+        (Some(logical), _) => format!("{logical:?}"),
+        (None, ConvertedType::NONE) => column.physical_type().to_string(),
+        (None, converted) => converted.to_string(),
+    }
+}
