@@ -216,6 +216,7 @@ fn spectrum(
             measured,
             variance_db2,
             resolution_hz,
+            ..
         } = evidence.outside;
         let noise = |hz: f64| evidence.floor.map_or(0.0, |floor| floor.at(hz));
         let edge = config.rendered.map_or(0.0, |rendered| rendered.edge_ratio);

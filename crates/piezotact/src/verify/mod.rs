@@ -4,6 +4,7 @@
 //! right PSD and no resemblance to the target, so the waveform is always looked at too.
 
 mod align;
+mod alike;
 mod beside;
 mod changed;
 mod clock;
@@ -434,6 +435,8 @@ fn frozen<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> Option
     Some(response.rate().duration_of(longest).0)
 }
 
+#[cfg(test)]
+mod alike_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
