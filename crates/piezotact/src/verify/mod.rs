@@ -366,6 +366,7 @@ pub fn verify<Q: Quantity>(
         clipped: measured.clipping.fraction,
         clipped_drive: measured.clipping.of_the_drive,
         frozen_s: frozen(response, &aligned),
+        bridged_s: bridged(response, &aligned),
         clock: &clock,
         felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
         rate,
@@ -435,8 +436,39 @@ fn frozen<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> Option
     Some(response.rate().duration_of(longest).0)
 }
 
+/// A straight line of so many samples and so many seconds is no vibration.
+const STRAIGHT: (usize, f64) = (12, 0.0025);
+/// What rounds off, over the peak.
+const ROUNDED: f64 = 1e-11;
+
+/// The longest straight line in what is compared of `response`, s: samples that a recording lost are replaced by one. What holds
+/// one value is none.
+fn bridged<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> f64 {
+    let rate = response.rate();
+    let later = (aligned.delay.0 * rate.hz()).round() as i64;
+    let all = response.samples();
+    let place = |at: usize| (at as i64 + later).clamp(0, all.len() as i64) as usize;
+    let samples = &all[place(aligned.from)..place(aligned.to)];
+    let rounded = ROUNDED * crate::statistics::peak(all);
+    let (mut longest, mut run) = (0, 0);
+    for three in samples.windows(3) {
+        let straight = (three[2] - 2.0 * three[1] + three[0]).abs() <= rounded;
+        let slopes = (three[2] - three[1]).abs() > 10.0 * rounded;
+        run = if straight && slopes { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    let lost_s = rate.duration_of(longest).0;
+    if longest >= STRAIGHT.0 && lost_s >= STRAIGHT.1 {
+        lost_s
+    } else {
+        0.0
+    }
+}
+
 #[cfg(test)]
 mod alike_tests;
+#[cfg(test)]
+mod drop_out_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
