@@ -45,11 +45,15 @@ use lines::Pair;
 use meant::OnTime;
 
 /// How close a measurement came to its target.
+///
+/// [`criteria`](Self::criteria) decide. They are of the bands that are judged, with the sensor's noise and what estimates scatter by taken away. The
+/// numbers beside them describe all of [`band_hz`](Self::band_hz) as it was measured, with both, but for
+/// [`error_db_rms_achievable`](Self::error_db_rms_achievable), which is of the judged bands: they are not the same numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verification {
     /// The band over which they were compared, Hz.
     pub band_hz: Band,
-    /// Root mean square over the band's lines of the spectrum error, dB.
+    /// Root mean square over all of the band's lines of the spectrum error as measured, dB; the criterion is [`Aspect::SpectrumError`].
     pub error_db_rms: f64,
     /// The largest absolute error of a line in the band, dB.
     pub error_db_max: f64,
@@ -60,14 +64,16 @@ pub struct Verification {
     /// The parts of the band that the inverse declared achievable.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub achievable_band_hz: Vec<Band>,
-    /// The rms error over those alone, dB.
+    /// The rms error over those alone, as measured, dB.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub error_db_rms_achievable: Option<f64>,
-    /// 20·log10 of the measured over the target rms in the band, dB.
+    /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`Aspect::Level`].
     pub level_error_db: f64,
-    /// Pearson's correlation of the band-limited waveforms after aligning the delay.
+    /// Pearson's correlation of the waveforms in all of the band, with the sensor's noise, after aligning the delay; the criterion is
+    /// [`Aspect::WaveformCorrelation`].
     pub waveform_correlation: f64,
-    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence.
+    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence. In all of the
+    /// band, with the sensor's noise; the criterion is [`Aspect::WaveformError`].
     #[serde(default)]
     pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.

@@ -80,15 +80,15 @@ impl Verdict {
 pub enum Aspect {
     /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
     Level,
-    /// The rms error of the lines, what estimates scatter by taken away, dB.
+    /// The rms error of the lines that are judged, what estimates scatter by and the sensor's noise taken away, dB.
     SpectrumError,
     /// The same, lines weighted by the power of the target.
     PowerWeightedError,
     /// The same, lines weighted by the power of the target over the detection threshold.
     FeltWeightedError,
-    /// Pearson's correlation of the waveforms.
+    /// Pearson's correlation of the waveforms over what is judged, less the sensor's noise.
     WaveformCorrelation,
-    /// The power of the waveforms' difference over that of the target, dB.
+    /// The power of the waveforms' difference over that of the target, over what is judged, less the sensor's noise, dB.
     WaveformError,
     /// The share of samples at a limit.
     Clipped,
