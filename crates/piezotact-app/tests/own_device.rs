@@ -133,3 +133,47 @@ fn what_no_device_can_be_is_refused() {
         .expect_failure(1, &["wrong.toml: expected", part]);
     }
 }
+
+/// The samples of a WAV file of 32-bit floats.
+fn samples(folder: &Folder, name: &str) -> Vec<f32> {
+    let bytes = std::fs::read(folder.path(name)).unwrap();
+    let data = bytes.windows(4).position(|four| four == b"data").unwrap();
+    let four = bytes[data + 8..].chunks_exact(4);
+    four.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
+}
+
+/// What is cut is cut where the device ends, far below the digital full scale, and said.
+#[test]
+fn allowed_clipping_cuts_at_the_limit_of_the_device() {
+    let folder = folder();
+    let transfer = TRANSFER.replace("full-scale 8", "full-scale 7");
+    run(
+        &folder,
+        &format!("{transfer} --device own.toml --gain high"),
+    )
+    .expect_success();
+    let render = "render texture.wav --scale 4m/s2 --transfer tf.json --out drive.wav";
+    let said = run(&folder, &format!("{render} --allow-clipping --json")).json();
+    let limit = said["headroom"]["limit"].as_f64().unwrap();
+    close(&said["headroom"]["limit"], 1.0 / 7.0);
+    assert!(said["headroom"]["peak"].as_f64().unwrap() > 1.5 * limit);
+    let drive = samples(&folder, "drive.wav");
+    let highest = drive.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    assert!(f64::from(highest) <= limit && f64::from(highest) > 0.999_999 * limit);
+    let cut = drive.iter().filter(|v| v.abs() >= highest).count();
+    let share = cut as f64 / drive.len() as f64;
+    assert!(share > 0.001);
+    close(&said["headroom"]["clipped_fraction"], share);
+    let sidecar: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("drive.wav.json")).unwrap()).unwrap();
+    let doubts = sidecar["rendering"]["doubts"].as_array().unwrap();
+    let doubt = doubts.iter().find(|d| d["code"] == "drive_clipped");
+    let text = doubt.unwrap().to_string();
+    assert!(text.contains("the amplifier"), "{text}");
+    let told = run(&folder, &format!("{render} --allow-clipping")).err();
+    assert!(
+        told.contains("was cut at the limit of the amplifier"),
+        "{told}"
+    );
+}

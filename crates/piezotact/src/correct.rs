@@ -20,7 +20,7 @@ use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
     Coverage, Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, coverage,
-    floored, runs,
+    cut, floored, runs,
 };
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
@@ -338,9 +338,7 @@ impl<O: Quantity> Correction<O> {
         let lines = self.transform.forward(&fitted.samples);
         let mut samples = self.frame.played(fitted.samples);
         let beyond = samples.iter().filter(|x| x.abs() > self.limit).count();
-        for sample in &mut samples {
-            *sample = sample.clamp(-self.limit, self.limit);
-        }
+        cut(&mut samples, self.limit);
         self.last = Fit {
             held: beyond as f64 / samples.len().max(1) as f64,
             likeness: fitted.likeness,

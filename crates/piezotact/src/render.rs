@@ -17,6 +17,7 @@ pub use doubt::RenderDoubt;
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
+pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 
 use crate::clipping::ClippingDoubt;
@@ -38,7 +39,7 @@ use crate::transfer::TransferFunction;
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
-    /// Let it clip, and say how much of it does.
+    /// Cut it at the device's limit, and say how much of it is.
     Allow,
 }
 
@@ -199,9 +200,6 @@ pub fn render<O: Quantity>(
                 });
             }
             Overload::Allow => {
-                for sample in &mut samples {
-                    *sample = sample.clamp(-1.0, 1.0);
-                }
                 doubts.push(Doubt::from(ClippingDoubt::DriveClipped {
                     limited_by: headroom.limited_by.to_string(),
                     fraction: headroom.clipped_fraction,
@@ -209,6 +207,7 @@ pub fn render<O: Quantity>(
             }
         }
     }
+    cut(&mut samples, headroom.limit);
     doubts.extend(headroom.slew_doubt(function.drive.as_ref()));
     let mut provenance = function.provenance.clone();
     // One that was measured by playing through another stands for that one.

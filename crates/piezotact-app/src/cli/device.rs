@@ -287,7 +287,7 @@ pub(crate) struct Render {
     /// Writes a report of the loop: how close every texture came, open and closed.
     #[arg(long, requires = "mode", value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Writes a drive that clips, instead of refusing it; not in a closed loop, which never plays what the device cannot.
+    /// Cuts a drive that does not fit at the device's limit, instead of refusing it; not in a closed loop, which never plays what the device cannot.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     /// Prints a summary as JSON.

@@ -57,6 +57,20 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
     drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
 }
 
+/// Cuts `drive` at `limit`, both full scale = 1: at the largest number of 32 bits that does not exceed it, as a file holds no
+/// other.
+pub(crate) fn cut(drive: &mut [f64], limit: f64) {
+    let nearest = limit as f32;
+    let held = match f64::from(nearest) > limit {
+        true => nearest.next_down(),
+        false => nearest,
+    };
+    let held = f64::from(held);
+    for sample in drive {
+        *sample = sample.clamp(-held, held);
+    }
+}
+
 /// How much of what a device can do `drive` (full scale = 1) at `rate` uses; without a description of the
 /// device only the digital full scale counts.
 ///
