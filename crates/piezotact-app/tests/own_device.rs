@@ -153,7 +153,7 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
         &format!("{transfer} --device own.toml --gain high"),
     )
     .expect_success();
-    let render = "render texture.wav --scale 4m/s2 --transfer tf.json --out drive.wav";
+    let render = "render texture.wav --scale 60m/s2 --transfer tf.json --out drive.wav";
     let said = run(&folder, &format!("{render} --allow-clipping --json")).json();
     let limit = said["headroom"]["limit"].as_f64().unwrap();
     close(&said["headroom"]["limit"], 1.0 / 7.0);
@@ -176,4 +176,44 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
         told.contains("was cut at the limit of the amplifier"),
         "{told}"
     );
+}
+
+/// `--level fit` and `drive-limited` keep to the slope that the amplifier follows, in texture mode too; a stated level that is
+/// too steep is doubted when it is rendered and when it is played.
+#[test]
+fn what_fits_is_no_steeper_than_the_amplifier_follows() {
+    let folder = folder();
+    folder.write("own.toml", OWN.replace("v_per_s = 1e6", "v_per_s = 3000"));
+    run(
+        &folder,
+        &format!("{TRANSFER} --device own.toml --gain high"),
+    )
+    .expect_success();
+    let codes = |said: &Value| said["doubts"].to_string();
+    let render = "render texture.wav --scale 1m/s2 --transfer tf.json --out drive.wav --json";
+    let steep = run(&folder, render).json();
+    let asked = steep["headroom"]["slope_v_per_s"].as_f64().unwrap();
+    let loud = steep["headroom"]["headroom_db"].as_f64().unwrap();
+    assert!(asked > 4000.0 && loud > 0.0, "{asked} V/s, {loud} dB");
+    assert!(codes(&steep).contains("slew_limited"));
+    let played = run(
+        &folder,
+        "play drive.wav --bench measured:tf.json --record felt.parquet --json",
+    );
+    assert!(codes(&played.json()).contains("slew_limited"));
+    for more in [
+        "--level fit",
+        "--inverse drive-limited",
+        "--level fit --mode texture --bench measured:tf.json --iterations 1",
+        "--inverse drive-limited --mode texture --bench measured:tf.json --iterations 1",
+    ] {
+        let said = run(&folder, &format!("{render} {more}")).json();
+        let slope = said["headroom"]["slope_v_per_s"].as_f64().unwrap();
+        assert!(slope <= 3000.0 && slope > 2000.0, "{more}: {slope}");
+        assert!(!codes(&said).contains("slew_limited"), "{more}");
+        let turned_down = codes(&said).contains("turned_down");
+        assert_eq!(turned_down, more.contains("drive-limited"), "{more}");
+        let level = said["level_db"].as_f64().unwrap();
+        assert_eq!(level < -1.0, more.contains("fit"), "{more}: {level}");
+    }
 }

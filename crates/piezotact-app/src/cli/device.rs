@@ -196,7 +196,7 @@ pub(crate) enum ModeName {
 pub(crate) enum Level {
     /// Re the texture, dB.
     Stated(f64),
-    /// At its own, or as much softer as it takes to fit.
+    /// At its own, or as much softer as it takes to fit, in level and in slope.
     Fit,
 }
 

@@ -326,6 +326,8 @@ fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
         config.clipping = Overload::Allow;
+    } else if args.level == Level::Fit {
+        config.steep = Overload::Refuse;
     }
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
@@ -392,7 +394,7 @@ impl Asked<'_> {
 
     /// Why a target is not rendered, and what would be.
     fn refused(&self, target: &Series<Acceleration>, level_db: f64, error: RenderError) -> Refused {
-        let RenderError::ExceedsFullScale { fits_at, .. } = error else {
+        let Some(fits_at) = error.fits_at() else {
             return match error {
                 RenderError::BandAboveNyquist { .. }
                 | RenderError::NoLine { .. }
@@ -427,6 +429,7 @@ impl Asked<'_> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
             clipping: Overload::Allow,
+            steep: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)
