@@ -17,6 +17,17 @@ use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Unit};
 use crate::recording::{Channel, Condition, Provenance, Recording, RecordingError};
 
+/// The stretches of a recording with `doubts` that hold no measured samples, from when to when in s: what its device or its journal lost.
+#[must_use]
+pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
+    let of = |doubt: &Doubt| match doubt.kind() {
+        Some(RunDoubt::SamplesLost { places_s, .. }) => places_s.unwrap_or_default(),
+        Some(RunDoubt::JournalDamaged { lost_s, .. }) => lost_s,
+        _ => Vec::new(),
+    };
+    doubts.iter().flat_map(of).collect()
+}
+
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunStart {

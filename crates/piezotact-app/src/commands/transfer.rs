@@ -10,9 +10,10 @@ use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup, drive_of
 use piezotact::integrity::{Pair, never_changes, said_of_a_pair, transfer_doubts};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
+use piezotact::run::lost_s;
 use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
-use piezotact::transfer::{Estimator, TransferError, estimate};
+use piezotact::transfer::{Estimator, OneClock, TransferError, estimate_without, prepared};
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
 use serde_json::json;
 
@@ -73,16 +74,24 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             )));
         }
     }
-    let mut function = estimate(
-        &drive,
-        &response,
-        &WelchConfig::hann(args.segment),
-        estimator,
-    )
-    .map_err(|error| match error {
-        TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
-        _ => Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string())),
-    })?;
+    let welch = WelchConfig::hann(args.segment);
+    let OneClock {
+        response,
+        missing_s: lost,
+        doubts: clocks,
+    } = prepared(&drive, response, &welch, lost_s(&recording.doubts));
+    let mut function = estimate_without(&drive, &response, &welch, estimator, &lost).map_err(
+        |error| match error {
+            TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
+            _ => Failure::Data(
+                anyhow::Error::new(error).context(args.recording.display().to_string()),
+            ),
+        },
+    )?;
+    function.doubts.extend(clocks);
+    if let Some(band) = recording.provenance.driven_hz {
+        function.driven_within(band);
+    }
     // The channels here have names and units, not types.
     function
         .doubts
@@ -114,6 +123,8 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .provenance
         .clone()
         .then(format!("{} → {}", args.drive, args.response));
+    // The transfer function says itself which band was driven.
+    function.provenance.driven_hz = None;
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
     function.drive = setup.or_else(|| contents.setup.clone());
