@@ -217,3 +217,48 @@ fn what_fits_is_no_steeper_than_the_amplifier_follows() {
         assert_eq!(level < -1.0, more.contains("fit"), "{more}: {level}");
     }
 }
+
+/// A recording that states its device is not described otherwise, and the band that it states is the one that was driven.
+#[test]
+fn a_recording_keeps_the_device_and_the_band_that_it_states() {
+    let folder = folder();
+    let line = "characterise --bench twin:participant=2,seed=7 --seconds 6 --out tf.json --record raw.parquet --json";
+    let said = run(&folder, line).json();
+    let transfer =
+        "transfer raw.parquet --drive drive --response acceleration --out again.json --json";
+    let again = run(&folder, transfer).json();
+    assert_eq!(again["driven_hz"], said["driven_hz"]);
+    assert_eq!(again["driven_hz"], serde_json::json!([2.0, 1200.0]));
+    assert!(
+        !again["doubts"].to_string().contains("not_driven"),
+        "{again}"
+    );
+    let same = "--gain B3 --volts-per-full-scale 1.41421356";
+    run(&folder, &format!("{transfer} {same}")).expect_success();
+    let setup =
+        |name: &str| run(&folder, &format!("info {name} --json")).json()["drive_setup"].clone();
+    assert_eq!(setup("again.json"), setup("raw.parquet"));
+    for (other, named) in [
+        ("--gain B4 --volts-per-full-scale 0.5", "gain B4"),
+        ("--gain B3 --volts-per-full-scale 0.5", "0.5000 V"),
+        (
+            "--gain B3 --volts-per-full-scale 1.41421356 --load-nf 90",
+            "90.0000 nF",
+        ),
+        (
+            "--device fixed --volts-per-full-scale 1.41421356",
+            "gain x20",
+        ),
+    ] {
+        run(&folder, &format!("{transfer} {other}")).expect_failure(
+            1,
+            &[
+                "raw.parquet",
+                "recording states",
+                "gain B3",
+                "1.4142 V",
+                named,
+            ],
+        );
+    }
+}

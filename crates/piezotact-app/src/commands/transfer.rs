@@ -34,7 +34,13 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let named = |error: RecordingError| {
         Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
     };
-    let setup = described(args)?;
+    let setup = match (&contents.setup, described(args, contents.setup.as_ref())?) {
+        (Some(stated), Some(asked)) => {
+            require_same(args, stated, &asked)?;
+            Some(stated.clone())
+        }
+        (stated, asked) => asked.or_else(|| stated.clone()),
+    };
     if args.drive == args.response {
         return Err(usage(anyhow!(
             "expected two channels, found `{}` as both drive and response; name the one that answers",
@@ -96,7 +102,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function
         .doubts
         .retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
-    let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
+    let limit = drive_limit(setup.as_ref());
     let broken = transfer_doubts(&Pair {
         drive: drive.samples(),
         response: response.samples(),
@@ -127,7 +133,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     function.provenance.driven_hz = None;
     function.provenance.steps.extend(estimated);
     function.condition = recording.condition.clone();
-    function.drive = setup.or_else(|| contents.setup.clone());
+    function.drive = setup;
     // What the transfer function says of its two channels is not said again of each.
     let of_the_file = recording.doubts.iter();
     let more = of_the_file.filter(|doubt| !said_of_a_pair(doubt, &broken));
@@ -172,16 +178,19 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     ))
 }
 
-/// The device that the options describe, if they do.
-fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
+/// The device that the options describe, if they do; what they leave out is as the recording has `stated` it.
+fn described(args: &Transfer, stated: Option<&DriveSetup>) -> Outcome<Option<DriveSetup>> {
     let Some(volts) = args.volts_per_full_scale else {
         return Ok(None);
     };
-    let device = match &args.device {
-        Some(named) => read_device(named)?,
-        None => DeviceDescription::drv2667().clone(),
+    let device = match (&args.device, stated) {
+        (Some(named), _) => read_device(named)?,
+        (None, Some(stated)) => stated.device().clone(),
+        (None, None) => DeviceDescription::drv2667().clone(),
     };
-    let set = match (&args.gain, device.only_gain()) {
+    let as_stated = stated.map(|stated| &stated.gain.name);
+    let as_stated = as_stated.filter(|_| args.device.is_none());
+    let set = match (args.gain.as_ref().or(as_stated), device.only_gain()) {
         (Some(gain), _) => device.at(gain).map_err(usage)?,
         (None, Some(_)) => device.at_usual_gain(),
         (None, None) => {
@@ -197,4 +206,32 @@ fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
     DriveSetup::new(set, Volts(volts), load_f)
         .map(Some)
         .map_err(usage::<ImpossibleSetup>)
+}
+
+/// Refuses options that describe another device than the one that the recording states.
+fn require_same(args: &Transfer, stated: &DriveSetup, asked: &DriveSetup) -> Outcome {
+    let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+    let load = args.load_nf.is_none() || close(stated.load_f, asked.load_f);
+    let device = args.device.is_none() || stated.device() == asked.device();
+    if stated.amplifies_like(asked)
+        && device
+        && close(stated.volts_per_full_scale, asked.volts_per_full_scale)
+        && load
+    {
+        return Ok(());
+    }
+    let told = |setup: &DriveSetup| {
+        format!(
+            "the {}, {:.4} V at full scale and {:.4} nF",
+            setup.amplification(),
+            setup.volts_per_full_scale,
+            setup.load_f * 1e9
+        )
+    };
+    Err(Failure::Data(anyhow!(
+        "{}: expected the device that the recording states, {}, found options for {}; leave --device, --gain, --volts-per-full-scale and --load-nf out",
+        args.recording.display(),
+        told(stated),
+        told(asked)
+    )))
 }
