@@ -67,7 +67,7 @@ const BEST_COHERENCE: f64 = 0.99;
 /// beginning.
 ///
 /// Formula: the delay of every block of segments from the phases of its cross-spectrum relative to the mean of all,
-/// Δ = −Σ W·ω·Im Z/Σ W·ω²·Re Z with Z = S_b/S̄ and W = γ²/(1 − γ²); a line with steps through the delays by weighted
+/// Δ = −Σ W·ω·Im Z/Σ W·ω²·Re Z with Z = Sᵢ/S̄ and W = γ²/(1 − γ²); a line with steps through the delays by weighted
 /// least squares; its standard error is the larger of that of the blocks and that of a twentieth of the recording each.
 /// The average loses |sin(πfD)/(πfD)| at f when the delay grows by D.
 ///
