@@ -18,6 +18,8 @@ use crate::quantity::{SampleRate, Unit};
 use crate::recording::{Channel, Condition, Provenance, Recording, RecordingError};
 
 /// The stretches of a recording with `doubts` that hold no measured samples, from when to when in s: what its device or its journal lost.
+///
+/// Source: the doubts [`RunDoubt::SamplesLost`] and [`RunDoubt::JournalDamaged`].
 #[must_use]
 pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
     let of = |doubt: &Doubt| match doubt.kind() {

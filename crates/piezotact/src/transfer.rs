@@ -468,6 +468,8 @@ pub fn estimate<I: Quantity, O: Quantity>(
 
 /// As [`estimate`], without the segments that touch one of the stretches `lost_s`, from when to when in s.
 ///
+/// Source: as [`estimate`]; decision 0041 of this project: straight lines in the place of samples are no measurement.
+///
 /// # Errors
 /// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more.
 pub fn estimate_without<I: Quantity, O: Quantity>(

@@ -119,6 +119,8 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
 
 /// `response` as it goes into an estimate beside `drive`: on one clock with it where their clocks differ, with the stretches `lost_s`
 /// that were reported as lost, in s, beside those where samples are missing.
+///
+/// Source: [`on_one_clock`].
 #[must_use]
 pub fn prepared<I: Quantity, O: Quantity>(
     drive: &Series<I>,
