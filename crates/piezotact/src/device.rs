@@ -223,6 +223,12 @@ impl DriveSetup {
     pub fn slew_limit_v_per_s(&self) -> f64 {
         self.gain.slew_limit_v_per_s(self.load_f)
     }
+
+    /// The steepest drive (full scale = 1) that the amplifier follows, 1/s.
+    #[must_use]
+    pub fn slew_limit_per_s(&self) -> f64 {
+        self.slew_limit_v_per_s() / self.actuator_v_per_full_scale()
+    }
 }
 
 /// The drive (full scale = 1) that stands behind a potential measured at the output of the PC.

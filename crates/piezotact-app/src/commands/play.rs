@@ -80,7 +80,12 @@ pub(crate) fn run(args: &Play) -> Outcome {
     )?;
     let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
     recording.about.doubts.extend(broken);
-    let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
+    let headroom = headroom(drive.samples(), drive.rate(), setup.as_ref());
+    recording
+        .about
+        .doubts
+        .extend(headroom.slew_doubt(setup.as_ref()));
+    let clipped = headroom.clipped_fraction;
     if clipped > 0.0 {
         recording
             .about

@@ -3,7 +3,7 @@
 use piezotact::Series;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Drive, Seconds};
+use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
@@ -106,12 +106,23 @@ pub fn play_and_record(
     keeper: &mut dyn RunKeeper,
     gate: Option<&mut Gate>,
 ) -> Result<Recording, ProcedureError> {
+    excite_and_record(bench, (drive, None), rendered_for, run, keeper, gate)
+}
+
+/// As [`play_and_record`], of a drive that excites a known band, which the recording states.
+pub(super) fn excite_and_record(
+    bench: &mut Bench,
+    (drive, driven): (&Series<Drive>, Option<Band>),
+    rendered_for: Option<&DriveSetup>,
+    run: &RunPlan,
+    keeper: &mut dyn RunKeeper,
+    gate: Option<&mut Gate>,
+) -> Result<Recording, ProcedureError> {
     require_device(bench, drive, rendered_for)?;
-    let start = RunStart {
-        setup: rendered_for.cloned(),
-        drive: Some(Checksum::of(drive.samples().iter().copied())),
-        ..announce(bench.acquirer.as_ref(), run)
-    };
+    let mut start = announce(bench.acquirer.as_ref(), run);
+    start.setup = rendered_for.cloned();
+    start.drive = Some(Checksum::of(drive.samples().iter().copied()));
+    start.about.provenance.driven_hz = driven;
     if let Some(recording) = keeper.completed(&start).map_err(ProcedureError::Keep)? {
         return Ok(recording);
     }
@@ -260,6 +271,8 @@ struct Run<'a> {
     /// Samples lost behind the last one that came.
     pending: u64,
     gaps: Vec<u64>,
+    /// From when to when each of them lies, s.
+    places_s: Vec<[f64; 2]>,
     /// How long the drive is, s; none where nothing plays.
     drive_s: Option<f64>,
     /// The samples of the normal force, and its channel; none where it is not judged.
@@ -278,6 +291,7 @@ impl<'a> Run<'a> {
             last: None,
             pending: 0,
             gaps: Vec::new(),
+            places_s: Vec::new(),
             drive_s: None,
             force: (Vec::new(), None),
             refused: None,
@@ -333,7 +347,6 @@ impl<'a> Run<'a> {
     fn over(&mut self, until: Until, stop: &StopHandle) -> Result<(), ProcedureError> {
         let pending = std::mem::take(&mut self.pending);
         if pending > 0 {
-            self.gaps.push(pending);
             let held = self.last.clone().unwrap_or_default();
             self.fill(pending, &held, until)?;
         }
@@ -406,7 +419,6 @@ impl<'a> Run<'a> {
         }
         let lost = std::mem::take(&mut self.pending);
         if lost > 0 {
-            self.gaps.push(lost);
             let next: Vec<f64> = chunk.channels.iter().map(|channel| channel[0]).collect();
             self.fill(lost, &next, until)?;
         }
@@ -433,6 +445,11 @@ impl<'a> Run<'a> {
 
     /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.
     fn fill(&mut self, lost: u64, next: &[f64], until: Until) -> Result<(), ProcedureError> {
+        self.gaps.push(lost);
+        let gap = [self.samples, self.samples + lost];
+        let rate_hz = self.rate_hz();
+        self.places_s
+            .push(gap.map(|sample| sample as f64 / rate_hz));
         let last = self.last.clone().unwrap_or_else(|| next.to_vec());
         self.happened(
             self.at_s(),
@@ -592,6 +609,7 @@ impl<'a> Run<'a> {
                 gaps: self.gaps.len(),
                 samples: self.gaps.iter().sum(),
                 longest_s: *longest as f64 / self.start.rate_hz.hz(),
+                places_s: Some(self.places_s.clone()),
             }
             .into()
         }));

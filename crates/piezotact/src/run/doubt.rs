@@ -17,6 +17,8 @@ doubts! {
             samples: u64,
             /// The longest gap, s.
             longest_s: f64,
+            /// From when to when each of them lies, s; absent in recordings of before.
+            places_s: Option<Vec<[f64; 2]>>,
         },
         /// The run ended before its end.
         EndedEarly("ended_early") {
@@ -103,6 +105,7 @@ impl fmt::Display for RunDoubt {
                 gaps,
                 samples,
                 longest_s,
+                ..
             } => write!(
                 f,
                 "the device lost {samples} samples at {gaps} places, {:.1} ms at the longest; straight lines stand in their place",

@@ -372,6 +372,8 @@ fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
         config.clipping = Overload::Allow;
+    } else if args.level == Level::Fit {
+        config.steep = Overload::Refuse;
     }
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
@@ -436,7 +438,7 @@ impl Asked<'_> {
 
     /// Why a target is not rendered, and what would be.
     fn refused(&self, target: &Series<Acceleration>, level_db: f64, error: RenderError) -> Refused {
-        let RenderError::ExceedsFullScale { fits_at, .. } = error else {
+        let Some(fits_at) = error.fits_at() else {
             return match error {
                 RenderError::BandAboveNyquist { .. }
                 | RenderError::NoLine { .. }
@@ -471,6 +473,7 @@ impl Asked<'_> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
             clipping: Overload::Allow,
+            steep: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)
