@@ -22,7 +22,7 @@ const COUNT: usize = 50_000;
 const RIPPLE_HZ: f64 = 40.0;
 
 fn gain(hz: f64, ripple_db: f64) -> f64 {
-    let sign = if (hz / RIPPLE_HZ) as usize % 2 == 0 {
+    let sign = if ((hz / RIPPLE_HZ) as usize).is_multiple_of(2) {
         1.0
     } else {
         -1.0
