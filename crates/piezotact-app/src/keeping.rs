@@ -34,6 +34,8 @@ pub(crate) struct Keeper<'a> {
     shown: Shown<'a>,
     /// How many runs were there already.
     pub(crate) reused: usize,
+    /// The files of the runs that were recorded or taken, where each has one of a folder.
+    pub(crate) files: Vec<PathBuf>,
 }
 
 /// How the progress of runs is shown.
@@ -53,6 +55,7 @@ impl<'a> Keeper<'a> {
             place,
             shown,
             reused: 0,
+            files: Vec::new(),
         }
     }
 }
@@ -64,7 +67,10 @@ impl RunKeeper for Keeper<'_> {
         };
         // What cannot be read is measured again, and kept beside the new one.
         let found = folder.completed(start).unwrap_or_default();
-        self.reused += usize::from(found.is_some());
+        if found.is_some() {
+            self.reused += 1;
+            self.files.push(folder.file(start));
+        }
         Ok(found)
     }
 
@@ -75,7 +81,10 @@ impl RunKeeper for Keeper<'_> {
                 Some(JournalSink::new(path, rendering.take().map(|made| *made)))
             }
             Place::Named(path_of) => Some(JournalSink::new(&path_of(start), None)),
-            Place::Continued(folder) => Some(folder.sink(start)?),
+            Place::Continued(folder) => {
+                self.files.push(folder.file(start));
+                Some(folder.sink(start)?)
+            }
         };
         let (bar, own) = match &self.shown {
             Shown::Nothing => (ProgressBar::hidden(), false),

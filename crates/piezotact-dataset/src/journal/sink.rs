@@ -222,6 +222,28 @@ impl RunFolder {
         Ok(aside)
     }
 
+    /// Removes those `files` of the folder that are there on purpose, and the folder where nothing else is in it. How many were
+    /// removed, and how many recordings of other commands are left.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] when the operating system refuses.
+    pub fn discard_these(&self, files: &[PathBuf]) -> Result<(usize, usize), WriteError> {
+        let mut removed = 0;
+        for file in files.iter().filter(|file| file.is_file()) {
+            std::fs::remove_file(file).map_err(WriteError::io(file))?;
+            removed += 1;
+        }
+        if !self.path.is_dir() {
+            return Ok((removed, 0));
+        }
+        let entries = std::fs::read_dir(&self.path).map_err(WriteError::io(&self.path))?;
+        let left = entries.filter_map(Result::ok);
+        let left = left.filter(|entry| is_run(&entry.path())).count();
+        // What others have put there stays, and the folder with it.
+        let _stays = std::fs::remove_dir(&self.path);
+        Ok((removed, left))
+    }
+
     /// Removes the runs of the folder on purpose, and the folder where nothing else is in it.
     ///
     /// # Errors
