@@ -3,6 +3,8 @@
 use piezotact::quantity::{QuantityError, SampleRate};
 use serde::{Deserialize, Serialize};
 
+use crate::watch::LONGEST_PAUSE;
+
 /// Times that a script may name, s.
 const LONGEST_S: f64 = 86_400.0;
 /// The longest gap of a script, s: more is a device that is gone.
@@ -38,6 +40,8 @@ pub struct FakeScript {
     /// When the input runs full, s since the bench was opened.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input_full_after_s: Option<f64>,
+    /// How long it may deliver no samples before a run is ended, s.
+    pub longest_pause_s: f64,
     /// What no bench may do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
@@ -189,6 +193,7 @@ impl Default for FakeScript {
             underruns: Vec::new(),
             lost: None,
             input_full_after_s: None,
+            longest_pause_s: LONGEST_PAUSE.0,
             fault: None,
         }
     }
@@ -252,6 +257,12 @@ impl FakeScript {
         let mut numbers = vec![
             ("output_hz".to_owned(), self.output_hz, 200.0, 192_000.0),
             ("input_hz".into(), self.input_hz, 200.0, 192_000.0),
+            (
+                "longest_pause_s".into(),
+                self.longest_pause_s,
+                0.01,
+                LONGEST_S,
+            ),
             ("clock_ppm".into(), self.clock_ppm, -10_000.0, 10_000.0),
             (
                 "the number of chunks_s".into(),
