@@ -140,6 +140,11 @@ fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
 
 /// Who is to be measured how, refused before a file is begun where a bench cannot do it.
 fn planned(args: &Run) -> Outcome<Vec<Person>> {
+    if let Some(number) = args.bench.participant() {
+        return Err(usage(anyhow!(
+            "expected a bench without participant, as --participants says who sits at it, found participant={number}; leave it out of --bench"
+        )));
+    }
     let mut people: Vec<Person> = Vec::new();
     for &number in &args.participants.0 {
         let mut bench = bench_of(args, number)?;
@@ -265,15 +270,22 @@ fn measure(
     };
     let config = config(args, filing);
     let done = repeated(bench, &config, &once, keeper, &mut |refused| {
-        say(&format!("{filing}: {refused}"));
+        say(&format!(
+            "{filing}: attempt {} was refused: {}",
+            refused.attempt, refused.refusal
+        ));
     })
-    .map_err(|error| match error {
-        error if error.continues() || matches!(error, ProcedureError::RepeatRefused { .. }) => {
-            Failure::Data(anyhow!(
-                "{filing}: {error}; what was measured before is kept, go on with the same command"
-            ))
+    .map_err(|error| {
+        const GO_ON: &str = "what was measured before is kept, go on with the same command";
+        match error {
+            ProcedureError::RepeatRefused {
+                attempts, refusal, ..
+            } => Failure::Data(anyhow!(
+                "{filing}: refused in {attempts} of {attempts} attempts; the last time {refusal}; {GO_ON}"
+            )),
+            error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
+            other => bench_failure(other),
         }
-        other => bench_failure(other),
     })?;
     let each: Vec<Distortion> = done
         .each

@@ -18,10 +18,9 @@ use piezotact_twin::{
 };
 use serde_json::json;
 
-use super::has_ending;
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
-use crate::commands::{bench_failure, outputs, recording_files};
+use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{say_moved, stopped_by_interrupt};
 use crate::output::{print, print_json};
