@@ -107,7 +107,7 @@ impl RunFolder {
     /// The file that says that the procedure came to its end.
     pub const DONE: &str = "done";
     /// The file that says what the runs are for.
-    pub const PURPOSE: &str = "purpose.json";
+    pub const PURPOSE: &str = "purpose";
 
     /// The folder at `path`, which is made with its first run. Nobody else has it while this value or a clone of it is there: the
     /// file `NAME.lock` beside it is locked until then, and removed. What a program that was killed has left of it holds nobody up.
