@@ -13,7 +13,7 @@ pub struct StopHandle(Arc<Inner>);
 struct Inner {
     stopped: Mutex<bool>,
     changed: Condvar,
-    children: Mutex<Vec<Weak<Inner>>>,
+    children: Mutex<Vec<Weak<Self>>>,
 }
 
 impl StopHandle {
