@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
 use piezotact::doubt::{Merged, merged};
-pub(crate) use piezotact::number::{difference_db, digits, digits_that_count};
+pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::quantity::Seconds;
 use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};

@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         )
     })?;
     let mut bench = TwinSpec {
-        participant: PARTICIPANT,
+        participant: Some(PARTICIPANT),
         seed: args.seed,
         gain: None,
         device: None,

@@ -19,6 +19,7 @@ use crate::gate::{Gate, Refusal};
 use crate::plan::{Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress, SensorCalibration};
+use crate::watch::Watch;
 
 /// The mean force may depart by this share from what was asked for.
 const FORCE_TOLERANCE: f64 = 0.1;
@@ -128,9 +129,10 @@ pub(super) fn excite_and_record(
     }
     let at_rest = bench.acquirer.calibrate()?;
     let provenance = with_rest(&start, &at_rest);
-    let ready = bench.acquirer.ready(run, &bench.stop).and_then(|()| {
+    let watch = Watch::new(&bench.stop, bench.acquirer.longest_pause());
+    let ready = bench.acquirer.ready(run, &watch.stop).and_then(|()| {
         let playback = Playback::Whole(drive.clone());
-        bench.player.ready(playback, run, &bench.stop)
+        bench.player.ready(playback, run, &watch.stop)
     });
     let sink = ready
         .map_err(ProcedureError::from)
@@ -160,30 +162,36 @@ pub(super) fn excite_and_record(
         }
         bench.acquirer.start()?;
         bench.player.start()?;
-        while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
-            let Some(chunk) = bench.acquirer.next_chunk()? else {
-                run_of.over(run.until, &bench.stop)?;
+        watch.during(|| {
+            while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
+                let chunk = bench.acquirer.next_chunk()?;
+                watch.answers(&run_of.name, run_of.at_s())?;
+                let Some(chunk) = chunk else {
+                    run_of.over(run.until, &bench.stop)?;
+                    let now = bench.player.progress()?;
+                    run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
+                    break;
+                };
+                run_of.take(chunk, run.until, &watch)?;
                 let now = bench.player.progress()?;
-                run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
-                break;
-            };
-            run_of.take(chunk, run.until)?;
-            let now = bench.player.progress()?;
-            if now.ended && !progress.ended {
-                bench.acquirer.playback_ended();
+                if now.ended && !progress.ended {
+                    bench.acquirer.playback_ended();
+                }
+                progress = now;
+                run_of.in_time(run.until)?;
             }
-            progress = now;
-            run_of.in_time(run.until)?;
-        }
-        progress = bench.player.progress()?;
-        Ok(())
+            progress = bench.player.progress()?;
+            Ok(())
+        })
     });
     bench.player.stop();
     bench.acquirer.stop();
     let mut doubts = bench.acquirer.doubts(run);
     doubts.extend(run_of.force_doubt(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
-    if played < expected || progress.underruns > 0 {
+    // A run that ended early for a known cause says that one.
+    let early = outcome.is_err() || bench.stop.is_stopped() || run_of.refused.is_some();
+    if played < expected && !early || progress.underruns > 0 {
         doubts.push(Doubt::from(RunDoubt::PlaybackIncomplete {
             played,
             expected,
@@ -227,7 +235,8 @@ pub fn acquire(
         });
     }
     let at_rest = acquirer.calibrate()?;
-    if let Err(refused) = acquirer.ready(run, stop) {
+    let watch = Watch::new(stop, acquirer.longest_pause());
+    if let Err(refused) = acquirer.ready(run, &watch.stop) {
         acquirer.stop();
         return Err(refused.into());
     }
@@ -240,14 +249,18 @@ pub fn acquire(
             return Ok(());
         }
         acquirer.start()?;
-        while !stop.is_stopped() && run_of.goes_on(run.until) {
-            let Some(chunk) = acquirer.next_chunk()? else {
-                run_of.over(run.until, stop)?;
-                break;
-            };
-            run_of.take(chunk, run.until)?;
-        }
-        Ok(())
+        watch.during(|| {
+            while !stop.is_stopped() && run_of.goes_on(run.until) {
+                let chunk = acquirer.next_chunk()?;
+                watch.answers(&run_of.name, run_of.at_s())?;
+                let Some(chunk) = chunk else {
+                    run_of.over(run.until, stop)?;
+                    break;
+                };
+                run_of.take(chunk, run.until, &watch)?;
+            }
+            Ok(())
+        })
     });
     acquirer.stop();
     let doubts = acquirer.doubts(run);
@@ -411,12 +424,16 @@ impl<'a> Run<'a> {
     }
 
     /// Hands on a chunk that keeps to the contract, with what is filled in for lost samples before it.
-    fn take(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
+    fn take(&mut self, chunk: RunChunk, until: Until, watch: &Watch) -> Result<(), ProcedureError> {
         self.check(&chunk)?;
         self.pending += chunk.lost;
         if chunk.is_empty() {
             return Ok(());
         }
+        watch.handle(|| self.hand_on_filled(chunk, until))
+    }
+
+    fn hand_on_filled(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
         let lost = std::mem::take(&mut self.pending);
         if lost > 0 {
             let next: Vec<f64> = chunk.channels.iter().map(|channel| channel[0]).collect();

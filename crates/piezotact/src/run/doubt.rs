@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::Ended;
 use crate::doubt::{Advice, DoubtKind, FieldValue, Subject, Value, doubts};
+use crate::number::counted;
 use crate::quantity::Band;
 
 doubts! {
@@ -108,7 +109,9 @@ impl fmt::Display for RunDoubt {
                 ..
             } => write!(
                 f,
-                "the device lost {samples} samples at {gaps} places, {:.1} ms at the longest; straight lines stand in their place",
+                "the device lost {} at {}, {:.1} ms at the longest; straight lines stand in their place",
+                counted(*samples as usize, "sample"),
+                counted(*gaps, "place"),
                 1e3 * longest_s
             ),
             Self::JournalDamaged { places, lost_s } => {
@@ -123,7 +126,8 @@ impl fmt::Display for RunDoubt {
                         lost.join(", ")
                     ),
                 };
-                write!(f, "the journal is damaged at {places} places: {lost}")
+                let places = counted(*places, "place");
+                write!(f, "the journal is damaged at {places}: {lost}")
             }
             Self::JournalFormat { found, read_as } => write!(
                 f,
@@ -141,7 +145,8 @@ impl fmt::Display for RunDoubt {
                 underruns,
             } => write!(
                 f,
-                "{played} of {expected} samples of the drive were played and the output ran dry {underruns} times"
+                "{played} of {expected} samples of the drive were played and the output ran dry {}",
+                counted(*underruns, "time")
             ),
             Self::ForceNotMeasured { load_n } => write!(
                 f,
