@@ -477,7 +477,7 @@ pub fn estimate<I: Quantity, O: Quantity>(
 
 /// As [`estimate`], without the segments that touch one of the stretches `lost_s`, from when to when in s.
 ///
-/// Source: as [`estimate`]; decision 0042 of this project: straight lines in the place of samples are no measurement.
+/// Source: as [`estimate`]; decision 0043 of this project: straight lines in the place of samples are no measurement.
 ///
 /// # Errors
 /// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more.
