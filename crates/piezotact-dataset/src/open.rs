@@ -99,7 +99,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 14] = [
+static RECORDINGS: [Format<FileKind, Reader>; 15] = [
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -133,6 +133,20 @@ static RECORDINGS: [Format<FileKind, Reader>; 14] = [
                 "a TDMS file",
                 "export it as CSV with a header".into(),
             ))
+        },
+    },
+    // Nothing public says how its first bytes look: it is known by its name.
+    Format {
+        kind: FileKind::named("DewesoftX"),
+        label: "",
+        endings: &["dxd", "d7d"],
+        sniff: Sniff::Whole(|path, bytes| {
+            let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+            ending.is_some_and(|ending| ending == "dxd" || ending == "d7d") && bytes.contains(&0)
+        }),
+        read: |file, _| {
+            let todo = "export it in DewesoftX as CSV with a header, universal file (UFF 58) or MATLAB (-v7)";
+            Err(none(file, "a DewesoftX file", todo.into()))
         },
     },
     Format {
@@ -492,8 +506,14 @@ mod tests {
             ),
             (b"\x01\x00\x02", "export it as Parquet, WAV,"),
             (b"TDSm....", "found a TDMS file"),
+            (b"\x01\x00\x02", "found a DewesoftX file; export it"),
         ] {
-            let path = folder.path().join("a");
+            let name = if part.contains("Dewesoft") {
+                "a.DXD"
+            } else {
+                "a"
+            };
+            let path = folder.path().join(name);
             std::fs::write(&path, bytes).unwrap();
             let error = read_recording(&path, &ReadOptions::default()).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");
