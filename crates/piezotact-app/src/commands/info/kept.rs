@@ -24,9 +24,13 @@ pub(super) struct Kept {
 pub(super) fn of(path: &Path) -> Outcome<Option<Kept>> {
     if path.is_dir() {
         let index = path.join(PANEL_INDEX);
-        return match index.is_file() {
-            true => panel(path, &index).map(Some),
-            false => runs(path).map(Some),
+        if index.is_file() {
+            return panel(path, &index).map(Some);
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        return match name.contains(".runs") {
+            true => runs(path).map(Some),
+            false => Ok(None),
         };
     }
     if path.file_name().is_some_and(|name| name == PANEL_INDEX) && path.is_file() {
@@ -74,7 +78,7 @@ fn runs(folder: &Path) -> Outcome<Kept> {
     files.sort();
     if files.is_empty() {
         return Err(Failure::Data(anyhow!(
-            "{}: expected a file, the folder of a panel or a folder of kept runs, found a folder with none of them; give a file in it",
+            "{}: expected a folder of kept runs, found none in it; give the folder OUT.runs that a command keeps them in",
             folder.display()
         )));
     }
