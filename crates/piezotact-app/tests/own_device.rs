@@ -118,7 +118,7 @@ fn what_no_device_can_be_is_refused() {
         ("\"low\"", "\"high\"", "found high twice"),
         ("120e-9", "-1e-9", "1e-12 to 1 F, found -0.000000001"),
         ("1e6", "0", "slew above 0 V/s, found 0"),
-        ("divider", "diviser", "unknown field `diviser`"),
+        ("divider", "diviser", "an entry called `diviser`"),
         (
             "120e-9",
             "120e-9\nlimit_v = 5",

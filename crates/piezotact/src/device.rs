@@ -3,6 +3,7 @@
 
 mod contradiction;
 mod description;
+mod plain_words;
 
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::clipping::clipping;
 use piezotact::doubt::Doubts;
-use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Seconds};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Seconds, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::run::RunDoubt;
@@ -244,6 +244,13 @@ fn judge(
         rate: rate_option(args.reading.rate)?,
     };
     let measured = inspected(path, &options)?;
+    let mut channels = measured.recording.channels().iter();
+    if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected what was recorded while a drive was played, found the drive itself; give the recording with --measured, and the drive with --drive",
+            path.display()
+        )));
+    }
     let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
     let rendering = stated.or(measured.rendering.as_ref());
 
