@@ -183,7 +183,7 @@ pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> 
         })
     };
     read().map(Some).map_err(|error: serde_json::Error| {
-        ReadError::content(&path, written::EXAMPLE, error.to_string(), written::TODO)
+        ReadError::content(&path, written::EXAMPLE, error.to_string(), written::ADVICE)
     })
 }
 

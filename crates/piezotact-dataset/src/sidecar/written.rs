@@ -14,7 +14,7 @@ use crate::error::ReadError;
 pub(super) const EXAMPLE: &str =
     r#"a sidecar such as {"full_scale": {"value": 200, "unit": "m/s2"}}"#;
 /// What to do about one that is none.
-pub(super) const TODO: &str = "correct it, or remove it and give --scale";
+pub(super) const ADVICE: &str = "correct it, or remove it and give --scale";
 
 /// The entries of a sidecar.
 const ENTRIES: [&str; 12] = [
@@ -48,7 +48,7 @@ const EVENT: &str = r#"{"onset_s": 1.2, "duration_s": 0, "kind": "answer"}"#;
 /// Refuses a sidecar with an entry that cannot be read, naming the entry and how it is written.
 pub(super) fn check(path: &Path, text: &str) -> Result<(), ReadError> {
     let wrong =
-        |expected: String, found: String| Err(ReadError::content(path, expected, found, TODO));
+        |expected: String, found: String| Err(ReadError::content(path, expected, found, ADVICE));
     let fields = match serde_json::from_str(text) {
         Ok(Value::Object(fields)) => fields,
         Ok(Value::Array(_)) => return wrong(EXAMPLE.into(), "a list".into()),
