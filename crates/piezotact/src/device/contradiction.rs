@@ -321,7 +321,7 @@ mod tests {
             (
                 "capacitance_f = 80e-9",
                 "limit_nv = 3",
-                "`capacitance_f = 120e-9`",
+                "an entry called `limit_nv`, which is none of",
             ),
             (
                 "coupling = \"direct\"",
