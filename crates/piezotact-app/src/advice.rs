@@ -37,7 +37,7 @@ fn option(advice: &Advice) -> Option<String> {
 }
 
 /// Advice in words, with its option.
-fn words(advice: &Advice) -> String {
+pub(crate) fn words(advice: &Advice) -> String {
     match option(advice) {
         Some(option) => format!("{advice} ({option})"),
         None => advice.to_string(),

@@ -298,7 +298,20 @@ pub(crate) struct Reading {
     pub(crate) rate: Option<f64>,
 }
 
+/// A whole sidecar, and the kinds of file that `info` explains.
+const SIDECAR: &str = r#"A sidecar NAME.wav.json, NAME.npy.json or NAME.npz.json says what the file beside it cannot; all may be left out:
+  {
+    "full_scale": {"value": 200, "unit": "m/s2"},
+    "channels": ["acc", "fz"],
+    "units": {"fz": "2 N"},
+    "condition": {"sample": "S4", "participant": "P01", "load_n": 0.4, "angle_deg": 20, "speed_m_s": 0.03, "touch": "active"},
+    "started_at": "2024-03-01T10:22:33+01:00",
+    "labels": {"session": "2"},
+    "events": [{"onset_s": 1.2, "duration_s": 0, "kind": "answer", "value": "rough"}]
+  }"#;
+
 #[derive(Debug, Args)]
+#[command(after_help = SIDECAR)]
 pub(crate) struct Info {
     #[arg(help = format!("A recording ({}) or a transfer function ({})", recording_formats(), transfer_formats()))]
     pub(crate) file: PathBuf,

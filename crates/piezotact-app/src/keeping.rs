@@ -1,19 +1,26 @@
 //! Where the runs on a bench are kept, with their progress shown, and how Ctrl-C stops them.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
 
+use anyhow::anyhow;
 use indicatif::ProgressBar;
+use piezotact::checksum::Checksum;
 use piezotact::quantity::Seconds;
 use piezotact::recording::Recording;
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
-use piezotact_bench::StopHandle;
 use piezotact_bench::procedure::RunKeeper;
+use piezotact_bench::{ProcedureError, StopHandle};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalSink, RunFolder};
 
-use crate::failure::Outcome;
+use serde::{Deserialize, Serialize};
+
+use crate::commands::bench_failure;
+use crate::failure::{Failure, Outcome};
 use crate::output::{progress, say};
 
 /// Where runs are kept.
@@ -34,6 +41,10 @@ pub(crate) struct Keeper<'a> {
     shown: Shown<'a>,
     /// How many runs were there already.
     pub(crate) reused: usize,
+    /// The files of the runs that were recorded or taken, where each has one of a folder.
+    pub(crate) files: Vec<PathBuf>,
+    /// Where the last run is kept, and how many samples of it were acquired.
+    last: Option<(PathBuf, Rc<Cell<u64>>)>,
 }
 
 /// How the progress of runs is shown.
@@ -53,6 +64,32 @@ impl<'a> Keeper<'a> {
             place,
             shown,
             reused: 0,
+            files: Vec::new(),
+            last: None,
+        }
+    }
+}
+
+impl Keeper<'_> {
+    /// What an interrupted run leaves, in words, and no folder that holds nothing; none where nothing is kept.
+    fn left(&self) -> Option<String> {
+        let (path, samples) = self.last.as_ref()?;
+        if samples.get() > 0 {
+            return Some(format!("what was acquired is kept in {}", path.display()));
+        }
+        if let Place::Continued(folder) = &self.place {
+            // Only one that holds nothing goes.
+            let _stays = std::fs::remove_dir(folder.path());
+        }
+        Some("nothing was acquired, and no file was written".into())
+    }
+
+    /// What went wrong in a procedure, with what an interrupted run leaves.
+    pub(crate) fn failure(&self, error: ProcedureError) -> Failure {
+        let kept = error.continues() && !matches!(error, ProcedureError::Keep(_));
+        match self.left().filter(|_| kept) {
+            Some(left) => Failure::Data(anyhow!("{error}; {left}")),
+            None => bench_failure(error),
         }
     }
 }
@@ -64,18 +101,31 @@ impl RunKeeper for Keeper<'_> {
         };
         // What cannot be read is measured again, and kept beside the new one.
         let found = folder.completed(start).unwrap_or_default();
-        self.reused += usize::from(found.is_some());
+        if found.is_some() {
+            self.reused += 1;
+            self.files.push(folder.file(start));
+        }
         Ok(found)
     }
 
     fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
-        let journal = match &mut self.place {
+        let path = match &self.place {
             Place::Nowhere => None,
-            Place::File(path, rendering) => {
+            Place::File(path, _) => Some(path.to_path_buf()),
+            Place::Named(path_of) => Some(path_of(start)),
+            Place::Continued(folder) => Some(folder.file(start)),
+        };
+        let samples = Rc::default();
+        self.last = path.clone().map(|path| (path, Rc::clone(&samples)));
+        let journal = match (&mut self.place, path) {
+            (Place::File(path, rendering), _) => {
                 Some(JournalSink::new(path, rendering.take().map(|made| *made)))
             }
-            Place::Named(path_of) => Some(JournalSink::new(&path_of(start), None)),
-            Place::Continued(folder) => Some(folder.sink(start)?),
+            (Place::Continued(folder), path) => {
+                self.files.extend(path);
+                Some(folder.sink(start)?)
+            }
+            (_, path) => path.map(|path| JournalSink::new(&path, None)),
         };
         let (bar, own) = match &self.shown {
             Shown::Nothing => (ProgressBar::hidden(), false),
@@ -86,6 +136,7 @@ impl RunKeeper for Keeper<'_> {
             journal,
             bar,
             own,
+            samples,
             rate_hz: start.rate_hz.hz(),
         }))
     }
@@ -97,6 +148,8 @@ struct Kept {
     bar: ProgressBar,
     /// Whether the bar is of this run alone.
     own: bool,
+    /// How many samples were acquired.
+    samples: Rc<Cell<u64>>,
     rate_hz: f64,
 }
 
@@ -112,6 +165,7 @@ impl Sink for Kept {
                 }
             }
             RunDocument::Chunk(chunk) => {
+                self.samples.set(self.samples.get() + chunk.len() as u64);
                 let tenths = chunk.len() as f64 / self.rate_hz * 10.0;
                 self.bar.inc(tenths.round() as u64);
             }
@@ -164,18 +218,71 @@ pub(crate) fn runs_in(path: &Path) -> Outcome<RunFolder> {
     Ok(folder)
 }
 
-/// Goes on with the runs in `folder` where a procedure was interrupted. The runs of a procedure that came to its end are put aside:
-/// what is measured today is not taken from before.
-pub(crate) fn go_on(folder: &RunFolder) -> Outcome {
-    if folder.is_interrupted() {
+/// What the runs of a closed loop are for: they are taken for no other finger, texture or transfer function.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Purpose {
+    pub(crate) participant: Option<String>,
+    /// What the bench is and how it is set.
+    pub(crate) bench: Vec<String>,
+    pub(crate) target: Checksum,
+    pub(crate) transfer: Checksum,
+}
+
+impl Purpose {
+    /// What differs from the purpose that runs were begun for, in words; nothing where they are the same.
+    fn differs_from(&self, begun: &Self) -> Vec<String> {
+        let who = |purpose: &Self| {
+            let known = purpose.participant.clone();
+            known.unwrap_or_else(|| "an unnamed participant".into())
+        };
+        let differs = [
+            (
+                self.participant != begun.participant,
+                format!("{}, now {}", who(begun), who(self)),
+            ),
+            (
+                self.bench != begun.bench,
+                "another bench or other settings of it".into(),
+            ),
+            (self.target != begun.target, "another target".into()),
+            (
+                self.transfer != begun.transfer,
+                "another transfer function".into(),
+            ),
+        ];
+        let differs = differs.into_iter().filter(|(differs, _)| *differs);
+        differs.map(|(_, what)| what).collect()
+    }
+}
+
+/// Goes on with the runs in `folder` where a closed loop for the same purpose was interrupted. Other runs are put aside: what is
+/// measured today is not taken from before, nor from another finger. The folder that knows what its runs are for.
+pub(crate) fn go_on(folder: &RunFolder, purpose: &Purpose) -> Outcome<RunFolder> {
+    let path = folder.path().display();
+    let aside = |why: &str| -> Outcome {
+        if let Some(aside) = folder.set_aside()? {
+            say(&format!(
+                "{path}: {why}; its recordings are kept in {}, and all is measured anew",
+                aside.display()
+            ));
+        }
+        Ok(())
+    };
+    let begun = folder.purpose();
+    // What says nothing, as runs of an earlier version, is compared run by run.
+    let begun = begun.and_then(|text| serde_json::from_str::<Purpose>(&text).ok());
+    let differs = begun.map_or(Vec::new(), |begun| purpose.differs_from(&begun));
+    if !folder.is_interrupted() {
+        aside("a closed loop came to its end there before")?;
+    } else if differs.is_empty() {
         say(&format!(
-            "{}: goes on with the runs of an interrupted command; remove the folder to measure all of them again",
-            folder.path().display()
+            "{path}: goes on with the runs of an interrupted command; remove the folder to measure all of them again"
         ));
     } else {
-        folder.set_aside()?;
+        let differs = differs.join(" and ");
+        aside(&format!("the interrupted closed loop was for {differs}"))?;
     }
-    Ok(())
+    Ok(folder.for_purpose(serde_json::to_string_pretty(purpose)?))
 }
 
 /// Says that the procedure with its runs in `folder` came to its end; they are kept, or discarded on purpose.
@@ -206,6 +313,11 @@ static RUNNING: Mutex<Option<StopHandle>> = Mutex::new(None);
 /// Whether Ctrl-C came: what would run next is stopped too.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Whether Ctrl-C came: nothing more is begun then.
+pub(crate) fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
 /// Lets Ctrl-C stop what runs with `handle`: the run ends in order, and what was acquired is kept. A second Ctrl-C ends the
 /// program at once.
 pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
@@ -213,7 +325,7 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
     let set = |handle: Option<StopHandle>| {
         *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = handle;
     };
-    if INTERRUPTED.load(Ordering::SeqCst) {
+    if interrupted() {
         handle.stop();
         return;
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
 use piezotact::doubt::{Merged, merged};
-pub(crate) use piezotact::number::{difference_db, digits, digits_that_count};
+pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::quantity::Seconds;
 use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
@@ -31,9 +31,16 @@ pub(crate) fn print(text: &str) -> Outcome {
     }
 }
 
-/// Prints `value` as readable JSON.
+/// Prints `value` as readable JSON, with every doubt in it whole.
 pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
-    print(&serde_json::to_string_pretty(value)?)
+    print(&json_text(value)?)
+}
+
+/// `value` as readable JSON for people's own programs: every doubt in it has all its keys.
+pub(crate) fn json_text(value: &impl Serialize) -> Outcome<String> {
+    let mut value = serde_json::to_value(value)?;
+    crate::whole_doubts::complete(&mut value);
+    Ok(serde_json::to_string_pretty(&value)?)
 }
 
 /// Prints `text`, or writes it to `path` whole or not at all.

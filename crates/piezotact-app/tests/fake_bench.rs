@@ -16,7 +16,7 @@ fn prepared() -> Folder {
     let folder = Folder::new();
     folder.write("drive.wav", wav(noise(144_000).map(|v| 0.5 * v), 48_000));
     folder.write("texture.wav", wav(noise(10_000), 5_000));
-    folder.write("good.toml", "");
+    folder.write("good.toml", "seed = 1\n");
     folder.write("gaps.toml", FAULTS);
     folder.write(
         "lost.toml",
@@ -62,7 +62,7 @@ fn a_drive_is_played_on_a_fake() {
     let done = play(&folder, "gaps.toml", "m.parquet");
     done.expect_success();
     assert!(
-        done.err().contains("lost 25 samples at 1 places"),
+        done.err().contains("lost 25 samples at 1 place,"),
         "{}",
         done.err()
     );
@@ -328,7 +328,7 @@ fn a_closed_loop_that_loses_its_device_goes_on_later() {
             last.contains("the same command continues with what was measured"),
             "{said}"
         );
-        folder.write("bench.toml", "");
+        folder.write("bench.toml", "seed = 1\n");
         let (code, said) = ended(looped(
             &folder,
             &targets,
@@ -337,7 +337,7 @@ fn a_closed_loop_that_loses_its_device_goes_on_later() {
             &["--discard-raw"],
         ));
         assert_eq!(code, Some(0), "{said}");
-        let taken = said.matches("were taken from the interrupted").count();
+        let taken = said.matches("taken from the interrupted").count();
         assert_eq!(taken, targets.len(), "{said}");
     }
     assert!(!folder.path("d.wav.runs").exists());
@@ -505,4 +505,102 @@ fn an_interrupt_ends_a_run_in_order() {
         .filter(|name| name.starts_with("m."))
         .collect();
     assert_eq!(left, ["m.parquet"]);
+}
+
+/// Segments that touch samples which were lost are left out, when a device is characterised and from its recording.
+#[test]
+fn a_transfer_function_leaves_out_what_was_lost() {
+    let folder = prepared();
+    folder.write(
+        "holes.toml",
+        "drop_outs = [{ at_s = 2, samples = 250, since = \"run\" }, { at_s = 4, samples = 40, since = \"run\" }]\n",
+    );
+    let plain = characterise(&folder, "good.toml", "good.json", &["--json"]).json();
+    let record = ["--record", "raw.parquet", "--json"];
+    let said = characterise(&folder, "holes.toml", "holes.json", &record).json();
+    let find = |said: &serde_json::Value, code: &str| {
+        let doubts = said["doubts"].as_array().unwrap();
+        doubts.iter().find(|d| d["code"] == code).cloned()
+    };
+    let lost = find(&said, "samples_lost").unwrap();
+    let places = lost["values"]["places_s"].as_array().unwrap().clone();
+    assert_eq!(places.len(), 2, "{lost}");
+    let left_out = find(&said, "segments_left_out").unwrap();
+    let count = |what: &str| left_out["values"][what].as_u64().unwrap();
+    assert!((3..=6).contains(&count("left_out")), "{left_out}");
+    assert_eq!(count("of"), plain["averages"].as_u64().unwrap());
+    assert_eq!(
+        said["averages"].as_u64().unwrap(),
+        count("of") - count("left_out")
+    );
+    // The straight lines drive nothing any more.
+    assert!(find(&said, "not_driven").is_none(), "{said}");
+    let transfer = |segment: &str| {
+        folder.run(&[
+            "transfer",
+            "raw.parquet",
+            "--drive",
+            "drive",
+            "--response",
+            "acceleration",
+            "--segment",
+            segment,
+            "--out",
+            "again.json",
+            "--json",
+        ])
+    };
+    let again = transfer("2048").json();
+    assert_eq!(find(&again, "segments_left_out"), Some(left_out));
+    let numbers = |name: &str| -> Vec<f64> {
+        let text = std::fs::read_to_string(folder.path(name)).unwrap();
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let real = document["real"].as_array().unwrap();
+        real.iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    assert_eq!(numbers("again.json"), numbers("holes.json"));
+    transfer("16384").expect_failure(1, &["raw.parquet", "4 segments or more", "found 0 of 2"]);
+}
+
+/// A realisation of a multisine, or a sweep, that touches what was lost is left out as a whole; too few left are refused.
+#[test]
+fn realisations_and_sweeps_that_lost_samples_are_left_out() {
+    let folder = prepared();
+    folder.write(
+        "hole.toml",
+        "drop_outs = [{ at_s = 1, samples = 50, since = \"run\" }]\n",
+    );
+    let holes: Vec<String> = (0..41)
+        .map(|k| {
+            format!(
+                "{{ at_s = {}, samples = 50, since = \"run\" }}",
+                0.5 + 0.5 * f64::from(k)
+            )
+        })
+        .collect();
+    folder.write(
+        "holes.toml",
+        format!("drop_outs = [{}]\n", holes.join(", ")),
+    );
+    for kind in ["multisine", "sweep"] {
+        let run = |script: &str| {
+            let more = [
+                "--excitation",
+                kind,
+                "--gate",
+                "off",
+                "--seconds",
+                "20",
+                "--json",
+            ];
+            let bench = format!("fake:{script}");
+            let fixed = ["characterise", "--bench", &bench, "--out", "tf.json"];
+            folder.run(&[&fixed[..], &more].concat())
+        };
+        let said = run("hole.toml").json();
+        let doubts = said["doubts"].as_array().unwrap();
+        let left_out = doubts.iter().find(|d| d["code"] == "segments_left_out");
+        assert_eq!(left_out.unwrap()["values"]["left_out"], 1, "{kind}: {said}");
+        run("holes.toml").expect_failure(1, &["sweeps or realisations", "were lost"]);
+    }
 }

@@ -118,7 +118,7 @@ fn what_no_device_can_be_is_refused() {
         ("\"low\"", "\"high\"", "found high twice"),
         ("120e-9", "-1e-9", "1e-12 to 1 F, found -0.000000001"),
         ("1e6", "0", "slew above 0 V/s, found 0"),
-        ("divider", "diviser", "unknown field `diviser`"),
+        ("divider", "diviser", "an entry called `diviser`"),
         (
             "120e-9",
             "120e-9\nlimit_v = 5",
@@ -131,5 +131,134 @@ fn what_no_device_can_be_is_refused() {
             &format!("{TRANSFER} --device wrong.toml --gain high"),
         )
         .expect_failure(1, &["wrong.toml: expected", part]);
+    }
+}
+
+/// The samples of a WAV file of 32-bit floats.
+fn samples(folder: &Folder, name: &str) -> Vec<f32> {
+    let bytes = std::fs::read(folder.path(name)).unwrap();
+    let data = bytes.windows(4).position(|four| four == b"data").unwrap();
+    let four = bytes[data + 8..].chunks_exact(4);
+    four.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
+}
+
+/// What is cut is cut where the device ends, far below the digital full scale, and said.
+#[test]
+fn allowed_clipping_cuts_at_the_limit_of_the_device() {
+    let folder = folder();
+    let transfer = TRANSFER.replace("full-scale 8", "full-scale 7");
+    run(
+        &folder,
+        &format!("{transfer} --device own.toml --gain high"),
+    )
+    .expect_success();
+    let render = "render texture.wav --scale 60m/s2 --transfer tf.json --out drive.wav";
+    let said = run(&folder, &format!("{render} --allow-clipping --json")).json();
+    let limit = said["headroom"]["limit"].as_f64().unwrap();
+    close(&said["headroom"]["limit"], 1.0 / 7.0);
+    assert!(said["headroom"]["peak"].as_f64().unwrap() > 1.5 * limit);
+    let drive = samples(&folder, "drive.wav");
+    let highest = drive.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    assert!(f64::from(highest) <= limit && f64::from(highest) > 0.999_999 * limit);
+    let cut = drive.iter().filter(|v| v.abs() >= highest).count();
+    let share = cut as f64 / drive.len() as f64;
+    assert!(share > 0.001);
+    close(&said["headroom"]["clipped_fraction"], share);
+    let sidecar: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("drive.wav.json")).unwrap()).unwrap();
+    let doubts = sidecar["rendering"]["doubts"].as_array().unwrap();
+    let doubt = doubts.iter().find(|d| d["code"] == "drive_clipped");
+    let text = doubt.unwrap().to_string();
+    assert!(text.contains("the amplifier"), "{text}");
+    let told = run(&folder, &format!("{render} --allow-clipping")).err();
+    assert!(
+        told.contains("was cut at the limit of the amplifier"),
+        "{told}"
+    );
+}
+
+/// `--level fit` and `drive-limited` keep to the slope that the amplifier follows, in texture mode too; a stated level that is
+/// too steep is doubted when it is rendered and when it is played.
+#[test]
+fn what_fits_is_no_steeper_than_the_amplifier_follows() {
+    let folder = folder();
+    folder.write("own.toml", OWN.replace("v_per_s = 1e6", "v_per_s = 3000"));
+    run(
+        &folder,
+        &format!("{TRANSFER} --device own.toml --gain high"),
+    )
+    .expect_success();
+    let codes = |said: &Value| said["doubts"].to_string();
+    let render = "render texture.wav --scale 1m/s2 --transfer tf.json --out drive.wav --json";
+    let steep = run(&folder, render).json();
+    let asked = steep["headroom"]["slope_v_per_s"].as_f64().unwrap();
+    let loud = steep["headroom"]["headroom_db"].as_f64().unwrap();
+    assert!(asked > 4000.0 && loud > 0.0, "{asked} V/s, {loud} dB");
+    assert!(codes(&steep).contains("slew_limited"));
+    let played = run(
+        &folder,
+        "play drive.wav --bench measured:tf.json --record felt.parquet --json",
+    );
+    assert!(codes(&played.json()).contains("slew_limited"));
+    for more in [
+        "--level fit",
+        "--inverse drive-limited",
+        "--level fit --mode texture --bench measured:tf.json --iterations 1",
+        "--inverse drive-limited --mode texture --bench measured:tf.json --iterations 1",
+    ] {
+        let said = run(&folder, &format!("{render} {more}")).json();
+        let slope = said["headroom"]["slope_v_per_s"].as_f64().unwrap();
+        assert!(slope <= 3000.0 && slope > 2000.0, "{more}: {slope}");
+        assert!(!codes(&said).contains("slew_limited"), "{more}");
+        let turned_down = codes(&said).contains("turned_down");
+        assert_eq!(turned_down, more.contains("drive-limited"), "{more}");
+        let level = said["level_db"].as_f64().unwrap();
+        assert_eq!(level < -1.0, more.contains("fit"), "{more}: {level}");
+    }
+}
+
+/// A recording that states its device is not described otherwise, and the band that it states is the one that was driven.
+#[test]
+fn a_recording_keeps_the_device_and_the_band_that_it_states() {
+    let folder = folder();
+    let line = "characterise --bench twin:participant=2,seed=7 --seconds 6 --out tf.json --record raw.parquet --json";
+    let said = run(&folder, line).json();
+    let transfer =
+        "transfer raw.parquet --drive drive --response acceleration --out again.json --json";
+    let again = run(&folder, transfer).json();
+    assert_eq!(again["driven_hz"], said["driven_hz"]);
+    assert_eq!(again["driven_hz"], serde_json::json!([2.0, 1200.0]));
+    assert!(
+        !again["doubts"].to_string().contains("not_driven"),
+        "{again}"
+    );
+    let same = "--gain B3 --volts-per-full-scale 1.41421356";
+    run(&folder, &format!("{transfer} {same}")).expect_success();
+    let setup =
+        |name: &str| run(&folder, &format!("info {name} --json")).json()["drive_setup"].clone();
+    assert_eq!(setup("again.json"), setup("raw.parquet"));
+    for (other, named) in [
+        ("--gain B4 --volts-per-full-scale 0.5", "gain B4"),
+        ("--gain B3 --volts-per-full-scale 0.5", "0.5000 V"),
+        (
+            "--gain B3 --volts-per-full-scale 1.41421356 --load-nf 90",
+            "90.0000 nF",
+        ),
+        (
+            "--device fixed --volts-per-full-scale 1.41421356",
+            "gain x20",
+        ),
+    ] {
+        run(&folder, &format!("{transfer} {other}")).expect_failure(
+            1,
+            &[
+                "raw.parquet",
+                "recording states",
+                "gain B3",
+                "1.4142 V",
+                named,
+            ],
+        );
     }
 }

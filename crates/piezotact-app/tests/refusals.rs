@@ -239,10 +239,12 @@ fn outputs_are_looked_at_before_anything_is_done() {
         folder.run(&[&["characterise", "--bench", BENCH, "--seconds", "5"], extra].concat())
     };
     characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "make it"]);
-    characterise(&["--out", "a.json", "--record", "a.json"]).expect_failure(2, &["written twice"]);
-    characterise(&["--out", "a.json", "--record", "./a.json"])
+    characterise(&["--out", "a.parquet", "--record", "a.parquet"])
         .expect_failure(2, &["written twice"]);
-    characterise(&["--out", "r.part", "--record", "r"]).expect_failure(2, &["written twice"]);
+    characterise(&["--out", "a.parquet", "--record", "./a.parquet"])
+        .expect_failure(2, &["written twice"]);
+    characterise(&["--out", "r.parquet.part", "--record", "r.parquet"])
+        .expect_failure(2, &["written twice"]);
     characterise(&["--out", "a.json", "--record", "r.parquet", "--segment", "1"])
         .expect_failure(2, &["segment"]);
     characterise(&["--out", "a.json", "--record", "r.parquet", "--peak", "1.5"])

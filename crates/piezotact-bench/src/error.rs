@@ -49,6 +49,18 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
+    /// A device delivers no more samples.
+    #[error(
+        "no samples for {pause_s} s: the {name} delivers nothing after {after_s:.2} s; check its cable and its power, then measure again"
+    )]
+    Silent {
+        /// The device.
+        name: String,
+        /// For how long nothing came, s.
+        pause_s: f64,
+        /// What was acquired before, s.
+        after_s: f64,
+    },
     /// What was acquired was not fetched in time, and the device ran full.
     #[error(
         "the input of the {name} ran full after {after_s:.2} s, since the computer was too slow; close other programs, then measure again"
@@ -147,7 +159,7 @@ pub enum ProcedureError {
         refusal: Refusal,
     },
     /// Somebody stopped it.
-    #[error("stopped by hand after {after_s:.2} s of `{label}`; what was measured before is kept")]
+    #[error("{}", stopped(label, *after_s))]
     Stopped {
         /// The run.
         label: String,
@@ -168,6 +180,14 @@ pub enum ProcedureError {
     Drive(#[from] piezotact::series::SeriesError),
 }
 
+/// Where a run called `label` was stopped; what is kept of it knows who keeps it.
+fn stopped(label: &str, after_s: f64) -> String {
+    match after_s > 0.0 {
+        true => format!("stopped by hand after {after_s:.2} s of `{label}`"),
+        false => format!("stopped by hand before anything of `{label}` was acquired"),
+    }
+}
+
 impl ProcedureError {
     /// Whether a procedure whose runs are kept goes on where this ended it, once it is asked for again: a device failed, somebody
     /// stopped it, or the disk was full. Nothing is wrong with what was asked for, nor with what was measured.
@@ -177,6 +197,7 @@ impl ProcedureError {
             Self::Device(error) => matches!(
                 error,
                 DeviceError::Lost { .. }
+                    | DeviceError::Silent { .. }
                     | DeviceError::InputFull { .. }
                     | DeviceError::Contract { .. }
             ),

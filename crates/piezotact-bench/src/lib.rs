@@ -16,6 +16,7 @@ pub mod procedure;
 pub mod random;
 mod stop;
 mod traits;
+mod watch;
 
 pub use error::{DeviceError, ProcedureError};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
@@ -26,3 +27,4 @@ pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
 };
+pub use watch::LONGEST_PAUSE;

@@ -1,6 +1,6 @@
 //! Stopping a run from outside.
 
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 /// Stops whatever runs on a bench, from another thread or from an interrupt (Ctrl-C), also while something waits.
@@ -13,6 +13,7 @@ pub struct StopHandle(Arc<Inner>);
 struct Inner {
     stopped: Mutex<bool>,
     changed: Condvar,
+    children: Mutex<Vec<Weak<Self>>>,
 }
 
 impl StopHandle {
@@ -30,6 +31,30 @@ impl StopHandle {
             .lock()
             .unwrap_or_else(PoisonError::into_inner) = true;
         self.0.changed.notify_all();
+        for child in self.children().iter().filter_map(Weak::upgrade) {
+            Self(child).stop();
+        }
+    }
+
+    /// A handle that this one stops too, and that stops nothing else: one run of several.
+    #[must_use]
+    pub fn child(&self) -> Self {
+        let child = Self::new();
+        let mut children = self.children();
+        children.retain(|child| child.strong_count() > 0);
+        children.push(Arc::downgrade(&child.0));
+        drop(children);
+        if self.is_stopped() {
+            child.stop();
+        }
+        child
+    }
+
+    fn children(&self) -> MutexGuard<'_, Vec<Weak<Inner>>> {
+        self.0
+            .children
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether it was stopped.
@@ -71,5 +96,15 @@ mod tests {
         assert!(handle.wait(Duration::from_secs(60)));
         thread.join().unwrap();
         assert!(handle.is_stopped());
+    }
+
+    #[test]
+    fn a_child_is_stopped_with_its_parent_and_not_the_other_way_round() {
+        let handle = StopHandle::new();
+        let [first, second] = [handle.child(), handle.child()];
+        first.stop();
+        assert!(!handle.is_stopped() && !second.is_stopped());
+        handle.stop();
+        assert!(second.is_stopped() && handle.child().is_stopped());
     }
 }

@@ -5,13 +5,14 @@
 use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::{DriveSetup, GainName};
-use piezotact::quantity::{SampleRate, Unit};
+use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;
 use crate::plan::{Playback, RunPlan};
 use crate::stop::StopHandle;
+use crate::watch::LONGEST_PAUSE;
 
 /// The playing half of a bench, as it describes itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,6 +134,10 @@ pub trait Acquire: Send {
     /// # Errors
     /// [`DeviceError::Order`] when it is not ready.
     fn start(&mut self) -> Result<(), DeviceError>;
+    /// How long it may deliver no samples while it acquires; a procedure ends a run in which nothing comes for longer.
+    fn longest_pause(&self) -> Seconds {
+        LONGEST_PAUSE
+    }
     /// Waits for the next chunk, of at most a second; `None` when the run is over or was stopped. The first sample of a
     /// chunk follows the last one of the chunk before, but for the samples that it says were lost.
     ///

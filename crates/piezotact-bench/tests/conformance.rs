@@ -27,7 +27,7 @@ fn scripted(text: &str) -> impl Fn() -> Bench + Send + Sync + 'static {
 #[test]
 fn a_fake_keeps_to_the_contract() {
     for script in [
-        "",
+        "seed = 1",
         "clock_ppm = 50\nchunks_s = [0.013, 0.2, 0.0004, 0.9]",
         "drop_outs = [{ at_s = 0, samples = 3 }, { at_s = 0.3, samples = 25 }, { at_s = 0.7, samples = 5000 }]\n\
          late = [{ at_s = 0.2, by_s = 0.1 }]",

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::cell::RefCell;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use piezotact::correct::CorrectConfig;
 use piezotact::lineage::Mode;
@@ -27,7 +27,7 @@ use piezotact_bench::procedure::{
 };
 use piezotact_bench::{
     Bench, DeviceError, Excitation, ExcitationConfig, GateConfig, Placement, ProcedureError,
-    RunPlan, Until,
+    RunPlan, StopHandle, Until,
 };
 
 /// What is kept of one run.
@@ -198,7 +198,7 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
         ),
         (
             "input_full_after_s = 3.25",
-            "input of the scripted fake ran full after 3.25 s",
+            "the input of the scripted fake ran full after 3.25 s",
         ),
     ] {
         let (done, keeper) = played(script, 6.0);
@@ -290,37 +290,83 @@ fn breaks_of_the_contract_are_named() {
     }
 }
 
-/// Whatever does not come to an end by itself is ended from another thread.
+/// Stops what runs from another thread as soon as its first samples came.
+struct StopsAtOnce(StopHandle, Keeper);
+
+struct Stops<'a>(OneOf<'a>, StopHandle);
+
+impl RunKeeper for StopsAtOnce {
+    fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
+        Ok(Box::new(Stops(OneOf(&self.1), self.0.clone())))
+    }
+}
+
+impl Sink for Stops<'_> {
+    fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
+        if let RunDocument::Chunk(_) = document {
+            let stop = self.1.clone();
+            std::thread::spawn(move || stop.stop());
+        }
+        self.0.take(document)
+    }
+}
+
+/// Whatever does not come to an end by itself is ended from another thread: here nothing else would end it within a day.
 #[test]
 fn a_bench_that_delivers_nothing_is_stopped() {
     for script in [
         "fault = { what = \"delivers_nothing\", at_s = 0.5 }",
         "fault = { what = \"delivers_empty\", at_s = 0.5 }",
-        "pace = \"real_time\"\nchunks_s = [1]",
+        "pace = \"real_time\"\nchunks_s = [0.1]\nlate = [{ at_s = 0.1, by_s = 86400 }]",
     ] {
-        let mut bench = bench(script);
-        let stop = bench.stop.clone();
-        let stops = std::thread::spawn(move || {
-            std::thread::sleep(Duration::from_millis(100));
-            stop.stop();
-            Instant::now()
-        });
-        let mut keeper = Keeper::default();
-        let done = play_and_record(
-            &mut bench,
-            &noise(60.0),
-            None,
-            &run("play"),
-            &mut keeper,
-            None,
-        );
-        let late = stops.join().unwrap().elapsed();
+        let mut bench = bench(&format!("longest_pause_s = 86400\n{script}"));
+        let mut keeper = StopsAtOnce(bench.stop.clone(), Keeper::default());
+        let drive = noise(2.0);
+        let done = play_and_record(&mut bench, &drive, None, &run("play"), &mut keeper, None);
         assert!(
             matches!(done, Err(ProcedureError::Stopped { .. })),
             "{script}: {done:?}"
         );
-        assert!(late < Duration::from_secs(2), "{script}: {late:?}");
-        assert_eq!(keeper.ended(), [Ended::Stopped], "{script}");
+        assert_eq!(keeper.1.ended(), [Ended::Stopped], "{script}");
+        let known = keeper.1.last().1.doubts;
+        let played = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
+        assert!(!known.iter().any(played), "{script}: {known:?}");
+    }
+}
+
+/// A device that delivers no more samples ends every procedure by itself, with what was acquired kept.
+#[test]
+fn a_bench_that_delivers_nothing_is_given_up() {
+    for fault in ["delivers_nothing", "delivers_empty"] {
+        let script =
+            format!("longest_pause_s = 0.05\nfault = {{ what = \"{fault}\", at_s = 0.5 }}");
+        let given_up = |done: Result<(), ProcedureError>, keeper: &Keeper| {
+            let error = done.unwrap_err();
+            assert!(error.continues(), "{error}");
+            let said = error.to_string();
+            let expected = "no samples for 0.05 s: the scripted fake of a bench (no device and no finger) delivers nothing after 0.50 s; check its cable";
+            assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
+            let (seconds, end) = keeper.last();
+            assert_eq!(
+                (seconds, end.ended),
+                (0.5, Ended::Failed { said }),
+                "{fault}"
+            );
+            let played = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
+            assert!(!end.doubts.iter().any(played), "{fault}: {:?}", end.doubts);
+        };
+        let (done, keeper) = played(&script, 2.0);
+        given_up(done.map(drop), &keeper);
+        let keeper = Keeper::default();
+        let plan = RunPlan {
+            until: Until::Duration(Seconds(2.0)),
+            ..run("touch")
+        };
+        let mut bench = bench(&script);
+        let stop = bench.stop.clone();
+        let done = acquire(bench.acquirer.as_mut(), &plan, &stop, &mut OneOf(&keeper));
+        given_up(done.map(drop), &keeper);
+        assert!(!stop.is_stopped(), "another run may follow");
     }
 }
 
@@ -391,7 +437,7 @@ fn an_acquisition_without_a_drive_ends_in_order() {
         said.contains("samples for 2.00 s") && said.contains("an end after 1.50 s"),
         "{said}"
     );
-    let (done, keeper) = taken("", Until::PlaybackEnded);
+    let (done, keeper) = taken("seed = 1", Until::PlaybackEnded);
     assert!(done.unwrap_err().to_string().contains("nothing plays"));
     assert!(keeper.0.borrow().is_empty());
 }
@@ -402,7 +448,7 @@ fn a_characterisation_ends_in_order() {
     let gaps = "clock_ppm = 50\ndrop_outs = [{ at_s = 2, samples = 5 }]";
     let done = characterise(&mut bench(gaps), &config(8.0), &mut keeper).unwrap();
     assert_eq!(lost(&done.function.about.doubts), Some((1, 5)));
-    let clean = characterise(&mut bench(""), &config(8.0), &mut keeper).unwrap();
+    let clean = characterise(&mut bench("seed = 1"), &config(8.0), &mut keeper).unwrap();
     for (line, _) in clean
         .function
         .lines_in(Band::new(Hertz(60.0), Hertz(800.0)).unwrap())
@@ -451,7 +497,7 @@ fn repeats_with_a_gate_end_in_order() {
 }
 
 fn looped(mut bench: Bench) -> (Result<Looped, ProcedureError>, Keeper) {
-    let done = characterise(&mut self::bench(""), &config(8.0), &mut Discard).unwrap();
+    let done = characterise(&mut self::bench("seed = 1"), &config(8.0), &mut Discard).unwrap();
     let rate = SampleRate::new(5_000.0).unwrap();
     let count = 10_000;
     let mut samples = vec![0.0; count];
@@ -543,10 +589,11 @@ fn a_closed_loop_ends_in_order() {
 /// Whoever stops a loop goes on with it later: it does not end as if it were done.
 #[test]
 fn a_closed_loop_that_is_stopped_says_so() {
-    let bench = bench("fault = { what = \"delivers_nothing\", at_s = 2.2 }");
+    let nothing = "longest_pause_s = 86400\nfault = { what = \"delivers_nothing\", at_s = 2.2 }";
+    let bench = bench(nothing);
     let stop = bench.stop.clone();
     let stops = std::thread::spawn(move || {
-        std::thread::sleep(Duration::from_millis(1_500));
+        std::thread::sleep(Duration::from_millis(300));
         stop.stop();
     });
     let (done, keeper) = looped(bench);

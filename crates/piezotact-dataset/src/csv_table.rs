@@ -14,6 +14,23 @@ use crate::open::ReadOptions;
 
 /// Names under which a column holds the time.
 const TIME_NAMES: [&str; 5] = ["time", "t", "timestamp", "zeit", "temps"];
+/// Units at the end of a name, as Python writes them; a longer ending stands before one that it ends in.
+const ENDINGS: [(&str, &str); 14] = [
+    ("_mm_s2", "mm/s2"),
+    ("_m_s2", "m/s2"),
+    ("_ms2", "m/s2"),
+    ("_mm_s", "mm/s"),
+    ("_m_s", "m/s"),
+    ("_mN", "mN"),
+    ("_N", "N"),
+    ("_n", "N"),
+    ("_mV", "mV"),
+    ("_V", "V"),
+    ("_mm", "mm"),
+    ("_um", "um"),
+    ("_ms", "ms"),
+    ("_s", "s"),
+];
 /// Time steps that differ by less than this from the usual one are even.
 const EVEN: f64 = 0.01;
 /// A step that differs by more than this share from the usual one is no jitter: rows are missing.
@@ -164,12 +181,20 @@ pub(crate) enum WithoutUnit {
 }
 
 impl Column {
-    /// `acc (m/s2)`, `acc [m/s2]` or plain `acc`.
-    fn from_header(cell: &str) -> Self {
-        let parts = ['(', '['].into_iter().find_map(|open| {
+    /// `acc (m/s2)`, `acc [m/s2]`, `acc_m_s2` or plain `acc`.
+    pub(crate) fn from_header(cell: &str) -> Self {
+        let in_brackets = ['(', '['].into_iter().find_map(|open| {
             let (name, rest) = cell.split_once(open)?;
             Some((name.trim(), rest.trim_end_matches([')', ']']).trim()))
         });
+        let at_its_end = || {
+            let mut units = ENDINGS.iter();
+            let (name, unit) =
+                units.find_map(|(ending, unit)| Some((cell.strip_suffix(ending)?, *unit)))?;
+            // Only times are in s and ms: a name may end in an s for other reasons.
+            (!["s", "ms"].contains(&unit) || is_time(name)).then_some((name, unit))
+        };
+        let parts = in_brackets.or_else(at_its_end);
         let (name, unit) = match parts {
             Some((name, unit)) if !name.is_empty() => (name, Some(unit.to_owned())),
             _ => (cell, None),
@@ -182,8 +207,12 @@ impl Column {
     }
 
     fn is_time(&self) -> bool {
-        TIME_NAMES.contains(&self.name.to_ascii_lowercase().as_str())
+        is_time(&self.name)
     }
+}
+
+fn is_time(name: &str) -> bool {
+    TIME_NAMES.contains(&name.to_ascii_lowercase().as_str())
 }
 
 fn assemble(

@@ -39,7 +39,8 @@ pub use cuts_file::{cuts_path, cuts_text, read_cuts};
 pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
 pub use journal::{
-    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, set_aside_path,
+    EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,
+    set_aside_path,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};

@@ -1,5 +1,6 @@
 //! One door for every recording: what a file is stands in its content, not in its name.
 
+mod beside;
 mod npy;
 
 use piezotact::recording::RecordingDoubt;
@@ -8,7 +9,7 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
-use piezotact::recording::{Channel, Provenance, Recording, played_through_its_own};
+use piezotact::recording::{Channel, Condition, Provenance, Recording, played_through_its_own};
 use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
@@ -19,9 +20,10 @@ use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_journal, read_parquet};
-use crate::sidecar::{Rendering, read_with_samples, sidecar_path, unit_and_factor};
+use crate::sidecar::{Rendering, measure_or_unit, sidecar_path, unit_and_factor};
 use crate::uff;
 use crate::wav::{SampleFormat, fingerprint, parse_wav, start_in};
+use beside::Beside;
 
 /// What a person adds to what a file says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,7 +99,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 14] = [
+static RECORDINGS: [Format<FileKind, Reader>; 15] = [
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -131,6 +133,20 @@ static RECORDINGS: [Format<FileKind, Reader>; 14] = [
                 "a TDMS file",
                 "export it as CSV with a header".into(),
             ))
+        },
+    },
+    // Nothing public says how its first bytes look: it is known by its name.
+    Format {
+        kind: FileKind::named("DewesoftX"),
+        label: "",
+        endings: &["dxd", "d7d"],
+        sniff: Sniff::Whole(|path, bytes| {
+            let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+            ending.is_some_and(|ending| ending == "dxd" || ending == "d7d") && bytes.contains(&0)
+        }),
+        read: |file, _| {
+            let todo = "export it in DewesoftX as CSV with a header, universal file (UFF 58) or MATLAB (-v7)";
+            Err(none(file, "a DewesoftX file", todo.into()))
         },
     },
     Format {
@@ -258,7 +274,12 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
         let todo = format!("export it as {}", format::list(&RECORDINGS, " or "));
         return Err(none(&file, "a binary file of an unknown kind", todo));
     };
-    let stored = (format.read)(&mut file, options)?;
+    let mut stored = (format.read)(&mut file, options)?;
+    stored
+        .recording
+        .about
+        .doubts
+        .extend(beside::not_read(path, format.kind));
     finite(path, contents_of(stored, format.kind))
 }
 
@@ -319,8 +340,9 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
     let wav = parse_wav(path, bytes)?;
-    let (mut sidecar, of_samples) = read_with_samples(path)?.unwrap_or_default();
-    let mut doubts = std::mem::take(&mut sidecar.about.doubts);
+    let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
+    let of_samples = beside.of_samples.clone();
+    let mut doubts = Vec::new();
     if let Some(stated) = of_samples.samples
         && stated != fingerprint(path, bytes)?
     {
@@ -336,12 +358,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     }
     let count = wav.channels.len();
     if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {
-        return Err(ReadError::content(
-            &sidecar_path(path),
-            format!("{count} name(s) in `channels`, as many as the file has channels"),
-            format!("{}", names.len()),
-            "correct `channels`, or remove it",
-        ));
+        return Err(beside.other_count(count, names.len()));
     }
     if let Some(stated) = options.rate
         && stated.hz() != f64::from(wav.rate_hz)
@@ -351,16 +368,10 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             found_hz: f64::from(wav.rate_hz),
         }));
     }
-    if let (Some(used), Some(ignored)) = (&options.scale, &sidecar.full_scale)
-        && used != ignored
-    {
-        doubts.push(Doubt::from(RecordingDoubt::ScaleOverridden {
-            used: used.to_string(),
-            ignored: ignored.to_string(),
-        }));
-    }
-    let (unit, factor) = unit_and_factor(options.scale.as_ref().or(sidecar.full_scale.as_ref()));
-    let known = options.scale.is_some() || sidecar.full_scale.is_some();
+    let mut options = options.clone();
+    beside.scale(&mut options, &mut doubts);
+    let (unit, factor) = unit_and_factor(options.scale.as_ref());
+    let known = options.scale.is_some();
     let alone = count == 1;
     let channels: Vec<Channel> = wav
         .channels
@@ -372,12 +383,18 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             } else {
                 format!("channel {}", i + 1)
             };
-            let name = sidecar.channels.get(i).cloned().unwrap_or(fallback);
-            if !known {
+            let name = beside.sidecar.channels.get(i).cloned().unwrap_or(fallback);
+            let own = beside
+                .of_samples
+                .units
+                .get(&name)
+                .map(|text| measure_or_unit(text));
+            if !known && own.is_none() {
                 doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
                     channel: name.clone(),
                 }));
             }
+            let (unit, factor) = own.unwrap_or((unit.clone(), factor));
             if let Some(step) = wav.format.step_ratio() {
                 doubts.extend(piezotact::spectrum::quantisation_doubt(
                     &name, &samples, step,
@@ -388,43 +405,38 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             }
             Channel {
                 name,
-                unit: unit.clone(),
+                unit,
                 samples,
             }
         })
         .collect();
+    beside.names_fit(channels.iter().map(|channel| channel.name.as_str()))?;
     let rate = SampleRate::new(f64::from(wav.rate_hz)).map_err(|source| ReadError::Quantity {
         path: path.into(),
         source,
     })?;
-    let provenance = if sidecar.about.provenance == Provenance::default() {
-        Provenance {
-            source: path.display().to_string(),
-            ..Provenance::default()
-        }
-    } else {
-        sidecar.about.provenance
+    let provenance = Provenance {
+        source: path.display().to_string(),
+        ..Provenance::default()
     };
-    let mut recording = Recording::new(channels, rate, sidecar.about.condition, provenance)
-        .map_err(|source| ReadError::Recording {
-            path: path.into(),
-            source,
+    let mut recording =
+        Recording::new(channels, rate, Condition::default(), provenance).map_err(|source| {
+            ReadError::Recording {
+                path: path.into(),
+                source,
+            }
         })?;
-    recording.annotations = sidecar.annotations;
-    let started = &mut recording.annotations.started_at;
-    *started = started.take().or_else(|| start_in(bytes));
-    for doubt in doubts {
-        // What the sidecar says already is not said again.
-        if !recording.about.doubts.contains(&doubt) {
-            recording.about.doubts.push(doubt);
-        }
-    }
-    Ok(Stored {
+    recording.about.doubts = doubts;
+    let mut stored = Stored {
         recording,
         setup: None,
-        rendering: sidecar.rendering,
+        rendering: None,
         samples: Some(wav.format),
-    })
+    };
+    beside.describe(&mut stored);
+    let started = &mut stored.recording.annotations.started_at;
+    *started = started.take().or_else(|| start_in(bytes));
+    Ok(stored)
 }
 
 /// Refuses a recording with a sample that is NaN or infinite, or without samples.
@@ -494,8 +506,14 @@ mod tests {
             ),
             (b"\x01\x00\x02", "export it as Parquet, WAV,"),
             (b"TDSm....", "found a TDMS file"),
+            (b"\x01\x00\x02", "found a DewesoftX file; export it"),
         ] {
-            let path = folder.path().join("a");
+            let name = if part.contains("Dewesoft") {
+                "a.DXD"
+            } else {
+                "a"
+            };
+            let path = folder.path().join(name);
             std::fs::write(&path, bytes).unwrap();
             let error = read_recording(&path, &ReadOptions::default()).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");

@@ -28,6 +28,7 @@ use crate::transfer_json::TransferDocument;
 use crate::version::Versioned;
 
 pub use bench::BenchFile;
+use bench::differing;
 
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
@@ -363,10 +364,11 @@ impl PanelFolder {
         }
         match &self.index.bench {
             Some(other) if other != bench && !self.index.entries.is_empty() => {
+                let [begun, now] = differing(other, bench);
                 return Err(WriteError::content(
                     &path,
-                    format!("to go on with {other}, as it was begun"),
-                    bench.to_owned(),
+                    format!("to go on with {begun}, as it was begun"),
+                    now,
                     "measure as before, or give another folder",
                 ));
             }

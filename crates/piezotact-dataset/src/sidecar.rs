@@ -1,11 +1,15 @@
-//! What a WAV file cannot say of itself stands in `NAME.wav.json` beside it: the value of full scale, who
-//! touched what, and for a drive how it was made.
+//! What a WAV or NumPy file cannot say of itself stands in `NAME.wav.json` or `NAME.npz.json` beside it: the value of full
+//! scale or the units, who touched what, and for a drive how it was made.
 //!
 //! The smallest one is `{"full_scale": {"value": 200, "unit": "m/s2"}}`.
 
+mod written;
+
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Band, Measure, Unit};
@@ -96,12 +100,15 @@ impl Rendering {
     }
 }
 
-/// What a sidecar says of the samples beside it: written with them, never by a person.
+/// What a sidecar says of the samples beside it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub(crate) struct OfSamples {
     /// The names of the channels, where it has such a list.
     pub(crate) channels: Option<Vec<String>>,
+    /// What a sample of 1 of a channel stands for, by its name: a unit such as `N`, or a measure such as `2 N`. It counts
+    /// before [`Sidecar::full_scale`], and only people write it.
+    pub(crate) units: BTreeMap<String, String>,
     /// The fingerprint of the samples that it was written for.
     pub(crate) samples: Option<String>,
 }
@@ -133,7 +140,7 @@ fn people_write_measures<'de, D: serde::Deserializer<'de>>(
     text.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
-/// Where the sidecar of the WAV file `path` stands: `NAME.wav.json`.
+/// Where the sidecar of the WAV file `path` stands: `NAME.wav.json`; so too of a NumPy file.
 #[must_use]
 pub fn sidecar_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
@@ -146,34 +153,46 @@ pub fn sidecar_path(path: &Path) -> PathBuf {
 /// # Errors
 /// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is no sidecar.
 pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
-    Ok(read_with_samples(path)?.map(|(sidecar, _)| sidecar))
+    Ok(read_with_samples(path)?.map(|read| read.sidecar))
 }
 
-/// The sidecar of the WAV file `path` with what it says of the samples beside it.
-pub(crate) fn read_with_samples(path: &Path) -> Result<Option<(Sidecar, OfSamples)>, ReadError> {
+/// A sidecar as it was read.
+pub(crate) struct Read {
+    pub(crate) sidecar: Sidecar,
+    pub(crate) of_samples: OfSamples,
+    /// Entries that nothing reads.
+    pub(crate) doubts: Vec<Doubt>,
+}
+
+/// The sidecar of the file `path` with what it says of the samples beside it.
+pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> {
     let path = sidecar_path(path);
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(ReadError::io(&path, &error)),
     };
-    let wrong = |found: String| {
-        ReadError::content(
-            &path,
-            r#"a sidecar such as {"full_scale": {"value": 200, "unit": "m/s2"}}"#,
-            found,
-            "correct it, or remove it and give --scale",
-        )
-    };
-    // A list would be taken for the fields in their order.
-    if text.trim_start().starts_with('[') {
-        return Err(wrong("a list".into()));
-    }
     refuse_newer(&path, text.as_bytes())?;
-    let read = || Ok((serde_json::from_str(&text)?, serde_json::from_str(&text)?));
-    read()
-        .map(Some)
-        .map_err(|error: serde_json::Error| wrong(error.to_string()))
+    written::check(&path, &text)?;
+    let doubts = written::unknown_entries(&path, &text).into_iter().collect();
+    let read = || {
+        Ok(Read {
+            sidecar: serde_json::from_str(&text)?,
+            of_samples: serde_json::from_str(&text)?,
+            doubts,
+        })
+    };
+    read().map(Some).map_err(|error: serde_json::Error| {
+        ReadError::content(&path, written::EXAMPLE, error.to_string(), written::ADVICE)
+    })
+}
+
+/// The unit and factor of a text such as `N` or `2 N`.
+pub(crate) fn measure_or_unit(text: &str) -> (Unit, f64) {
+    match text.parse::<Measure>() {
+        Ok(measure) => (measure.unit, measure.value),
+        Err(_) => Unit::parse(text),
+    }
 }
 
 /// Writes `value` as readable JSON, whole or not at all.

@@ -34,6 +34,24 @@ pub(crate) fn refuse_newer(path: &Path, text: &[u8]) -> Result<(), ReadError> {
         format: serde_json::Value,
     }
     match serde_json::from_slice(text) {
+        Ok(Version { format })
+            if format
+                .as_str()
+                .is_some_and(|f| f.starts_with("piezotact panel ")) =>
+        {
+            let folder = path
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            Err(ReadError::content(
+                path,
+                "another file of Piezotact",
+                "the index of a panel",
+                format!(
+                    "read it with `piezotact panel analyse {}`",
+                    folder.unwrap_or(Path::new(".")).display()
+                ),
+            ))
+        }
         Ok(Version { format }) if format.as_u64().is_none_or(|f| f > u64::from(FORMAT)) => {
             Err(ReadError::content(
                 path,

@@ -96,7 +96,11 @@ fn an_archive_names_its_channels_and_its_rate() {
         "{doubts:?}"
     );
     // What a person states goes before what the file says, and the difference is said.
-    let other = read("named.npz", &stated()).recording;
+    let rate = ReadOptions {
+        scale: None,
+        ..stated()
+    };
+    let other = read("named.npz", &rate).recording;
     assert_eq!(other.rate().hz(), 1000.0);
     assert!(other.about.doubts[0].to_string().contains("5000"));
     // Time stamps in s.
@@ -168,4 +172,188 @@ fn cut_and_damaged_files_are_sentences() {
             }
         }
     }
+}
+
+/// An `.npy` of `values`.
+fn array(values: &[f64], shape: &str) -> Vec<u8> {
+    let dict = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((dict.len() as u16).to_le_bytes());
+    bytes.extend(dict.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// An `.npz` of samples under their names, and of its rate.
+fn archive(folder: &Path, fs_hz: f64, arrays: &[(&str, Vec<f64>)]) -> PathBuf {
+    use std::io::Write as _;
+    let path = folder.join("a.npz");
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let plain = zip::write::SimpleFileOptions::default();
+    for (name, values) in arrays {
+        zip.start_file(format!("{name}.npy"), plain).unwrap();
+        let shape = format!("({},)", values.len());
+        zip.write_all(&array(values, &shape)).unwrap();
+    }
+    zip.start_file("fs.npy", plain).unwrap();
+    zip.write_all(&array(&[fs_hz], "()")).unwrap();
+    zip.finish().unwrap();
+    path
+}
+
+fn ramp(step: f64) -> Vec<f64> {
+    (0..40).map(|k| f64::from(k) * step).collect()
+}
+
+/// `fs` and a time vector that say two rates are refused with both; what is rounded, or in ms without saying so, agrees.
+#[test]
+fn a_rate_that_contradicts_the_time_vector_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |fs_hz: f64, name: &str, step: f64| {
+        archive(
+            folder.path(),
+            fs_hz,
+            &[("acc", ramp(0.1)), (name, ramp(step))],
+        )
+    };
+    let options = ReadOptions::default();
+    for (fs_hz, name, step) in [
+        (1000.0, "t", 2e-4),
+        (2500.0, "t", 1e-3),
+        (5000.0, "t (s)", 0.2),
+    ] {
+        let error = read_recording(&file(fs_hz, name, step), &options).unwrap_err();
+        let error = error.to_string();
+        let other = format!("{fs_hz} Hz in `fs` and");
+        assert!(
+            error.contains(&other) && error.contains("in `t`"),
+            "{error}"
+        );
+        // What a person states goes before both.
+        read_recording(&file(fs_hz, name, step), &stated()).unwrap();
+    }
+    for (fs_hz, name, step) in [
+        (5000.0, "t", 2.001e-4),
+        (5000.0, "time", 0.2),
+        (5000.0, "t_ms", 0.2),
+    ] {
+        let read = read_recording(&file(fs_hz, name, step), &options).unwrap();
+        let names: Vec<_> = read
+            .recording
+            .channels()
+            .iter()
+            .map(|c| c.name.as_str())
+            .collect();
+        assert_eq!((read.recording.rate().hz(), names), (fs_hz, vec!["acc"]));
+    }
+}
+
+/// Units stand in names as in the header of a table, or in the sidecar; one scale does not hold of two quantities.
+#[test]
+fn arrays_have_units_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    for (acc, force) in [
+        ("acc (m/s²)", "fz (mN)"),
+        ("acc_m_s2", "fz [mN]"),
+        ("acc [m/s2]", "fz_mN"),
+    ] {
+        let path = archive(
+            folder.path(),
+            5000.0,
+            &[(acc, ramp(1.0)), (force, ramp(1.0))],
+        );
+        let r = read_recording(&path, &ReadOptions::default())
+            .unwrap()
+            .recording;
+        let channels: Vec<_> = r
+            .channels()
+            .iter()
+            .map(|c| (c.name.as_str(), c.unit.clone()))
+            .collect();
+        let expected = [("acc", Unit::MetrePerSecondSquared), ("fz", Unit::Newton)];
+        assert_eq!(
+            (channels, r.channels()[1].samples[39]),
+            (expected.to_vec(), 0.039)
+        );
+        assert_eq!(r.about.doubts, []);
+    }
+    let path = archive(
+        folder.path(),
+        5000.0,
+        &[("acc", ramp(1.0)), ("fz", ramp(1.0))],
+    );
+    let scaled = ReadOptions {
+        rate: None,
+        ..stated()
+    };
+    let error = read_recording(&path, &scaled).unwrap_err().to_string();
+    assert!(
+        error.contains("acc, fz") && error.contains(r#"{"units": {"acc""#),
+        "{error}"
+    );
+    let sidecar = folder.path().join("a.npz.json");
+    std::fs::write(
+        &sidecar,
+        r#"{"units": {"fz": "2 N"}, "condition": {"sample": "S4"}, "labels": {"session": "2"},
+            "events": [{"onset_s": 0.001, "duration_s": 0, "kind": "answer"}]}"#,
+    )
+    .unwrap();
+    let r = read_recording(&path, &scaled).unwrap().recording;
+    assert_eq!(r.channels()[1].samples[39], 78.0);
+    assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared);
+    assert_eq!(r.about.condition.sample.as_deref(), Some("S4"));
+    assert_eq!(
+        (
+            r.annotations.labels["session"].as_str(),
+            r.annotations.events.len()
+        ),
+        ("2", 1)
+    );
+    assert_eq!(r.about.doubts, []);
+    std::fs::write(&sidecar, r#"{"units": {"fy": "N"}}"#).unwrap();
+    let error = read_recording(&path, &ReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("(acc, fz), found `fy`"), "{error}");
+}
+
+#[test]
+fn integers_without_a_scale_are_counts() {
+    let only_rate = ReadOptions {
+        scale: None,
+        ..stated()
+    };
+    let r = read("int16.npy", &only_rate).recording;
+    let text = r.about.doubts[0].to_string();
+    assert!(
+        text.contains("counts") && !text.contains("full scale"),
+        "{text}"
+    );
+    assert!(
+        read("one.npy", &only_rate).recording.about.doubts[0]
+            .to_string()
+            .contains("physical scale")
+    );
+}
+
+/// A sidecar beside a format that takes none is not ignored without a word.
+#[test]
+fn a_sidecar_that_is_not_read_is_a_doubt() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    std::fs::write(&path, "time (s),acc (g)\n0,1\n0.1,2\n0.2,1\n").unwrap();
+    let read = || {
+        read_recording(&path, &ReadOptions::default())
+            .unwrap()
+            .recording
+            .about
+            .doubts
+    };
+    assert_eq!(read(), []);
+    std::fs::write(folder.path().join("a.csv.json"), "{}").unwrap();
+    let text = read()[0].to_string();
+    assert!(
+        text.contains("a.csv.json is not read") && text.contains("table of text"),
+        "{text}"
+    );
 }

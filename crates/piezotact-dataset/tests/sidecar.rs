@@ -121,3 +121,160 @@ fn labels_events_and_a_start_come_back_and_are_absent_when_empty() {
     std::fs::write(sidecar_path(&path), wrong).unwrap();
     refused(&path, &["expected a date and time", "`at noon`"]);
 }
+
+/// What a person writes wrongly is named by its entry, with how it is written; what nothing reads is a doubt.
+#[test]
+fn entries_that_people_write_wrongly_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    write_wav(&path, &[&[0.5; 5000]], 5_000, SampleFormat::Float32).unwrap();
+    for (text, parts) in [
+        (
+            r#"{"full_scale": 3}"#,
+            &["`full_scale` as in", "found 3"][..],
+        ),
+        (
+            r#"{"full_scale": {"value": 3}}"#,
+            &["`full_scale` as in", r#"{"value":3}"#],
+        ),
+        (
+            r#"{"labels": {"session": 2}}"#,
+            &["`labels` as in", r#"{"session":2}"#],
+        ),
+        (r#"{"units": ["N"]}"#, &["`units` as in", r#""fz": "2 N""#]),
+        (
+            r#"{"channels": "acc"}"#,
+            &["`channels` as in", r#"["acc", "fz"]"#],
+        ),
+        (
+            r#"{"condition": {"load_n": "0.4 N"}}"#,
+            &["`condition.load_n` as in", r#"found "0.4 N""#],
+        ),
+        (
+            r#"{"condition": {"touch": "sliding"}}"#,
+            &["`condition.touch`", "passive"],
+        ),
+        (
+            r#"{"condition": "S4"}"#,
+            &["`condition` as in", r#""sample": "S4""#],
+        ),
+        (
+            r#"{"events": {"onset_s": 1}}"#,
+            &["`events` as in", r#"[{"onset_s": 1.2"#],
+        ),
+        (
+            r#"{"events": [{"onset_s": 1, "kind": "a"}]}"#,
+            &[
+                "event 1 as in",
+                "none called `duration_s`",
+                r#""kind": "answer"}"#,
+            ],
+        ),
+        (
+            r#"{"events": [{"onset_s": "1", "duration_s": 0, "kind": "a"}]}"#,
+            &["event 1 as in", r#"`onset_s`: "1""#],
+        ),
+        ("{\n\"labels\": {,}}", &["no JSON", "line 2"]),
+        ("3", &["a sidecar such as", "found 3"]),
+    ] {
+        std::fs::write(sidecar_path(&path), text).unwrap();
+        refused(&path, parts);
+        let error = read_recording(&path, &ReadOptions::default())
+            .unwrap_err()
+            .to_string();
+        for word in ["untagged", "variant", "invalid type", "missing field"] {
+            assert!(!error.contains(word), "{error}");
+        }
+    }
+    let doubts = |text: &str| {
+        std::fs::write(sidecar_path(&path), text).unwrap();
+        let read = read_recording(&path, &ReadOptions::default()).unwrap();
+        let doubts = read.recording.about.doubts.iter().map(ToString::to_string);
+        doubts.collect::<Vec<_>>().join("; ")
+    };
+    let said = doubts(
+        r#"{"full_scale": "3 g", "ful_scale": 1, "condition": {"smaple": "S4", "labels": {}}, "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "a", "note": 1}]}"#,
+    );
+    for part in [
+        "`ful_scale`",
+        "`condition.smaple`",
+        "`condition.labels`",
+        "`events[0].note`",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    let event = |onset_s: f64, duration_s: f64| {
+        doubts(&format!(
+            r#"{{"full_scale": "3 g", "events": [{{"onset_s": {onset_s}, "duration_s": {duration_s}, "kind": "a"}}]}}"#
+        ))
+    };
+    assert_eq!([event(0.0, 1.0), event(1.0, 0.0)], ["", ""]);
+    for (onset_s, duration_s) in [(-0.5, 0.0), (1.5, 0.0), (0.5, 1.0), (0.5, -0.1)] {
+        let said = event(onset_s, duration_s);
+        assert!(
+            said.contains("1 event(s) do not lie") && said.contains(&onset_s.to_string()),
+            "{said}"
+        );
+    }
+}
+
+/// A channel may have a unit of its own: force beside acceleration in one file.
+#[test]
+fn channels_have_units_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    write_wav(
+        &path,
+        &[&[0.5; 50], &[0.25; 50]],
+        5_000,
+        SampleFormat::Float32,
+    )
+    .unwrap();
+    let text = r#"{"full_scale": "3 m/s2", "channels": ["acc", "fz"], "units": {"fz": "2 N"}}"#;
+    std::fs::write(sidecar_path(&path), text).unwrap();
+    let r = read_recording(&path, &ReadOptions::default())
+        .unwrap()
+        .recording;
+    assert_eq!(r.about.doubts, []);
+    let peak = |i: usize| (r.channels()[i].samples[0], r.channels()[i].unit.to_string());
+    assert_eq!(
+        [peak(0), peak(1)],
+        [(1.5, "m/s²".into()), (0.5, "N".into())]
+    );
+}
+
+/// The sidecar that the README shows is read whole.
+#[test]
+fn the_sidecar_of_the_readme_is_read() {
+    let readme = include_str!("../../../README.md");
+    let mut examples = readme
+        .split("```json")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next());
+    let example = examples.find(|text| text.contains("full_scale")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    write_wav(
+        &path,
+        &[&[0.5; 8000], &[0.25; 8000]],
+        5_000,
+        SampleFormat::Float32,
+    )
+    .unwrap();
+    std::fs::write(sidecar_path(&path), example).unwrap();
+    let r = read_recording(&path, &ReadOptions::default())
+        .unwrap()
+        .recording;
+    assert_eq!(r.about.doubts, []);
+    assert_eq!(
+        (r.channels()[0].samples[0], r.channels()[1].samples[0]),
+        (100.0, 0.5)
+    );
+    assert_eq!(
+        (
+            r.annotations.events.len(),
+            r.about.condition.load_n.map(|n| n.0)
+        ),
+        (1, Some(0.4))
+    );
+}

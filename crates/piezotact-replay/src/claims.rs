@@ -414,14 +414,24 @@ pub(super) fn at_least(
     rule(found, Limit::at_least(least), unit, unless_met)
 }
 
-/// `found` is less than `bound`: no more than the number just below it.
+/// `found` is less than `bound`, which is no longer met itself.
 pub(super) fn below(found: f64, bound: f64, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
-    at_most(found, bound.next_down(), unit, unless_met)
+    beyond(at_most(found, bound, unit, unless_met), bound)
 }
 
-/// `found` is more than `bound`: no less than the number just above it.
+/// `found` is more than `bound`, which is not yet met itself.
 pub(super) fn above(found: f64, bound: f64, unit: &str, unless_met: &str) -> Criterion<ClaimRule> {
-    at_least(found, bound.next_up(), unit, unless_met)
+    beyond(at_least(found, bound, unit, unless_met), bound)
+}
+
+fn beyond(mut rule: Criterion<ClaimRule>, bound: f64) -> Criterion<ClaimRule> {
+    if rule
+        .found
+        .is_some_and(|found| found.total_cmp(&bound).is_eq())
+    {
+        rule.outcome = Outcome::NotMet;
+    }
+    rule
 }
 
 #[cfg(test)]

@@ -19,8 +19,8 @@ use crate::fourier::RealTransform;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
-    Coverage, Frame, InverseConfig, InversePlan, PhaseForm, RenderConfig, RenderError, coverage,
-    floored, runs,
+    Coverage, Frame, Inverse, InverseConfig, InversePlan, Overload, PhaseForm, RenderConfig,
+    RenderError, coverage, cut, floored, runs,
 };
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
@@ -98,6 +98,8 @@ pub struct Correction<O: Quantity> {
     /// The drive's lines as they are asked for, before anything limits them.
     drive: Vec<Complex<f64>>,
     limit: f64,
+    /// The steepest that the amplifier follows, full scale = 1 per second, where a drive may not be steeper.
+    slope: Option<f64>,
     last: Fit,
 }
 
@@ -197,6 +199,12 @@ impl<O: Quantity> Correction<O> {
             first: drive.clone(),
             drive,
             limit: function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit),
+            slope: {
+                let kept = render.steep == Overload::Refuse
+                    || render.inverse.inverse == Inverse::DriveLimited;
+                let setup = function.drive.as_ref().filter(|_| kept);
+                setup.map(DriveSetup::slew_limit_per_s)
+            },
         })
     }
 
@@ -270,13 +278,25 @@ impl<O: Quantity> Correction<O> {
         peak(&self.transform.inverse(self.drive.clone()))
     }
 
+    /// The steepest slope of the drive as it is asked for, full scale = 1 per second, where it exceeds what the amplifier
+    /// follows and may not.
+    #[must_use]
+    pub fn too_steep(&mut self) -> Option<f64> {
+        let room = self.room();
+        let taken = room.slope_taken(&mut self.transform, &self.drive);
+        (taken > 1.0).then(|| taken * BETWEEN * self.slope.unwrap_or(0.0))
+    }
+
     /// The level, re the target, up to which [`Self::fits`] holds, to the tenth of a decibel; no more than 0 dB.
     #[must_use]
     pub fn fits_at(&mut self) -> Decibels {
         if self.fits_at_gain(1.0) {
             return Decibels(0.0);
         }
-        let least = self.room().limit / self.asked().max(f64::MIN_POSITIVE);
+        let room = self.room();
+        let steep = room.slope_taken(&mut self.transform, &self.drive);
+        let loud = self.asked() / room.limit;
+        let least = 1.0 / loud.max(steep).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (Decibels::from_amplitude_ratio(least).0, 0.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -320,6 +340,9 @@ impl<O: Quantity> Correction<O> {
     fn room(&self) -> crest::Room {
         crest::Room {
             limit: self.limit * BETWEEN,
+            slope: self
+                .slope
+                .map(|slope| slope * BETWEEN / self.frame.rate().hz()),
             length: self.frame.length(),
             smooth: self.smooth(),
             mode: self.config.mode,
@@ -338,9 +361,7 @@ impl<O: Quantity> Correction<O> {
         let lines = self.transform.forward(&fitted.samples);
         let mut samples = self.frame.played(fitted.samples);
         let beyond = samples.iter().filter(|x| x.abs() > self.limit).count();
-        for sample in &mut samples {
-            *sample = sample.clamp(-self.limit, self.limit);
-        }
+        cut(&mut samples, self.limit);
         self.last = Fit {
             held: beyond as f64 / samples.len().max(1) as f64,
             likeness: fitted.likeness,

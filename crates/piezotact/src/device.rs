@@ -3,6 +3,7 @@
 
 mod contradiction;
 mod description;
+mod plain_words;
 
 use std::sync::Arc;
 
@@ -222,6 +223,12 @@ impl DriveSetup {
     #[must_use]
     pub fn slew_limit_v_per_s(&self) -> f64 {
         self.gain.slew_limit_v_per_s(self.load_f)
+    }
+
+    /// The steepest drive (full scale = 1) that the amplifier follows, 1/s.
+    #[must_use]
+    pub fn slew_limit_per_s(&self) -> f64 {
+        self.slew_limit_v_per_s() / self.actuator_v_per_full_scale()
     }
 }
 

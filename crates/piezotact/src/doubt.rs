@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 pub use advice::{Advice, ChannelRole, Subject};
 pub use list::Doubts;
 pub use merged::{Merged, Range, merged, merged_of};
-pub use value::{About, Example, FieldValue, Value};
+pub use value::{About, Counts, Example, FieldValue, Value};
 
 /// One thing that a person should know before relying on a result.
 ///

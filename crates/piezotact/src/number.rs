@@ -47,3 +47,14 @@ pub fn difference_db(value_db: f64) -> String {
         other => format!("{other:+.2}").replace('-', "−"),
     }
 }
+
+/// `count` with the noun for it, `what`, in the plural where it is not one.
+///
+/// ```
+/// use piezotact::number::counted;
+/// assert_eq!([counted(1, "sample"), counted(25, "sample")], ["1 sample", "25 samples"]);
+/// ```
+#[must_use]
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}

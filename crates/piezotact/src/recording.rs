@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::checksum::Checksum;
 use crate::doubt::Doubt;
 use crate::lineage::Lineage;
-use crate::quantity::{Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
+use crate::quantity::{Band, Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
 pub use about::About;
@@ -149,6 +149,9 @@ pub struct Provenance {
     /// The seed of a twin or of a random drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// The band that a drive was made to excite; absent where it is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub driven_hz: Option<Band>,
     /// What was done, oldest first, each step with its parameters.
     pub steps: Vec<String>,
     /// The transfer functions that a drive was rendered with or corrected on.

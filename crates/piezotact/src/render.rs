@@ -17,6 +17,8 @@ pub use doubt::RenderDoubt;
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
+use limits::Room;
+pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 
 use crate::clipping::ClippingDoubt;
@@ -29,7 +31,6 @@ use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
 use crate::recording::About;
 use crate::series::Series;
-use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 
 /// What to do with a drive that the device cannot play.
@@ -38,7 +39,7 @@ use crate::transfer::TransferFunction;
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
-    /// Let it clip, and say how much of it does.
+    /// Cut it at the device's limit, and say how much of it is.
     Allow,
 }
 
@@ -61,11 +62,19 @@ pub struct RenderConfig {
     pub lowest_coherence: f64,
     /// What to do with a drive that does not fit.
     pub clipping: Overload,
+    /// What to do with a drive that is steeper than the amplifier follows: allowed, it is played as it is and doubted.
+    #[serde(default = "allowed")]
+    pub steep: Overload,
+}
+
+fn allowed() -> Overload {
+    Overload::Allow
 }
 
 impl RenderConfig {
     /// For the PIEZOTACT and its like: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
-    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused.
+    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused, one that
+    /// is too steep doubted.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
@@ -77,6 +86,7 @@ impl RenderConfig {
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,
             clipping: Overload::Refuse,
+            steep: Overload::Allow,
         }
     }
 }
@@ -109,7 +119,8 @@ pub struct RenderedDrive {
 ///
 /// # Errors
 /// Those of [`invert`]; [`RenderError::Rate`] when the band does not fit the output rate;
-/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and clipping is refused.
+/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and clipping is refused,
+/// [`RenderError::ExceedsSlew`] when it is too steep and that is refused.
 pub fn render<O: Quantity>(
     target: &Series<O>,
     function: &TransferFunction<Drive, O>,
@@ -126,17 +137,20 @@ pub fn render<O: Quantity>(
     let mut samples = drive_of(None)?;
     let inverse = coverage::known(function, config)?;
     let mut turned_down = None;
-    let limit = function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit);
-    let asked = peak(&samples);
-    if config.inverse.inverse == Inverse::DriveLimited && asked > limit {
-        let costs = Limiting::of(target.samples(), rate, function, band)?;
-        if let Some((fitting, limiting)) = fitted(&costs, limit, &mut drive_of)? {
+    let room = Room::of(function.drive.as_ref(), config.output_rate);
+    if config.inverse.inverse == Inverse::DriveLimited && !room.holds(&samples) {
+        let mut costs = Limiting::of(target.samples(), rate, function, band)?;
+        if room.is_steeper_than_loud(&samples) {
+            costs = costs.by_slope(band);
+        }
+        if let Some((fitting, limiting)) = fitted(&costs, &room, &mut drive_of)? {
             let kept = coverage::limited(function, config, Some(&limiting))?;
+            let fits_at_db = room.fits_at(&samples).0;
             samples = fitting;
             let doubt = Doubt::from(RenderDoubt::TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
-                fits_at_db: floored(Decibels::from_amplitude_ratio(limit / asked)).0,
+                fits_at_db,
             });
             turned_down = Some((doubt, kept.bands));
         }
@@ -185,6 +199,17 @@ pub fn render<O: Quantity>(
     };
     doubts.extend(plan.outside(&padded, band));
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
+    let too_steep = headroom.slew_doubt(function.drive.as_ref());
+    let refused_steep = too_steep
+        .as_ref()
+        .filter(|_| config.steep == Overload::Refuse)
+        .and_then(|doubt| match doubt.kind()? {
+            RenderDoubt::SlewLimited {
+                asked_v_per_s,
+                limit_v_per_s,
+            } => Some((asked_v_per_s, limit_v_per_s)),
+            _ => None,
+        });
     if headroom.peak > headroom.limit {
         match config.clipping {
             Overload::Refuse => {
@@ -192,13 +217,13 @@ pub fn render<O: Quantity>(
                     peak: headroom.peak,
                     limit: headroom.limit,
                     limited_by: headroom.limited_by,
-                    fits_at: floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
+                    fits_at: match refused_steep {
+                        Some(_) => room.fits_at(&samples),
+                        None => floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
+                    },
                 });
             }
             Overload::Allow => {
-                for sample in &mut samples {
-                    *sample = sample.clamp(-1.0, 1.0);
-                }
                 doubts.push(Doubt::from(ClippingDoubt::DriveClipped {
                     limited_by: headroom.limited_by.to_string(),
                     fraction: headroom.clipped_fraction,
@@ -206,7 +231,15 @@ pub fn render<O: Quantity>(
             }
         }
     }
-    doubts.extend(headroom.slew_doubt(function.drive.as_ref()));
+    if let Some((asked_v_per_s, limit_v_per_s)) = refused_steep {
+        return Err(RenderError::ExceedsSlew {
+            asked_v_per_s,
+            limit_v_per_s,
+            fits_at: room.fits_at(&samples),
+        });
+    }
+    cut(&mut samples, headroom.limit);
+    doubts.extend(too_steep);
     let mut provenance = function.about.provenance.clone();
     // One that was measured by playing through another stands for that one.
     let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
@@ -257,11 +290,11 @@ const HALVINGS: usize = 20;
 /// The drive that comes of an inverse, turned down or not.
 type DriveOf<'a> = &'a mut dyn FnMut(Option<&Limiting>) -> Result<Vec<f64>, RenderError>;
 
-/// The drive that is turned down no more than it takes to stay within `limit`, and by what; `None` when nothing in the range
+/// The drive that is turned down no more than it takes to stay within `room`, and by what; `None` when nothing in the range
 /// fits.
 fn fitted(
     costs: &Limiting,
-    limit: f64,
+    room: &Room,
     drive_of: DriveOf<'_>,
 ) -> Result<Option<(Vec<f64>, Limiting)>, RenderError> {
     let (mut weak, mut strong) = (-6.0f64, 6.0f64);
@@ -270,7 +303,7 @@ fn fitted(
         let middle = 0.5 * (weak + strong);
         let limiting = costs.turned_down(10f64.powf(middle));
         let drive = drive_of(Some(&limiting))?;
-        if peak(&drive) <= limit {
+        if room.holds(&drive) {
             strong = middle;
             best = Some((drive, limiting));
         } else {

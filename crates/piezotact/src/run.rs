@@ -19,6 +19,19 @@ use crate::recording::{
     About, Annotations, Channel, Clock, Event, Provenance, Recording, RecordingError,
 };
 
+/// The stretches of a recording with `doubts` that hold no measured samples, from when to when in s: what its device or its journal lost.
+///
+/// Source: the doubts [`RunDoubt::SamplesLost`] and [`RunDoubt::JournalDamaged`].
+#[must_use]
+pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
+    let of = |doubt: &Doubt| match doubt.kind() {
+        Some(RunDoubt::SamplesLost { places_s, .. }) => places_s.unwrap_or_default(),
+        Some(RunDoubt::JournalDamaged { lost_s, .. }) => lost_s,
+        _ => Vec::new(),
+    };
+    doubts.iter().flat_map(of).collect()
+}
+
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunStart {

@@ -5,6 +5,7 @@
 
 mod broken;
 mod bundle;
+mod clock;
 mod confidence;
 mod cross;
 mod doubt;
@@ -18,6 +19,7 @@ pub(crate) use bundle::level_db;
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
+pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use doubt::TransferDoubt;
@@ -27,6 +29,7 @@ pub use related::{Delay, Relation};
 pub use repeats::{farthest_apart_db, pooled};
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -136,7 +139,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         )?;
         function.effective_averages = spectra.effective_averages;
         let driven = spectra.driven();
-        function.driven = judge::driven_band(&driven, spectra.resolution_hz);
+        function.driven = judge::driven_band(&driven, &spectra.drive_power, spectra.resolution_hz);
         function
             .about
             .doubts
@@ -327,6 +330,29 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         judge::outside(self.driven?, asked, self.resolution_hz)
     }
 
+    /// States the band that was driven, where it is known: lines outside of it are not driven, whatever the ends of a drive put
+    /// there, and what nothing drives is told within it alone.
+    pub fn driven_within(&mut self, band: Band) {
+        // The first line of a band lies up to a line above its end.
+        let low = |found: Band| match found.low().0 - band.low().0 <= self.resolution_hz {
+            true => Band::new(band.low(), found.high()).unwrap_or(found),
+            false => found,
+        };
+        let inside = self
+            .driven
+            .and_then(|found| low(found).common(band))
+            .unwrap_or(band);
+        self.driven = Some(inside);
+        let doubts = std::mem::take(&mut self.about.doubts);
+        let trimmed = doubts.into_iter().filter_map(|doubt| match doubt.kind() {
+            Some(TransferDoubt::NotDriven { bands, .. }) => {
+                judge::not_driven_within(&bands, inside)
+            }
+            _ => Some(doubt),
+        });
+        self.about.doubts = trimmed.collect();
+    }
+
     /// The doubt about the sign of one of two channels, where a force moves a passive finger whose acceleration this is:
     /// the force seems to take power out of it.
     #[must_use]
@@ -446,7 +472,28 @@ pub fn estimate<I: Quantity, O: Quantity>(
     config: &WelchConfig,
     estimator: Estimator,
 ) -> Result<TransferFunction<I, O>, TransferError> {
-    let spectra = cross_spectra(drive, response, config)?;
+    estimate_without(drive, response, config, estimator, &[])
+}
+
+/// As [`estimate`], without the segments that touch one of the stretches `lost_s`, from when to when in s.
+///
+/// Source: as [`estimate`]; decision 0043 of this project: straight lines in the place of samples are no measurement.
+///
+/// # Errors
+/// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more.
+pub fn estimate_without<I: Quantity, O: Quantity>(
+    drive: &Series<I>,
+    response: &Series<O>,
+    config: &WelchConfig,
+    estimator: Estimator,
+    lost_s: &[[f64; 2]],
+) -> Result<TransferFunction<I, O>, TransferError> {
+    let rate = drive.rate();
+    let lost = |cut: &Range<usize>| touches(cut, lost_s, rate);
+    let of = config.cuts(drive.samples().len());
+    let left_out = of.iter().filter(|cut| lost(cut)).count();
+    let left = few_left(of.len(), left_out)?;
+    let spectra = cross::cross_spectra_of(drive, response, config, &|cut| !lost(cut))?;
     let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
     function.about.provenance.steps.push(format!(
         "transfer function {estimator:?}, {} window, segments of {} samples, {} % overlap, {} averages",
@@ -455,7 +502,33 @@ pub fn estimate<I: Quantity, O: Quantity>(
         (config.overlap * 100.0).round(),
         spectra.averages
     ));
+    function.about.doubts.extend(left);
     Ok(function)
+}
+
+/// Whether the samples `cut` touch one of the stretches `lost_s`.
+fn touches(cut: &Range<usize>, lost_s: &[[f64; 2]], rate: SampleRate) -> bool {
+    let hz = rate.hz();
+    let overlap = |[from, to]: &[f64; 2]| from * hz < cut.end as f64 && to * hz > cut.start as f64;
+    lost_s.iter().any(overlap)
+}
+
+/// So many segments are needed where some are left out.
+const FEWEST_LEFT: usize = 4;
+
+/// The doubt about `left_out` of `of` segments, where there are any.
+fn few_left(of: usize, left_out: usize) -> Result<Option<Doubt>, TransferError> {
+    match left_out {
+        0 => Ok(None),
+        most if of < most + FEWEST_LEFT => Err(TransferError::FewLeft {
+            left: of - most,
+            of,
+        }),
+        _ => Ok(Some(Doubt::from(TransferDoubt::SegmentsLeftOut {
+            left_out,
+            of,
+        }))),
+    }
 }
 
 /// Why there is no transfer function.
@@ -489,6 +562,28 @@ pub enum TransferError {
     NotFinite {
         /// The line's frequency.
         frequency_hz: f64,
+    },
+    /// Too much was lost.
+    #[error(
+        "expected {FEWEST_LEFT} segments or more without samples that were lost, found {left} of {of}; close other programs and measure again, or take shorter segments"
+    )]
+    FewLeft {
+        /// How many are left.
+        left: usize,
+        /// Of how many.
+        of: usize,
+    },
+    /// Too much was lost of a drive that repeats.
+    #[error(
+        "expected {needed} sweeps or realisations or more without samples that were lost, found {left} of {of}; close other programs and measure again"
+    )]
+    FewRowsLeft {
+        /// How many are needed.
+        needed: usize,
+        /// How many are left.
+        left: usize,
+        /// Of how many.
+        of: usize,
     },
     /// Nothing comes through.
     #[error(

@@ -50,6 +50,7 @@ fn decided_by(found: &Segmentation, what: StrokeCriterion) {
                 mean_n,
                 low_n,
                 high_n,
+                ..
             } => {
                 assert!((value - (mean_n - 0.5 * (low_n + high_n))).abs() < 1e-12);
                 assert!((limit - 0.5 * (high_n - low_n)).abs() < 1e-12);

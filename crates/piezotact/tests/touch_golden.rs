@@ -128,6 +128,7 @@ fn features_are_those_of_scipy() {
             steady: all,
             contact: all,
             cut_by: CutBy::Person,
+            criteria: Vec::new(),
         }],
         rejected: Vec::new(),
         rule: Rule::Whole,

@@ -580,6 +580,7 @@ fn multisines_tell_noise_from_distortion() {
             &series::<Acceleration>(response),
             BLOCKS,
             1_000,
+            &[],
         )
         .unwrap();
         // White noise of this rms has its power spread evenly over half as many lines as samples.
@@ -631,6 +632,7 @@ fn the_best_linear_approximation_is_the_plant() {
         &series::<Acceleration>(response),
         BLOCKS,
         1_000,
+        &[],
     )
     .unwrap();
     let confidence = found.function.confidence().unwrap();
@@ -687,6 +689,7 @@ fn sweeps_give_the_plant() {
         blocks,
         2_048,
         Estimator::H1,
+        &[],
     )
     .unwrap();
     for (line, hz) in function.lines_in(Band::new(Hertz(15.0), Hertz(900.0)).unwrap()) {

@@ -24,7 +24,7 @@ pub(super) const ENTRY: BenchEntry = BenchEntry {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct FakeSpec {
     file: PathBuf,
-    participant: u64,
+    participant: Option<u64>,
 }
 
 impl NamedBench for FakeSpec {
@@ -32,16 +32,23 @@ impl NamedBench for FakeSpec {
         let called = || self.file.display().to_string();
         let text = std::fs::read_to_string(&self.file).with_context(called)?;
         let script = FakeScript::from_toml(&text).with_context(called)?;
-        Ok(fake(script, &format!("F{:02}", self.participant))?)
+        Ok(fake(
+            script,
+            &format!("F{:02}", self.participant.unwrap_or(1)),
+        )?)
     }
 
     fn file(&self) -> Option<&Path> {
         Some(&self.file)
     }
 
+    fn participant(&self) -> Option<u64> {
+        self.participant
+    }
+
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
         Ok(BenchSpec::of(Self {
-            participant: number,
+            participant: Some(number),
             ..self.clone()
         }))
     }
@@ -54,10 +61,10 @@ impl NamedBench for FakeSpec {
 fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
     let (file, participant) = match text.rsplit_once(',') {
         Some((file, setting)) => match setting.split_once('=') {
-            Some(("participant", number)) => (file, whole(setting, number)?),
+            Some(("participant", number)) => (file, Some(whole(setting, number)?)),
             _ => return Err(wrong("fake:FILE or fake:FILE,participant=N", setting)),
         },
-        None => (text, 1),
+        None => (text, None),
     };
     if file.is_empty() {
         return Err(wrong("fake:FILE with a script in TOML", "fake:"));

@@ -11,12 +11,12 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use piezotact_bench::{Bench, DeviceError};
+use piezotact_bench::{Bench, DeviceError, ProcedureError};
 
 pub(crate) use twin::TwinSpec;
 
 use crate::failure::Outcome;
-use crate::keeping::stopped_by_interrupt;
+use crate::keeping::{interrupted, stopped_by_interrupt};
 
 /// One bench of the table.
 struct BenchEntry {
@@ -58,6 +58,10 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
     fn file(&self) -> Option<&Path> {
         None
     }
+    /// The participant that its settings name; none where they name nobody.
+    fn participant(&self) -> Option<u64> {
+        None
+    }
     /// The same bench with participant `number` at it.
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError>;
     /// The bench by name and settings, whoever sits at it.
@@ -76,8 +80,15 @@ impl BenchSpec {
 }
 
 impl BenchSpec {
-    /// Opens it; Ctrl-C stops what runs on it.
+    /// Opens it; Ctrl-C stops what runs on it, and none is opened after it.
     pub(crate) fn open(&self) -> Outcome<Bench> {
+        if interrupted() {
+            return Err(ProcedureError::Stopped {
+                label: "the next measurement".into(),
+                after_s: 0.0,
+            }
+            .into());
+        }
         let bench = self.0.open()?;
         stopped_by_interrupt(&bench.stop);
         Ok(bench)

@@ -22,8 +22,8 @@ pub(super) const ENTRY: BenchEntry = BenchEntry {
 /// The digital twin with one participant at it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TwinSpec {
-    /// Whose finger, from 1; 0 is the reference participant.
-    pub(crate) participant: u64,
+    /// Whose finger, from 1; 0 is the reference participant. Absent for the first.
+    pub(crate) participant: Option<u64>,
     /// The seed that draws every participant, placement and noise.
     pub(crate) seed: u64,
     /// The gain that is set on the amplifier; absent for the usual one.
@@ -56,7 +56,7 @@ impl TwinSpec {
 impl NamedBench for TwinSpec {
     fn open(&self) -> Outcome<Bench> {
         let parameters = TwinParameters::built_in();
-        let participant = Participant::of(self.participant, self.seed, &parameters);
+        let participant = Participant::of(self.participant.unwrap_or(1), self.seed, &parameters);
         Ok(TwinBench::new(&parameters, participant, &self.set()?).into_bench())
     }
 
@@ -65,9 +65,13 @@ impl NamedBench for TwinSpec {
         named.filter(|_| self.built_in().is_none()).map(Path::new)
     }
 
+    fn participant(&self) -> Option<u64> {
+        self.participant
+    }
+
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
         Ok(BenchSpec::of(Self {
-            participant: number,
+            participant: Some(number),
             ..self.clone()
         }))
     }
@@ -91,7 +95,7 @@ fn parse(settings: &str) -> Result<BenchSpec, DeviceError> {
 
 fn parsed(settings: &str) -> Result<TwinSpec, DeviceError> {
     let mut spec = TwinSpec {
-        participant: 1,
+        participant: None,
         seed: 1,
         gain: None,
         device: None,
@@ -99,7 +103,7 @@ fn parsed(settings: &str) -> Result<TwinSpec, DeviceError> {
     for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
         match key {
-            "participant" => spec.participant = whole(setting, value)?,
+            "participant" => spec.participant = Some(whole(setting, value)?),
             "seed" => spec.seed = whole(setting, value)?,
             "gain" => spec.gain = Some(GainName::new(value)),
             "device" if !value.is_empty() => spec.device = Some(value.into()),
@@ -124,7 +128,7 @@ mod tests {
         assert_eq!(
             parsed("participant=3,seed=9,gain=b2").unwrap(),
             TwinSpec {
-                participant: 3,
+                participant: Some(3),
                 seed: 9,
                 gain: Some(GainName::new("B2")),
                 device: None,

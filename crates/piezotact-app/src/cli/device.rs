@@ -194,7 +194,7 @@ pub(crate) enum ModeName {
 pub(crate) enum Level {
     /// Re the texture, dB.
     Stated(f64),
-    /// At its own, or as much softer as it takes to fit.
+    /// At its own, or as much softer as it takes to fit, in level and in slope.
     Fit,
 }
 
@@ -283,7 +283,7 @@ pub(crate) struct Render {
     /// Writes a report of the loop: how close every texture came, open and closed.
     #[arg(long, requires = "mode", value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Writes a drive that clips, instead of refusing it; not in a closed loop, which never plays what the device cannot.
+    /// Cuts a drive that does not fit at the device's limit, instead of refusing it; not in a closed loop, which never plays what the device cannot.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     /// Prints a summary as JSON.

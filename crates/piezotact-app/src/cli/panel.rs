@@ -80,7 +80,7 @@ impl FromStr for Participants {
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
-    /// Throws the raw recordings away at the end; else they are kept in the folder `raw` of the panel.
+    /// Throws the raw recordings of this command away at its end; else they are kept in the folder `raw` of the panel.
     #[arg(long)]
     pub(crate) discard_raw: bool,
     /// The bench.

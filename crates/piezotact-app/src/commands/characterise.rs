@@ -11,10 +11,12 @@ use piezotact_bench::procedure::{
     self, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
 };
 use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
-use piezotact_dataset::{RunFolder, TransferDocument, TransferFormat, write_transfer};
+use piezotact_dataset::{
+    RunFolder, TransferDocument, TransferFormat, keep_before, read_transfer, write_transfer,
+};
 use serde_json::{Value, json};
 
-use super::{bench_failure, outputs, recording_files, run_plan};
+use super::{has_ending, outputs, recording_files, run_plan};
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{self, Keeper, Place, Raw, Shown, runs_of};
@@ -22,6 +24,9 @@ use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text}
 use crate::report::transfer;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
+    if let Some(record) = &args.record {
+        has_ending(record, &["parquet"])?;
+    }
     let mut bench = args.bench.open()?;
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
@@ -85,6 +90,13 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         attempts: done.attempts.clone(),
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
+    if let Some(kept) = keep_of_another(&args.out, &document)? {
+        say(&format!(
+            "{}: what was there is of another person, condition or seed, and kept as {}",
+            args.out.display(),
+            kept.display()
+        ));
+    }
     write_transfer(&args.out, &document)?;
     done.function
         .about
@@ -138,6 +150,25 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         ))?;
     }
     distortion.map_or(Ok(()), |distortion| print(&told(&distortion)))
+}
+
+/// Keeps what stands at `out` under a free name, unless it is a transfer function of the same person, condition, bench and seed as
+/// `new`; where it is kept.
+fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome<Option<PathBuf>> {
+    if !out.is_file() {
+        return Ok(None);
+    }
+    let same = read_transfer(out).is_ok_and(|old| {
+        let [old_from, new_from] = [&old, new].map(|document| &document.about.provenance);
+        old.about.condition == new.about.condition
+            && old_from.source == new_from.source
+            && old_from.seed == new_from.seed
+            && old_from.answered_with == new_from.answered_with
+    });
+    if same {
+        return Ok(None);
+    }
+    Ok(keep_before(out)?)
 }
 
 /// Levels of noise and distortion re the answer, one line a band.
@@ -263,10 +294,10 @@ pub(crate) fn repeated(
         )
     };
     let mut keeper = Keeper::new(place, Shown::Each(&what, duration));
-    procedure::repeated(bench, config, repeats, &mut keeper, &mut |refused| {
+    let done = procedure::repeated(bench, config, repeats, &mut keeper, &mut |refused| {
         say(&refused.to_string());
-    })
-    .map_err(bench_failure)
+    });
+    done.map_err(|error| keeper.failure(error))
 }
 
 /// Runs a characterisation that takes what comes, with its progress shown.

@@ -8,7 +8,7 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
 use piezotact::recording::{About, Annotations, Recording};
-use piezotact::render::{RenderConfig, RenderError, RenderedDrive, render};
+use piezotact::render::{Overload, RenderConfig, RenderError, RenderedDrive, render};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         )
     })?;
     let mut bench = TwinSpec {
-        participant: PARTICIPANT,
+        participant: Some(PARTICIPANT),
         seed: args.seed,
         gain: None,
         device: None,
@@ -224,9 +224,15 @@ fn rendered(
     function: &TransferFunction<Drive, Acceleration>,
     path: &Path,
 ) -> Outcome<(RenderedDrive, Decibels)> {
-    let config = RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?);
+    let config = RenderConfig {
+        steep: Overload::Refuse,
+        ..RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?)
+    };
     let (drive, level) = match render(target, function, &config) {
-        Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
+        Err(
+            RenderError::ExceedsFullScale { fits_at, .. }
+            | RenderError::ExceedsSlew { fits_at, .. },
+        ) => {
             say(&format!(
                 "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
                 -fits_at.0

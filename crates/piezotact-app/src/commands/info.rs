@@ -1,5 +1,7 @@
 //! `piezotact info`: what is in a file.
 
+mod kept;
+
 use std::fmt::Write as _;
 
 use piezotact::doubt::merged;
@@ -17,6 +19,12 @@ use crate::failure::Outcome;
 use crate::output::{digits, doubts_json, print, print_json};
 
 pub(crate) fn run(args: &Info) -> Outcome {
+    if let Some(kept) = kept::of(&args.file)? {
+        return match args.json {
+            true => print_json(&kept.json),
+            false => print(&kept.text),
+        };
+    }
     if holds_transfer(&args.file) {
         return transfer_function(args, &read_transfer(&args.file)?);
     }

@@ -137,6 +137,21 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     Ok(())
 }
 
+/// The ending of an output's name, in small letters, which is one of `known`.
+pub(crate) fn has_ending<'a>(path: &Path, known: &[&'a str]) -> Outcome<&'a str> {
+    let found = path.extension().map(|end| end.to_ascii_lowercase());
+    let ending = known
+        .iter()
+        .find(|known| found.as_deref() == Some((*known).as_ref()));
+    ending.copied().ok_or_else(|| {
+        usage(anyhow!(
+            "{}: expected a name that ends in .{}, found another; say what to write by it",
+            path.display(),
+            known.join(" or .")
+        ))
+    })
+}
+
 /// The files that a recording called `record` takes up while it is made, and the longest name that one of an interrupted
 /// command gets.
 fn recording_files(record: &Path) -> [PathBuf; 3] {
@@ -180,7 +195,7 @@ fn texture(
 }
 
 /// What a bench refuses because of what it was asked is a matter of the command line.
-fn bench_failure(error: impl Into<ProcedureError>) -> Failure {
+pub(crate) fn bench_failure(error: impl Into<ProcedureError>) -> Failure {
     match error.into() {
         error @ (ProcedureError::Impossible { .. }
         | ProcedureError::Device(DeviceError::Impossible { .. })) => usage(error),

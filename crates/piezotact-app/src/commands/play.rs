@@ -17,13 +17,14 @@ use piezotact_bench::{Bench, RunPlan};
 use piezotact_dataset::{ReadOptions, read_recording};
 use serde_json::json;
 
-use super::{bench_failure, drive_limit, outputs, recording_files, run_plan};
+use super::{drive_limit, has_ending, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{doubts_json, print, print_json, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
+    has_ending(&args.record, &["parquet"])?;
     let written = recording_files(&args.record);
     let written = written.each_ref().map(std::path::PathBuf::as_path);
     let read: Vec<&Path> = std::iter::once(args.drive.as_path())
@@ -80,7 +81,12 @@ pub(crate) fn run(args: &Play) -> Outcome {
     )?;
     let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
     recording.about.doubts.extend(broken);
-    let clipped = headroom(drive.samples(), drive.rate(), setup.as_ref()).clipped_fraction;
+    let headroom = headroom(drive.samples(), drive.rate(), setup.as_ref());
+    recording
+        .about
+        .doubts
+        .extend(headroom.slew_doubt(setup.as_ref()));
+    let clipped = headroom.clipped_fraction;
     if clipped > 0.0 {
         recording
             .about
@@ -126,8 +132,8 @@ pub(crate) fn play(
 ) -> Outcome<Recording> {
     let what = |_: &RunStart| what.to_owned();
     let mut keeper = Keeper::new(place, Shown::Each(&what, drive.duration()));
-    let mut recording =
-        play_and_record(bench, drive, setup, run, &mut keeper, None).map_err(bench_failure)?;
+    let recorded = play_and_record(bench, drive, setup, run, &mut keeper, None);
+    let mut recording = recorded.map_err(|error| keeper.failure(error))?;
     let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.about.provenance));
     recording.about.doubts.extend(its_own);
     Ok(recording)

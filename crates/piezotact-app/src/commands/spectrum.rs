@@ -16,7 +16,7 @@ use serde_json::json;
 use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_or_write, say_doubts, write_text};
+use crate::output::{doubts_json, json_text, print, print_or_write, say_doubts, write_text};
 use crate::report::{figures, name};
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
             "psd": psd.values,
             "doubts": doubts_json(&doubts)?,
         });
-        return print_or_write(args.out.as_deref(), &serde_json::to_string_pretty(&value)?);
+        return print_or_write(args.out.as_deref(), &json_text(&value)?);
     }
     say_doubts(&doubts);
     if args.csv {

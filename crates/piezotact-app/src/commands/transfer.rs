@@ -10,9 +10,10 @@ use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup, drive_of
 use piezotact::integrity::{Pair, never_changes, said_of_a_pair, transfer_doubts};
 use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
 use piezotact::recording::RecordingError;
+use piezotact::run::lost_s;
 use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
-use piezotact::transfer::{Estimator, TransferError, estimate};
+use piezotact::transfer::{Estimator, OneClock, TransferError, estimate_without, prepared};
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
 use serde_json::json;
 
@@ -33,7 +34,13 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let named = |error: RecordingError| {
         Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
     };
-    let setup = described(args)?;
+    let setup = match (&contents.setup, described(args, contents.setup.as_ref())?) {
+        (Some(stated), Some(asked)) => {
+            require_same(args, stated, &asked)?;
+            Some(stated.clone())
+        }
+        (stated, asked) => asked.or_else(|| stated.clone()),
+    };
     if args.drive == args.response {
         return Err(usage(anyhow!(
             "expected two channels, found `{}` as both drive and response; name the one that answers",
@@ -76,22 +83,30 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             )));
         }
     }
-    let mut function = estimate(
-        &drive,
-        &response,
-        &WelchConfig::hann(args.segment),
-        estimator,
-    )
-    .map_err(|error| match error {
-        TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
-        _ => Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string())),
-    })?;
+    let welch = WelchConfig::hann(args.segment);
+    let OneClock {
+        response,
+        missing_s: lost,
+        doubts: clocks,
+    } = prepared(&drive, response, &welch, lost_s(&recording.about.doubts));
+    let mut function = estimate_without(&drive, &response, &welch, estimator, &lost).map_err(
+        |error| match error {
+            TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
+            _ => Failure::Data(
+                anyhow::Error::new(error).context(args.recording.display().to_string()),
+            ),
+        },
+    )?;
+    function.about.doubts.extend(clocks);
+    if let Some(band) = recording.about.provenance.driven_hz {
+        function.driven_within(band);
+    }
     // The channels here have names and units, not types.
     function
         .about
         .doubts
         .retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
-    let limit = drive_limit(setup.as_ref().or(contents.setup.as_ref()));
+    let limit = drive_limit(setup.as_ref());
     let broken = transfer_doubts(&Pair {
         drive: drive.samples(),
         response: response.samples(),
@@ -120,9 +135,11 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .provenance
         .clone()
         .then(format!("{} → {}", args.drive, args.response));
+    // The transfer function says itself which band was driven.
+    function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
-    function.drive = setup.or_else(|| contents.setup.clone());
+    function.drive = setup;
     // What the transfer function says of its two channels is not said again of each.
     let of_the_file = recording.about.doubts.iter();
     let more = of_the_file.filter(|doubt| !said_of_a_pair(doubt, &broken));
@@ -168,16 +185,19 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     ))
 }
 
-/// The device that the options describe, if they do.
-fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
+/// The device that the options describe, if they do; what they leave out is as the recording has `stated` it.
+fn described(args: &Transfer, stated: Option<&DriveSetup>) -> Outcome<Option<DriveSetup>> {
     let Some(volts) = args.volts_per_full_scale else {
         return Ok(None);
     };
-    let device = match &args.device {
-        Some(named) => read_device(named)?,
-        None => DeviceDescription::drv2667().clone(),
+    let device = match (&args.device, stated) {
+        (Some(named), _) => read_device(named)?,
+        (None, Some(stated)) => stated.device().clone(),
+        (None, None) => DeviceDescription::drv2667().clone(),
     };
-    let set = match (&args.gain, device.only_gain()) {
+    let as_stated = stated.map(|stated| &stated.gain.name);
+    let as_stated = as_stated.filter(|_| args.device.is_none());
+    let set = match (args.gain.as_ref().or(as_stated), device.only_gain()) {
         (Some(gain), _) => device.at(gain).map_err(usage)?,
         (None, Some(_)) => device.at_usual_gain(),
         (None, None) => {
@@ -193,4 +213,32 @@ fn described(args: &Transfer) -> Outcome<Option<DriveSetup>> {
     DriveSetup::new(set, Volts(volts), load_f)
         .map(Some)
         .map_err(usage::<ImpossibleSetup>)
+}
+
+/// Refuses options that describe another device than the one that the recording states.
+fn require_same(args: &Transfer, stated: &DriveSetup, asked: &DriveSetup) -> Outcome {
+    let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+    let load = args.load_nf.is_none() || close(stated.load_f, asked.load_f);
+    let device = args.device.is_none() || stated.device() == asked.device();
+    if stated.amplifies_like(asked)
+        && device
+        && close(stated.volts_per_full_scale, asked.volts_per_full_scale)
+        && load
+    {
+        return Ok(());
+    }
+    let told = |setup: &DriveSetup| {
+        format!(
+            "the {}, {:.4} V at full scale and {:.4} nF",
+            setup.amplification(),
+            setup.volts_per_full_scale,
+            setup.load_f * 1e9
+        )
+    };
+    Err(Failure::Data(anyhow!(
+        "{}: expected the device that the recording states, {}, found options for {}; leave --device, --gain, --volts-per-full-scale and --load-nf out",
+        args.recording.display(),
+        told(stated),
+        told(asked)
+    )))
 }

@@ -8,9 +8,10 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::clipping::clipping;
 use piezotact::doubt::Doubts;
-use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Seconds, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
+use piezotact::run::RunDoubt;
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::verify::{
@@ -243,6 +244,13 @@ fn judge(
         rate: rate_option(args.reading.rate)?,
     };
     let measured = inspected(path, &options)?;
+    let mut channels = measured.recording.channels().iter();
+    if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected what was recorded while a drive was played, found the drive itself; give the recording with --measured, and the drive with --drive",
+            path.display()
+        )));
+    }
     let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
     let rendering = stated.or(measured.rendering.as_ref());
 
@@ -307,6 +315,13 @@ fn judge(
     let verification = verify::verify(&wanted, compared, &config);
     let verification = verification.map_err(|error| refused(path, error))?;
     let mut verification = with_felt_difference(verification);
+    let lost = |doubt: &Doubt| match doubt.kind() {
+        Some(RunDoubt::SamplesLost { longest_s, .. }) => Some(Seconds(longest_s)),
+        _ => None,
+    };
+    if let Some(longest) = measured.recording.about.doubts.iter().find_map(lost) {
+        verification = verification.with_samples_lost(longest);
+    }
     // What clipped is said by the verification, with what was measured of it.
     doubts.retain(|doubt| match doubt.kind() {
         Some(ClippingDoubt::Clipped { .. }) => {

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Drive, Force, Quantity, SampleRate};
+use piezotact::quantity::{Acceleration, Drive, Force, Quantity, SampleRate, Seconds};
 use piezotact::recording::{BenchKind, Condition, Touch};
 use piezotact::run::RunChunk;
 
@@ -208,7 +208,7 @@ impl Shared {
             .is_some_and(|full_s| now_s >= full_s)
         {
             return Err(DeviceError::InputFull {
-                name: "input of the scripted fake".into(),
+                name: "scripted fake".into(),
                 after_s: now_s,
             });
         }
@@ -525,6 +525,10 @@ impl Acquire for Acquirer {
             last: RunChunk::default(),
         });
         Ok(())
+    }
+
+    fn longest_pause(&self) -> Seconds {
+        Seconds(locked(&self.0).script.longest_pause_s)
     }
 
     fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {

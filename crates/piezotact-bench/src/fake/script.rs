@@ -3,6 +3,8 @@
 use piezotact::quantity::{QuantityError, SampleRate};
 use serde::{Deserialize, Serialize};
 
+use crate::watch::LONGEST_PAUSE;
+
 /// Times that a script may name, s.
 const LONGEST_S: f64 = 86_400.0;
 /// The longest gap of a script, s: more is a device that is gone.
@@ -38,6 +40,8 @@ pub struct FakeScript {
     /// When the input runs full, s since the bench was opened.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input_full_after_s: Option<f64>,
+    /// How long it may deliver no samples before a run is ended, s.
+    pub longest_pause_s: f64,
     /// What no bench may do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
@@ -45,7 +49,7 @@ pub struct FakeScript {
 
 /// How fast time passes at a fake.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", expecting = "\"asked\" or \"real_time\"")]
 pub enum Pace {
     /// As fast as chunks are asked for.
     #[default]
@@ -56,7 +60,11 @@ pub enum Pace {
 
 /// The device with a finger on it: a resonance, a delay and noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(
+    default,
+    deny_unknown_fields,
+    expecting = "settings of the device, such as { gain_m_s2 = 12 }"
+)]
 pub struct FakeDevice {
     /// The acceleration far above the resonance, m/s² per full scale.
     pub gain_m_s2: f64,
@@ -74,7 +82,7 @@ pub struct FakeDevice {
 
 /// From when on a time counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", expecting = "\"run\" or \"opened\"")]
 pub enum Since {
     /// From the start of every run: it happens in each.
     #[default]
@@ -85,7 +93,10 @@ pub enum Since {
 
 /// Samples that are lost and reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a drop-out, such as { at_s = 1, samples = 25 }"
+)]
 pub struct DropOut {
     /// When, s.
     pub at_s: f64,
@@ -98,7 +109,10 @@ pub struct DropOut {
 
 /// A chunk that comes late.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a late chunk, such as { at_s = 1, by_s = 0.5 }"
+)]
 pub struct Late {
     /// The chunk behind this time of every run, s.
     pub at_s: f64,
@@ -108,7 +122,10 @@ pub struct Late {
 
 /// An output that runs dry for a while: silence is played, and the rest of the drive comes later.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "an output that runs dry, such as { at_s = 1, samples = 480 }"
+)]
 pub struct Underrun {
     /// When in the playback of every run, s.
     pub at_s: f64,
@@ -118,7 +135,7 @@ pub struct Underrun {
 
 /// One half of a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", expecting = "\"input\" or \"output\"")]
 pub enum Half {
     /// What plays.
     Output,
@@ -128,7 +145,10 @@ pub enum Half {
 
 /// A half that is no longer there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a lost half, such as { half = \"input\", after_s = 5 }"
+)]
 pub struct LostHalf {
     /// Which.
     pub half: Half,
@@ -138,7 +158,10 @@ pub struct LostHalf {
 
 /// What no bench may do, done once in every run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a fault, such as { what = \"ends_early\", at_s = 1 }"
+)]
 pub struct Fault {
     /// What.
     pub what: Breach,
@@ -148,7 +171,10 @@ pub struct Fault {
 
 /// A way to break the contract of a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(
+    rename_all = "snake_case",
+    expecting = "the name of a fault, such as \"ends_early\""
+)]
 pub enum Breach {
     /// A chunk of two and a half seconds.
     TooManySamples,
@@ -189,6 +215,7 @@ impl Default for FakeScript {
             underruns: Vec::new(),
             lost: None,
             input_full_after_s: None,
+            longest_pause_s: LONGEST_PAUSE.0,
             fault: None,
         }
     }
@@ -210,6 +237,11 @@ impl Default for FakeDevice {
 /// Why a script is none.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScriptError {
+    /// The text says nothing.
+    #[error(
+        "expected a script of a fake with at least one setting, found none; write for example `seed = 1` for a bench without faults"
+    )]
+    Empty,
     /// The text is no script.
     #[error("expected a script of a fake in TOML, found: {0}")]
     Text(String),
@@ -233,14 +265,18 @@ impl FakeScript {
     /// The script in a TOML `text`.
     ///
     /// # Errors
-    /// [`ScriptError::Text`] when it is no script, and those of [`Self::checked`].
+    /// [`ScriptError::Empty`] when it says nothing, [`ScriptError::Text`] when it is no script, and those of [`Self::checked`].
     pub fn from_toml(text: &str) -> Result<Self, ScriptError> {
         let script: Self = toml::from_str(text).map_err(|error| {
             let line = |span: std::ops::Range<usize>| text[..span.start].matches('\n').count() + 1;
             let at = error.span().map(line);
             let at = at.map_or(String::new(), |line| format!(" (line {line})"));
-            ScriptError::Text(format!("{}{at}", error.message().replace('\n', ", ")))
+            ScriptError::Text(format!("{}{at}", in_words(error.message())))
         })?;
+        let says = |line: &str| !matches!(line.trim().chars().next(), None | Some('#' | '['));
+        if !text.lines().any(says) {
+            return Err(ScriptError::Empty);
+        }
         script.checked()
     }
 
@@ -252,6 +288,12 @@ impl FakeScript {
         let mut numbers = vec![
             ("output_hz".to_owned(), self.output_hz, 200.0, 192_000.0),
             ("input_hz".into(), self.input_hz, 200.0, 192_000.0),
+            (
+                "longest_pause_s".into(),
+                self.longest_pause_s,
+                0.01,
+                LONGEST_S,
+            ),
             ("clock_ppm".into(), self.clock_ppm, -10_000.0, 10_000.0),
             (
                 "the number of chunks_s".into(),
@@ -321,6 +363,50 @@ impl FakeScript {
     }
 }
 
+/// What the reader of TOML says, in the words of whoever writes a script.
+fn in_words(message: &str) -> String {
+    let message = message.replace("invalid length ", "invalid value: a list of ");
+    let found = ["invalid type: ", "invalid value: "];
+    let found = found.iter().find_map(|start| message.strip_prefix(start));
+    let (found, expected) = match found.and_then(|rest| rest.split_once(", expected ")) {
+        Some((found, expected)) => (found, Some(expected)),
+        None => (message.as_str(), None),
+    };
+    let mut said = match found {
+        "sequence" => "a list".to_owned(),
+        "map" => "a table".into(),
+        other => other.into(),
+    };
+    for (theirs, ours) in [
+        ("floating point `", "the number `"),
+        ("integer `", "the number `"),
+        ("boolean `", "the word `"),
+        ("string \"", "the text \""),
+        ("missing field `", "a part without `"),
+        ("unknown field `", "the unknown setting `"),
+        ("unknown variant `", "the unknown word `"),
+    ] {
+        if let Some(rest) = said.strip_prefix(theirs) {
+            said = format!("{ours}{rest}");
+        }
+    }
+    // A word is read as the name of a variant.
+    if said.starts_with("wanted ") {
+        said = "a number, list or table in place of a word in quotes".into();
+    }
+    said = said.replace('\n', ", ");
+    let expected = expected.map(|expected| match expected {
+        "u64" | "usize" | "u32" => "a whole number from 0",
+        "f64" => "a number",
+        "a sequence" => "a list in brackets [ ]",
+        other => other,
+    });
+    match expected {
+        Some(expected) => format!("{said} in place of {expected}"),
+        None => said,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,7 +424,14 @@ mod tests {
         assert_eq!(script.drop_outs[1].since, Since::Opened);
         assert_eq!(script.lost.unwrap().half, Half::Input);
         assert_eq!(script.device.resonance_hz, 200.0);
-        assert_eq!(FakeScript::from_toml("").unwrap(), FakeScript::default());
+        assert_eq!(
+            FakeScript::from_toml("seed = 1").unwrap(),
+            FakeScript::default()
+        );
+        for empty in ["", " \n", "# nothing yet\n[device]\n"] {
+            let said = FakeScript::from_toml(empty).unwrap_err().to_string();
+            assert!(said.contains("`seed = 1`"), "{empty:?}: {said}");
+        }
         for (bad, part) in [
             ("colour = 1", "colour"),
             ("clock_ppm = ", "line 1"),
@@ -354,6 +447,66 @@ mod tests {
         ] {
             let said = FakeScript::from_toml(bad).unwrap_err().to_string();
             assert!(said.contains(part) && !said.contains('\n'), "{bad}: {said}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_script_is_said_in_the_words_of_its_writer() {
+        for (bad, part) in [
+            (
+                "device = 3",
+                "the number `3` in place of settings of the device, such as { gain_m_s2 = 12 } (line 1)",
+            ),
+            (
+                "seed = -1",
+                "the number `-1` in place of a whole number from 0",
+            ),
+            (
+                "seed = 1.5",
+                "the number `1.5` in place of a whole number from 0",
+            ),
+            (
+                "seed = 1\ninput_hz = \"fast\"",
+                "the text \"fast\" in place of a number (line 2)",
+            ),
+            (
+                "chunks_s = 0.1",
+                "the number `0.1` in place of a list in brackets [ ]",
+            ),
+            (
+                "fault = \"ends_early\"",
+                "in place of a fault, such as { what = \"ends_early\", at_s = 1 }",
+            ),
+            (
+                "fault = { what = 3, at_s = 1 }",
+                "in place of a word in quotes",
+            ),
+            ("fault = { what = { a = 1, b = 2 }, at_s = 1 }", ""),
+            ("pace = { a = 1, b = 2 }", "in place of a word in quotes"),
+            ("pace = [1, 2]", "in place of a word in quotes"),
+            ("pace = \"slow\"", "the unknown word `slow`"),
+            ("fault = { what = \"ends_early\" }", "a part without `at_s`"),
+            ("drop_outs = [1]", "in place of a drop-out"),
+            ("drop_outs = { at_s = 1, samples = 2 }", ""),
+            ("lost = true", "the word `true` in place of a lost half"),
+            ("lost = []", ""),
+            ("colour = 1", "the unknown setting `colour`"),
+        ] {
+            let said = FakeScript::from_toml(bad).unwrap_err().to_string();
+            assert!(said.contains(part) && !said.contains('\n'), "{bad}: {said}");
+            for theirs in [
+                "struct",
+                "u64",
+                "f64",
+                "element",
+                "variant",
+                "field",
+                "invalid type",
+                "sequence",
+                " map",
+            ] {
+                assert!(!said.contains(theirs), "{bad}: {said}");
+            }
         }
     }
 }

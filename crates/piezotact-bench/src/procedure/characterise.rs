@@ -5,13 +5,15 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz};
 use piezotact::recording::Recording;
 use piezotact::render::headroom;
+use piezotact::run::lost_s;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Distortion, Estimator, SEGMENTS_OF_A_PERIOD, TransferFunction, best_linear, estimate,
-    estimate_sweeps,
+    Distortion, Estimator, OneClock, SEGMENTS_OF_A_PERIOD, TransferFunction, best_linear,
+    estimate_sweeps, estimate_without, prepared,
 };
 
-use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper, play_and_record};
+use super::run::excite_and_record;
+use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper};
 use crate::error::ProcedureError;
 use crate::excitation::{ExcitationConfig, excitation};
 use crate::plan::RunPlan;
@@ -116,14 +118,15 @@ pub fn excite(
 /// Source: thesis 2.5.3.
 ///
 /// # Errors
-/// Those of [`excite`], [`play_and_record`] and [`transfer_of`].
+/// Those of [`excite`], [`super::play_and_record`] and [`transfer_of`].
 pub fn characterise(
     bench: &mut Bench,
     config: &CharacteriseConfig,
     keeper: &mut dyn RunKeeper,
 ) -> Result<Characterisation, ProcedureError> {
     let (drive, setup) = excite(bench, config)?;
-    let recording = play_and_record(bench, &drive, setup.as_ref(), &config.run, keeper, None)?;
+    let driven = (&drive, Some(config.excitation.band));
+    let recording = excite_and_record(bench, driven, setup.as_ref(), &config.run, keeper, None)?;
     transfer_of(recording, setup.as_ref(), config)
 }
 
@@ -144,28 +147,36 @@ pub fn transfer_of(
         estimator,
         ..
     } = config;
+    let OneClock {
+        response,
+        missing_s: lost,
+        doubts: clocks,
+    } = prepared(&drive, response, welch, lost_s(&recording.about.doubts));
     let (mut function, distortion) = match excitation.blocks(recording.rate())? {
-        None => (estimate(&drive, &response, welch, *estimator)?, None),
+        None => (
+            estimate_without(&drive, &response, welch, *estimator, &lost)?,
+            None,
+        ),
         Some(blocks) if blocks.in_a_row == 1 => (
-            estimate_sweeps(&drive, &response, blocks, welch.segment, *estimator)?,
+            estimate_sweeps(&drive, &response, blocks, welch.segment, *estimator, &lost)?,
             None,
         ),
         Some(blocks) => {
-            let found = best_linear(&drive, &response, blocks, welch.segment)?;
+            let found = best_linear(&drive, &response, blocks, welch.segment, &lost)?;
             (found.function, Some(found.distortion))
         }
     };
+    function.about.doubts.extend(clocks);
     // A drive has ends, and what they make beyond its band is not what it drives.
-    function.driven = function
-        .driven
-        .and_then(|driven| driven.common(excitation.band))
-        .or(Some(excitation.band));
+    function.driven_within(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     function.about.provenance = recording
         .about
         .provenance
         .clone()
         .then(excitation.told(drive.peak()));
+    // The transfer function says itself which band was driven.
+    function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
     function.drive = setup.cloned();

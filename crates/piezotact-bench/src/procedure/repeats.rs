@@ -10,9 +10,10 @@ use piezotact::run::{Attempt, Judged, RunCriterion};
 use piezotact::transfer::{BundleError, TransferFunction, farthest_apart_db, pooled};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
+use super::run::excite_and_record;
 use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
-    RunKeeper, excite, play_and_record, transfer_of,
+    RunKeeper, excite, transfer_of,
 };
 use crate::error::ProcedureError;
 use crate::gate::{Gate, GateConfig, GateRoles, Refusal};
@@ -95,7 +96,7 @@ pub struct Repeated {
 ///
 /// # Errors
 /// [`ProcedureError::RepeatRefused`] when a repeat does not pass in as many attempts as it has; those of [`excite`],
-/// [`play_and_record`] and [`transfer_of`].
+/// [`super::play_and_record`] and [`transfer_of`].
 pub fn repeated(
     bench: &mut Bench,
     config: &CharacteriseConfig,
@@ -115,7 +116,14 @@ pub fn repeated(
             Gating::Open => None,
             Gating::Judged(gate) => Some(gate_of(bench, config, gate)?),
         };
-        let recorded = play_and_record(bench, &drive, setup.as_ref(), &run, keeper, gate.as_mut());
+        let recorded = excite_and_record(
+            bench,
+            (&drive, Some(config.excitation.band)),
+            setup.as_ref(),
+            &run,
+            keeper,
+            gate.as_mut(),
+        );
         let refusal = match recorded {
             Err(ProcedureError::Refused(refusal)) => refusal,
             Err(error) => return Err(error),

@@ -3,7 +3,7 @@
 use piezotact::Series;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Drive, Seconds};
+use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
     Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
@@ -19,6 +19,7 @@ use crate::gate::{Gate, Refusal};
 use crate::plan::{Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress, SensorCalibration};
+use crate::watch::Watch;
 
 /// The mean force may depart by this share from what was asked for.
 const FORCE_TOLERANCE: f64 = 0.1;
@@ -106,20 +107,32 @@ pub fn play_and_record(
     keeper: &mut dyn RunKeeper,
     gate: Option<&mut Gate>,
 ) -> Result<Recording, ProcedureError> {
+    excite_and_record(bench, (drive, None), rendered_for, run, keeper, gate)
+}
+
+/// As [`play_and_record`], of a drive that excites a known band, which the recording states.
+pub(super) fn excite_and_record(
+    bench: &mut Bench,
+    (drive, driven): (&Series<Drive>, Option<Band>),
+    rendered_for: Option<&DriveSetup>,
+    run: &RunPlan,
+    keeper: &mut dyn RunKeeper,
+    gate: Option<&mut Gate>,
+) -> Result<Recording, ProcedureError> {
     require_device(bench, drive, rendered_for)?;
-    let start = RunStart {
-        setup: rendered_for.cloned(),
-        drive: Some(Checksum::of(drive.samples().iter().copied())),
-        ..announce(bench.acquirer.as_ref(), run)
-    };
+    let mut start = announce(bench.acquirer.as_ref(), run);
+    start.setup = rendered_for.cloned();
+    start.drive = Some(Checksum::of(drive.samples().iter().copied()));
+    start.about.provenance.driven_hz = driven;
     if let Some(recording) = keeper.completed(&start).map_err(ProcedureError::Keep)? {
         return Ok(recording);
     }
     let at_rest = bench.acquirer.calibrate()?;
     let provenance = with_rest(&start, &at_rest);
-    let ready = bench.acquirer.ready(run, &bench.stop).and_then(|()| {
+    let watch = Watch::new(&bench.stop, bench.acquirer.longest_pause());
+    let ready = bench.acquirer.ready(run, &watch.stop).and_then(|()| {
         let playback = Playback::Whole(drive.clone());
-        bench.player.ready(playback, run, &bench.stop)
+        bench.player.ready(playback, run, &watch.stop)
     });
     let sink = ready
         .map_err(ProcedureError::from)
@@ -149,30 +162,36 @@ pub fn play_and_record(
         }
         bench.acquirer.start()?;
         bench.player.start()?;
-        while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
-            let Some(chunk) = bench.acquirer.next_chunk()? else {
-                run_of.over(run.until, &bench.stop)?;
+        watch.during(|| {
+            while !bench.stop.is_stopped() && run_of.goes_on(run.until) {
+                let chunk = bench.acquirer.next_chunk()?;
+                watch.answers(&run_of.name, run_of.at_s())?;
+                let Some(chunk) = chunk else {
+                    run_of.over(run.until, &bench.stop)?;
+                    let now = bench.player.progress()?;
+                    run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
+                    break;
+                };
+                run_of.take(chunk, run.until, &watch)?;
                 let now = bench.player.progress()?;
-                run_of.as_long_as_the_drive(run.until, now, &bench.stop)?;
-                break;
-            };
-            run_of.take(chunk, run.until)?;
-            let now = bench.player.progress()?;
-            if now.ended && !progress.ended {
-                bench.acquirer.playback_ended();
+                if now.ended && !progress.ended {
+                    bench.acquirer.playback_ended();
+                }
+                progress = now;
+                run_of.in_time(run.until)?;
             }
-            progress = now;
-            run_of.in_time(run.until)?;
-        }
-        progress = bench.player.progress()?;
-        Ok(())
+            progress = bench.player.progress()?;
+            Ok(())
+        })
     });
     bench.player.stop();
     bench.acquirer.stop();
     let mut doubts = bench.acquirer.doubts(run);
     doubts.extend(run_of.force_doubt(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
-    if played < expected || progress.underruns > 0 {
+    // A run that ended early for a known cause says that one.
+    let early = outcome.is_err() || bench.stop.is_stopped() || run_of.refused.is_some();
+    if played < expected && !early || progress.underruns > 0 {
         doubts.push(Doubt::from(RunDoubt::PlaybackIncomplete {
             played,
             expected,
@@ -216,7 +235,8 @@ pub fn acquire(
         });
     }
     let at_rest = acquirer.calibrate()?;
-    if let Err(refused) = acquirer.ready(run, stop) {
+    let watch = Watch::new(stop, acquirer.longest_pause());
+    if let Err(refused) = acquirer.ready(run, &watch.stop) {
         acquirer.stop();
         return Err(refused.into());
     }
@@ -229,14 +249,18 @@ pub fn acquire(
             return Ok(());
         }
         acquirer.start()?;
-        while !stop.is_stopped() && run_of.goes_on(run.until) {
-            let Some(chunk) = acquirer.next_chunk()? else {
-                run_of.over(run.until, stop)?;
-                break;
-            };
-            run_of.take(chunk, run.until)?;
-        }
-        Ok(())
+        watch.during(|| {
+            while !stop.is_stopped() && run_of.goes_on(run.until) {
+                let chunk = acquirer.next_chunk()?;
+                watch.answers(&run_of.name, run_of.at_s())?;
+                let Some(chunk) = chunk else {
+                    run_of.over(run.until, stop)?;
+                    break;
+                };
+                run_of.take(chunk, run.until, &watch)?;
+            }
+            Ok(())
+        })
     });
     acquirer.stop();
     let doubts = acquirer.doubts(run);
@@ -260,6 +284,8 @@ struct Run<'a> {
     /// Samples lost behind the last one that came.
     pending: u64,
     gaps: Vec<u64>,
+    /// From when to when each of them lies, s.
+    places_s: Vec<[f64; 2]>,
     /// How long the drive is, s; none where nothing plays.
     drive_s: Option<f64>,
     /// The samples of the normal force, and its channel; none where it is not judged.
@@ -278,6 +304,7 @@ impl<'a> Run<'a> {
             last: None,
             pending: 0,
             gaps: Vec::new(),
+            places_s: Vec::new(),
             drive_s: None,
             force: (Vec::new(), None),
             refused: None,
@@ -333,7 +360,6 @@ impl<'a> Run<'a> {
     fn over(&mut self, until: Until, stop: &StopHandle) -> Result<(), ProcedureError> {
         let pending = std::mem::take(&mut self.pending);
         if pending > 0 {
-            self.gaps.push(pending);
             let held = self.last.clone().unwrap_or_default();
             self.fill(pending, &held, until)?;
         }
@@ -398,15 +424,18 @@ impl<'a> Run<'a> {
     }
 
     /// Hands on a chunk that keeps to the contract, with what is filled in for lost samples before it.
-    fn take(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
+    fn take(&mut self, chunk: RunChunk, until: Until, watch: &Watch) -> Result<(), ProcedureError> {
         self.check(&chunk)?;
         self.pending += chunk.lost;
         if chunk.is_empty() {
             return Ok(());
         }
+        watch.handle(|| self.hand_on_filled(chunk, until))
+    }
+
+    fn hand_on_filled(&mut self, mut chunk: RunChunk, until: Until) -> Result<(), ProcedureError> {
         let lost = std::mem::take(&mut self.pending);
         if lost > 0 {
-            self.gaps.push(lost);
             let next: Vec<f64> = chunk.channels.iter().map(|channel| channel[0]).collect();
             self.fill(lost, &next, until)?;
         }
@@ -433,6 +462,11 @@ impl<'a> Run<'a> {
 
     /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.
     fn fill(&mut self, lost: u64, next: &[f64], until: Until) -> Result<(), ProcedureError> {
+        self.gaps.push(lost);
+        let gap = [self.samples, self.samples + lost];
+        let rate_hz = self.rate_hz();
+        self.places_s
+            .push(gap.map(|sample| sample as f64 / rate_hz));
         let last = self.last.clone().unwrap_or_else(|| next.to_vec());
         self.happened(
             self.at_s(),
@@ -592,6 +626,7 @@ impl<'a> Run<'a> {
                 gaps: self.gaps.len(),
                 samples: self.gaps.iter().sum(),
                 longest_s: *longest as f64 / self.start.rate_hz.hz(),
+                places_s: Some(self.places_s.clone()),
             }
             .into()
         }));

@@ -28,7 +28,7 @@ use crate::sidecar::Rendering;
 
 pub(crate) use read::{is_journal, read_run_journal};
 pub use sink::{JournalSink, RunFolder};
-pub use writer::{JournalWriter, set_aside_path};
+pub use writer::{JournalWriter, keep_before, set_aside_path};
 
 pub(crate) const START_KEY: &str = "piezotact.start";
 pub(crate) const END_KEY: &str = "piezotact.end";
@@ -527,7 +527,7 @@ mod tests {
         let mut damaged = whole.clone();
         damaged[1] = b'?';
         let said = read(&damaged).unwrap().recording.about.doubts[0].to_string();
-        assert!(said.contains("damaged at 1 places: no samples"), "{said}");
+        assert!(said.contains("damaged at 1 place: no samples"), "{said}");
     }
 
     #[test]

@@ -1,18 +1,21 @@
 //! The journal as a sink of the documents of runs.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use piezotact::recording::Recording;
 use piezotact::run::{Ended, Judged, RunDocument, RunEnd, RunStart, Sink, SinkError};
 
+use super::writer::keep_before;
 use super::{JournalWriter, StartDocument};
-use crate::atomic::{UNFINISHED, remove_left_behind};
+use crate::atomic::{UNFINISHED, remove_left_behind, write_atomically};
 use crate::error::{ReadError, WriteError};
 use crate::lock::{Lock, LockFile, NoLock};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
-/// Keeps one run as the recording at a path: a journal while it runs, a Parquet file when it ends, however it ends.
+/// Keeps one run as the recording at a path: a journal while it runs, a Parquet file when it ends, however it ends; no file where
+/// nothing was acquired of an interrupted run.
 #[derive(Debug)]
 pub struct JournalSink {
     path: PathBuf,
@@ -48,6 +51,10 @@ impl JournalSink {
         let Some(writer) = self.writer.take() else {
             return Ok(());
         };
+        // An interrupted run of which nothing was acquired is no recording.
+        if end.samples == 0 && end.ended != Ended::Completed {
+            return writer.give_up();
+        }
         let provenance = end.provenance.clone();
         let kept = writer.finish_as(provenance, end.doubts.clone(), Some(end.ended.clone()))?;
         self.moved.extend(kept);
@@ -91,12 +98,16 @@ impl Sink for JournalSink {
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    /// What the file that says what the runs are for holds.
+    purpose: Option<String>,
     _lock: Lock,
 }
 
 impl RunFolder {
     /// The file that says that the procedure came to its end.
     pub const DONE: &str = "done";
+    /// The file that says what the runs are for.
+    pub const PURPOSE: &str = "purpose";
 
     /// The folder at `path`, which is made with its first run. Nobody else has it while this value or a clone of it is there: the
     /// file `NAME.lock` beside it is locked until then, and removed. What a program that was killed has left of it holds nobody up.
@@ -120,6 +131,7 @@ impl RunFolder {
         })?;
         Ok(Self {
             path: path.into(),
+            purpose: None,
             _lock: lock,
         })
     }
@@ -128,6 +140,21 @@ impl RunFolder {
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.path.is_dir() && !self.path.join(Self::DONE).exists()
+    }
+
+    /// The same folder for the runs of what `purpose` describes, which its first run writes down.
+    #[must_use]
+    pub fn for_purpose(&self, purpose: String) -> Self {
+        Self {
+            purpose: Some(purpose),
+            ..self.clone()
+        }
+    }
+
+    /// What the runs that are there are for; none where nothing says it.
+    #[must_use]
+    pub fn purpose(&self) -> Option<String> {
+        std::fs::read_to_string(self.path.join(Self::PURPOSE)).ok()
     }
 
     /// Where it is.
@@ -191,6 +218,13 @@ impl RunFolder {
     /// [`WriteError::Io`] when the folder cannot be made.
     pub fn sink(&self, start: &RunStart) -> Result<JournalSink, WriteError> {
         std::fs::create_dir_all(&self.path).map_err(WriteError::io(&self.path))?;
+        let says = self.path.join(Self::PURPOSE);
+        if let (Some(purpose), false) = (&self.purpose, says.exists()) {
+            write_atomically(&says, |out| {
+                let written = out.write_all(purpose.as_bytes());
+                written.map_err(WriteError::io(&says))
+            })?;
+        }
         Ok(JournalSink::new(&self.file(start), None))
     }
 
@@ -209,17 +243,29 @@ impl RunFolder {
         if !self.path.is_dir() {
             return Ok(None);
         }
-        let aside = (1..)
-            .map(|number: u32| {
-                let mut name = self.path.as_os_str().to_owned();
-                name.push(format!(".before-{number}"));
-                PathBuf::from(name)
-            })
-            .find(|candidate| !candidate.exists());
-        if let Some(aside) = &aside {
-            std::fs::rename(&self.path, aside).map_err(WriteError::io(&self.path))?;
+        keep_before(&self.path)
+    }
+
+    /// Removes those `files` of the folder that are there on purpose, and the folder where nothing else is in it. How many were
+    /// removed, and how many recordings of other commands are left.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] when the operating system refuses.
+    pub fn discard_these(&self, files: &[PathBuf]) -> Result<(usize, usize), WriteError> {
+        let mut removed = 0;
+        for file in files.iter().filter(|file| file.is_file()) {
+            std::fs::remove_file(file).map_err(WriteError::io(file))?;
+            removed += 1;
         }
-        Ok(aside)
+        if !self.path.is_dir() {
+            return Ok((removed, 0));
+        }
+        let entries = std::fs::read_dir(&self.path).map_err(WriteError::io(&self.path))?;
+        let left = entries.filter_map(Result::ok);
+        let left = left.filter(|entry| is_run(&entry.path())).count();
+        // What others have put there stays, and the folder with it.
+        let _stays = std::fs::remove_dir(&self.path);
+        Ok((removed, left))
     }
 
     /// Removes the runs of the folder on purpose, and the folder where nothing else is in it.
@@ -245,7 +291,7 @@ impl RunFolder {
 }
 
 /// Whether a file is called as the run of a folder: `NAME-0123abcd.parquet`, with what stands behind it while it is written
-/// or kept beside another, or the mark of a procedure that came to its end.
+/// or kept beside another, what they are for, or the mark of a procedure that came to its end.
 fn is_run(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let sum = name
@@ -253,7 +299,8 @@ fn is_run(path: &Path) -> bool {
         .next()
         .and_then(|stem| stem.rsplit('-').next());
     let is_sum = |sum: &str| sum.len() == 8 && sum.chars().all(|c| c.is_ascii_hexdigit());
-    name == RunFolder::DONE || name.contains(".parquet") && sum.is_some_and(is_sum)
+    let ours = [RunFolder::DONE, RunFolder::PURPOSE];
+    ours.contains(&name.as_ref()) || name.contains(".parquet") && sum.is_some_and(is_sum)
 }
 
 #[cfg(test)]

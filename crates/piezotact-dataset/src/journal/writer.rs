@@ -243,6 +243,15 @@ impl JournalWriter {
         self.in_place(&aside)
     }
 
+    /// Gives up a recording of which nothing was acquired: its journal goes, and a recording that stood there before stays.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] when the operating system refuses.
+    pub fn give_up(self) -> Result<(), WriteError> {
+        drop(self.file);
+        std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))
+    }
+
     /// Puts the finished file in its place, and takes the journal away.
     fn in_place(&self, aside: &Path) -> Result<Option<PathBuf>, WriteError> {
         let kept = keep_aside(&self.path, aside)?;
@@ -322,6 +331,14 @@ fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
     if !path.is_file() || same_bytes(path, new).unwrap_or(false) {
         return Ok(None);
     }
+    keep_before(path)
+}
+
+/// Renames what stands at `path` to the first free `NAME.before-N`, which is returned.
+///
+/// # Errors
+/// [`WriteError::Io`] when the operating system refuses.
+pub fn keep_before(path: &Path) -> Result<Option<PathBuf>, WriteError> {
     keep_at_free(path, |number| {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".before-{number}"));

@@ -7,20 +7,27 @@ use std::io::{Cursor, Read as _};
 use std::path::Path;
 
 use piezotact::Doubt;
+use piezotact::doubt::DoubtKind as _;
+use piezotact::number::digits;
 use piezotact::quantity::SampleRate;
 use zip::ZipArchive;
 
-use super::{FileKind, Reader};
+use super::beside::Beside;
+use super::{FileKind, ReadOptions, Reader};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
 use crate::error::ReadError;
 use crate::format::{Format, Sniff};
+use crate::recording_file::Stored;
+use crate::sidecar::sidecar_path;
 use crate::stored::{ByteOrder, Stored as Number};
 
 /// What is unpacked of one array at most, in bytes.
 const LARGEST: u64 = 1 << 30;
 /// Names of a scalar that is the rate, in Hz, and of a vector that is the time.
-const RATES: [&str; 4] = ["fs", "rate", "sample_rate", "sampling_rate"];
+const RATES: [&str; 5] = ["fs", "fs_hz", "rate", "sample_rate", "sampling_rate"];
 const TIMES: [&str; 2] = ["t", "time"];
+/// A rate and a time vector that differ by this share of it say one rate: time stamps are rounded.
+const SAME_RATE: f64 = 1e-3;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -39,13 +46,7 @@ pub(super) const NPY: Format<FileKind, Reader> = Format {
         } else {
             archive(path, bytes, &mut parts)?;
         }
-        let Parts {
-            columns,
-            time,
-            rate,
-            mut doubts,
-        } = parts;
-        if columns.is_empty() {
+        if parts.columns.is_empty() {
             return Err(ReadError::content(
                 path,
                 "an array of samples",
@@ -53,26 +54,7 @@ pub(super) const NPY: Format<FileKind, Reader> = Format {
                 "save the samples of each channel as an array",
             ));
         }
-        let mut of_rate = Vec::new();
-        let stated = rate.map(|hz| {
-            SampleRate::new(hz).map_err(|source| ReadError::Quantity {
-                path: path.into(),
-                source,
-            })
-        });
-        let found = stated.or_else(|| time.map(|time| rate_of(path, &time, &mut of_rate)));
-        if options.rate.is_none() && found.is_none() {
-            return Err(ReadError::content(
-                path,
-                "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or one that is stated",
-                "neither",
-                "give the rate with --rate, for example --rate 5000",
-            ));
-        }
-        let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
-        of_rate.append(&mut doubts);
-        let unnamed = WithoutUnit::OnlyScale;
-        Ok(recording_of(path, columns, rate, of_rate, options, unnamed)?.into())
+        parts.recording(path, options)
     },
 };
 
@@ -80,16 +62,152 @@ pub(super) const NPY: Format<FileKind, Reader> = Format {
 #[derive(Default)]
 struct Parts {
     columns: Vec<Column>,
+    /// Of each column, the number of its array and whether that holds integers.
+    arrays: Vec<(usize, bool)>,
     time: Option<Column>,
-    rate: Option<f64>,
+    rate: Option<(String, f64)>,
     doubts: Vec<Doubt>,
 }
 
 impl Parts {
+    /// The recording of the arrays and of the sidecar beside them.
+    fn recording(mut self, path: &Path, options: &ReadOptions) -> Result<Stored, ReadError> {
+        let sidecar = Beside::read(path)?;
+        let mut options = options.clone();
+        if let Some(sidecar) = &sidecar {
+            sidecar.name_columns(&mut self.columns)?;
+            sidecar.scale(&mut options, &mut self.doubts);
+        }
+        self.only_one_scaled(path, &options)?;
+        let mut of_rate = Vec::new();
+        let found = self.found_rate(path, &options, &mut of_rate)?;
+        let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
+        of_rate.append(&mut self.doubts);
+        let counts: Vec<String> = self
+            .arrays
+            .iter()
+            .zip(&self.columns)
+            .filter(|((_, whole), column)| *whole && column.unit.is_none())
+            .map(|(_, column)| column.name.clone())
+            .collect();
+        let unnamed = WithoutUnit::OnlyScale;
+        let mut recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
+        for doubt in &mut recording.about.doubts {
+            if let Some(RecordingDoubt::Uncalibrated { channel }) = RecordingDoubt::of(doubt)
+                && counts.contains(&channel)
+            {
+                *doubt = RecordingDoubt::Counts { channel }.into();
+            }
+        }
+        let mut stored = Stored::from(recording);
+        if let Some(sidecar) = sidecar {
+            sidecar.describe(&mut stored);
+        }
+        Ok(stored)
+    }
+
+    /// Refuses one scale for arrays of several quantities.
+    fn only_one_scaled(&self, path: &Path, options: &ReadOptions) -> Result<(), ReadError> {
+        let Some(scale) = &options.scale else {
+            return Ok(());
+        };
+        let plain: Vec<(usize, &str)> = self
+            .arrays
+            .iter()
+            .zip(&self.columns)
+            .filter(|(_, column)| column.unit.is_none())
+            .map(|((array, _), column)| (*array, column.name.as_str()))
+            .collect();
+        if plain.iter().all(|(array, _)| *array == plain[0].0) {
+            return Ok(());
+        }
+        let names: Vec<&str> = plain.iter().map(|(_, name)| *name).collect();
+        let first = names.first().copied().unwrap_or_default();
+        Err(ReadError::content(
+            path,
+            format!("one array without a unit for the scale {scale}"),
+            format!("{}: {}", names.len(), names.join(", ")),
+            format!(
+                r#"save them under names with units, such as `{first} (m/s2)`, or write {{"units": {{"{first}": "m/s2"}}}} with each channel into {}"#,
+                sidecar_path(path).display()
+            ),
+        ))
+    }
+
+    /// The rate that the file states, or else that of its time vector.
+    fn found_rate(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        doubts: &mut Vec<Doubt>,
+    ) -> Result<Option<Result<SampleRate, ReadError>>, ReadError> {
+        let Some((name, hz)) = &self.rate else {
+            let found = self.time.as_ref().map(|time| rate_of(path, time, doubts));
+            if options.rate.is_none() && found.is_none() {
+                return Err(ReadError::content(
+                    path,
+                    "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or one that is stated",
+                    "neither",
+                    "give the rate with --rate, for example --rate 5000",
+                ));
+            }
+            return Ok(found);
+        };
+        let stated = SampleRate::new(*hz).map_err(|source| ReadError::Quantity {
+            path: path.into(),
+            source,
+        });
+        let (Some(time), Ok(stated_hz), None) = (&self.time, &stated, options.rate) else {
+            return Ok(Some(stated));
+        };
+        let mut of_time = Vec::new();
+        match rate_of(path, time, &mut of_time) {
+            Ok(found) => {
+                // Time without a unit may be in s, ms or µs: the one that agrees is meant.
+                let plain = time.unit.is_none();
+                let units: &[f64] = if plain {
+                    &[1.0, 1e3, 1e6, 1e-3]
+                } else {
+                    &[1.0]
+                };
+                let agrees =
+                    |factor: &f64| (found.hz() * factor / stated_hz.hz() - 1.0).abs() <= SAME_RATE;
+                if !units.iter().any(agrees) {
+                    return Err(ReadError::content(
+                        path,
+                        format!("`{name}` and the steps of `{}` to say one rate", time.name),
+                        format!(
+                            "{} Hz in `{name}` and {} Hz in `{}`",
+                            stated_hz.hz(),
+                            digits(found.hz()),
+                            time.name
+                        ),
+                        "save the one that is right, or state the rate with --rate",
+                    ));
+                }
+            }
+            Err(error) => doubts.push(
+                RecordingDoubt::Guessed {
+                    what: format!(
+                        "the rate is that of `{name}`, and `{}` was not believed ({error})",
+                        time.name
+                    ),
+                }
+                .into(),
+            ),
+        }
+        Ok(Some(stated))
+    }
+
     /// Takes one array, of an archive with its name.
-    fn add(&mut self, path: &Path, name: Option<&str>, array: Array) -> Result<(), ReadError> {
+    fn add(&mut self, path: &Path, key: Option<&str>, array: Array) -> Result<(), ReadError> {
+        let header = key.map(Column::from_header);
+        let name = header.as_ref().map(|header| header.name.as_str());
         let called = |names: &[&str]| {
-            name.is_some_and(|name| names.contains(&name.to_ascii_lowercase().as_str()))
+            [name, key]
+                .into_iter()
+                .flatten()
+                .any(|name| names.contains(&name.to_ascii_lowercase().as_str()))
         };
         if array.left > 0 {
             self.guess(format!(
@@ -98,7 +216,7 @@ impl Parts {
             ));
         }
         let wrong = |found: String, todo: &str| {
-            let what = name.map_or("the array".to_owned(), |name| format!("`{name}`"));
+            let what = key.map_or("the array".to_owned(), |key| format!("`{key}`"));
             Err(ReadError::content(
                 path,
                 format!("{what} to hold samples in one dimension, or time × channel in two"),
@@ -106,15 +224,22 @@ impl Parts {
                 todo,
             ))
         };
+        let unit = header.as_ref().and_then(|header| header.unit.clone());
         let column = |name: String, values| Column {
             name,
-            unit: None,
+            unit: unit.clone(),
             values,
         };
+        let number = self.arrays.last().map_or(0, |(array, _)| array + 1);
         match array.shape.as_slice() {
-            [] | [1] if called(&RATES) => self.rate = array.values.first().copied(),
-            [] => match name {
-                Some(name) => self.guess(format!("`{name}` holds no samples and was left out")),
+            [] | [1] if called(&RATES) => {
+                let in_khz = unit.as_deref() == Some("kHz");
+                let factor = if in_khz { 1e3 } else { 1.0 };
+                let value = array.values.first();
+                self.rate = value.map(|hz| (key.unwrap_or_default().into(), hz * factor));
+            }
+            [] => match key {
+                Some(key) => self.guess(format!("`{key}` holds no samples and was left out")),
                 None => return wrong("a single value or text".into(), "save the samples"),
             },
             [_] if called(&TIMES) => {
@@ -123,6 +248,7 @@ impl Parts {
             [_] => {
                 let name = name.unwrap_or("signal").to_owned();
                 self.columns.push(column(name, array.values));
+                self.arrays.push((number, array.whole));
             }
             [rows, columns] if columns > rows => {
                 return wrong(
@@ -143,6 +269,7 @@ impl Parts {
                     let name = name.unwrap_or("channel");
                     self.columns
                         .push(column(format!("{name} {}", k + 1), values));
+                    self.arrays.push((number, array.whole));
                 }
             }
             more => {
@@ -210,6 +337,8 @@ struct Array {
     values: Vec<f64>,
     /// Bytes that follow it.
     left: usize,
+    /// Whether its numbers are integers.
+    whole: bool,
 }
 
 impl Array {
@@ -242,6 +371,7 @@ impl Array {
                 order,
                 values: Vec::new(),
                 left: 0,
+                whole: false,
             });
         }
         let number = match kind {
@@ -287,6 +417,7 @@ impl Array {
             order,
             values: number.values(numbers, byte_order),
             left: data.len() - length,
+            whole: !kind.starts_with('f'),
         })
     }
 }

@@ -20,11 +20,11 @@ doubts! {
             /// The share of samples at the limit, 0–1.
             fraction: f64,
         },
-        /// Samples of a rendered drive at or beyond a limit of the device.
+        /// Samples of a rendered drive that were cut at a limit of the device.
         DriveClipped("drive_clipped") {
             /// The limit.
             limited_by: String,
-            /// The share of samples at the limit, 0–1.
+            /// The share of samples that were cut, 0–1.
             fraction: f64,
         },
     }
@@ -42,18 +42,28 @@ impl DoubtKind for ClippingDoubt {
 
 impl fmt::Display for ClippingDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (what, fraction) = match self {
-            Self::Clipped { what, fraction } => (what.clone(), fraction),
-            Self::PlayedDriveClipped { fraction } => ("the drive that was played".into(), fraction),
+        match self {
+            Self::Clipped { what, fraction } => {
+                let share = percent(*fraction);
+                write!(f, "{share} of {what} lies at or beyond the limit")
+            }
+            Self::PlayedDriveClipped { fraction } => {
+                let share = percent(*fraction);
+                write!(
+                    f,
+                    "{share} of the drive that was played lies at or beyond the limit"
+                )
+            }
             Self::DriveClipped {
                 limited_by,
                 fraction,
-            } => (format!("the drive ({limited_by})"), fraction),
-        };
-        write!(
-            f,
-            "{} of {what} lies at or beyond the limit",
-            percent(*fraction)
-        )
+            } => {
+                let share = percent(*fraction);
+                write!(
+                    f,
+                    "{share} of the drive was cut at the limit of {limited_by}"
+                )
+            }
+        }
     }
 }

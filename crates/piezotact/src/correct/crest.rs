@@ -29,12 +29,36 @@ const NEAR: f64 = 0.2;
 pub(super) struct Room {
     /// No sample beyond this, full scale = 1.
     pub(super) limit: f64,
+    /// No drive steeper than this, full scale = 1 per sample; none where steepness does not count.
+    pub(super) slope: Option<f64>,
     /// Nothing is played after so many samples.
     pub(super) length: usize,
     /// Lines over which the cost of a line is averaged on either side.
     pub(super) smooth: usize,
     /// Whether phases are free.
     pub(super) mode: Mode,
+}
+
+impl Room {
+    /// How much of the slope that the amplifier follows the drive with the lines `bins` takes; more than 1 does not fit.
+    ///
+    /// Formula: the largest of the derivative, on its samples and at three places between them.
+    pub(super) fn slope_taken(&self, transform: &mut RealTransform, bins: &[Complex<f64>]) -> f64 {
+        let Some(slope) = self.slope else {
+            return 0.0;
+        };
+        let turn = std::f64::consts::TAU / transform.length() as f64;
+        let mut steepest: f64 = 0.0;
+        for quarter in 0..4 {
+            let between = 0.25 * f64::from(quarter);
+            let lines = bins.iter().enumerate().map(|(k, bin)| {
+                let radians = turn * k as f64;
+                bin * Complex::new(0.0, radians) * Complex::from_polar(1.0, radians * between)
+            });
+            steepest = steepest.max(peak(&transform.inverse(lines.collect())));
+        }
+        steepest / slope.max(f64::MIN_POSITIVE)
+    }
 }
 
 /// A drive that fits.
@@ -65,7 +89,15 @@ pub(super) fn fitted(
             strength: None,
         };
     }
-    let cost = costs(bins, room.smooth);
+    let loud = peak(&transform.inverse(bins.to_vec())) / room.limit;
+    let cost = match room.slope_taken(transform, bins) > loud {
+        // What is too steep is turned down at the top.
+        true => {
+            let steep = bins.iter().enumerate().map(|(k, bin)| bin * k as f64);
+            costs(&steep.collect::<Vec<_>>(), room.smooth)
+        }
+        false => costs(bins, room.smooth),
+    };
     let mut at = |strength: f64| -> Option<Fitted> {
         let shares: Vec<f64> = cost
             .iter()
@@ -104,7 +136,8 @@ pub(super) fn fitted(
     best.unwrap_or_else(|| {
         // Nothing in the range fits: everything is turned down alike.
         let samples = transform.inverse(bins.to_vec());
-        let share = room.limit / peak(&samples);
+        let taken = room.slope_taken(transform, bins);
+        let share = (room.limit / peak(&samples)).min(1.0 / taken.max(f64::MIN_POSITIVE));
         Fitted {
             samples: samples.iter().map(|x| x * share).collect(),
             shares: vec![share; bins.len()],
@@ -130,6 +163,9 @@ pub(super) fn pressed(
     bins: &[Complex<f64>],
     room: &Room,
 ) -> Option<Pressed> {
+    if room.slope_taken(transform, bins) > 1.0 {
+        return None;
+    }
     let mut samples = transform.inverse(bins.to_vec());
     let mut highest = peak(&samples);
     if highest <= room.limit {
@@ -181,6 +217,12 @@ pub(super) fn pressed(
     }
     if peak(&samples) > room.limit || !kept(transform, &samples, bins, room) {
         return None;
+    }
+    if room.slope.is_some() {
+        let lines = transform.forward(&samples);
+        if room.slope_taken(transform, &lines) > 1.0 {
+            return None;
+        }
     }
     let likeness = correlation(&samples, &asked);
     Some(Pressed { samples, likeness })

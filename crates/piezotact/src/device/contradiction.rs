@@ -10,14 +10,17 @@ pub(super) const LOADS_F: std::ops::RangeInclusive<f64> = 1e-12..=1.0;
 pub enum DescriptionError {
     /// The text does not hold the fields of a description.
     #[error(
-        "expected a description of a device{}, found: {said}; compare it with the example in the README",
-        line.map_or(String::new(), |line| format!(" in line {line}"))
+        "expected a description of a device{}, found {said}; {}compare it with the example in the README",
+        line.map_or(String::new(), |line| format!(" in line {line}")),
+        example.map_or(String::new(), |example| format!("write it as in `{example}`, or "))
     )]
     Text {
         /// The line, from 1, where it is known.
         line: Option<usize>,
         /// What is wrong with it.
         said: String,
+        /// How the entry is written, where it is known.
+        example: Option<&'static str>,
     },
     /// A name is empty.
     #[error("expected a name of {of}, found none; give it one")]
@@ -60,6 +63,21 @@ pub enum DescriptionError {
         expected: String,
         /// What was found.
         found: f64,
+    },
+    /// The load table is of a larger output than the amplifier gives.
+    #[error(
+        "expected a load table of gain {gain} up to twice its limit of {limit_v} V peak, which is {} V peak to peak, found {peak_to_peak_v} V peak to peak; correct the limit or the table of the {device}",
+        2.0 * limit_v
+    )]
+    LoadTableAboveLimit {
+        /// The device.
+        device: String,
+        /// The gain.
+        gain: String,
+        /// Its limit, V peak.
+        limit_v: f64,
+        /// The output of the load table, V peak to peak.
+        peak_to_peak_v: f64,
     },
     /// The actuator bears less than the amplifier gives at its lowest gain.
     #[error(
@@ -109,6 +127,16 @@ pub(super) fn check(description: &DeviceDescription) -> Result<(), DescriptionEr
             });
         }
         check_gain(gain, &number)?;
+        if let Slew::LargestLoad(load) = gain.slew
+            && load.peak_to_peak_v > 2.0 * gain.limit_v * (1.0 + 1e-9)
+        {
+            return Err(DescriptionError::LoadTableAboveLimit {
+                device: device(),
+                gain: gain.to_string(),
+                limit_v: gain.limit_v,
+                peak_to_peak_v: load.peak_to_peak_v,
+            });
+        }
     }
     if let Some(usual) = &description.amplifier.usual_gain
         && !gains.iter().any(|gain| gain.name == *usual)
@@ -270,8 +298,41 @@ mod tests {
                 "name = \" \"",
                 "a name of the device, found none",
             ),
-            ("divider = 1.0", "dividor = 1.0", "unknown field `dividor`"),
-            ("divider = 1.0", "divider = \"half\"", "in line"),
+            (
+                "divider = 1.0",
+                "dividor = 1.0",
+                "an entry called `dividor`",
+            ),
+            (
+                "divider = 1.0",
+                "divider = \"half\"",
+                "the text \"half\" where a number belongs; write it as in `divider = 0.5`",
+            ),
+            (
+                "gain = { db = 38.4 }",
+                "gain = { db = 38.4, ratio = 3 }",
+                "several entries where one belongs; write it as in `gain = { ratio = 20 }`",
+            ),
+            (
+                "gain = { db = 38.4 }",
+                "gain = 83",
+                "a plain value where an entry in braces belongs; write it as in `gain = { ratio = 20 }`",
+            ),
+            (
+                "capacitance_f = 80e-9",
+                "limit_nv = 3",
+                "an entry called `limit_nv`, which is none of",
+            ),
+            (
+                "coupling = \"direct\"",
+                "coupling = \"ac\"",
+                "`ac`, which is none of",
+            ),
+            (
+                "peak_to_peak_v = 150.0",
+                "peak_to_peak_v = 300.0",
+                "gain B3 up to twice its limit of 75 V peak, which is 150 V peak to peak, found 300",
+            ),
             ("[actuator]", "[actuator", "in line"),
         ] {
             let text = good.replace(from, to);

@@ -261,9 +261,12 @@ impl DeviceDescription {
             let line = error
                 .span()
                 .map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+            let stands = line.and_then(|line| text.lines().nth(line - 1));
+            let said = super::plain_words::of(error.message());
             DescriptionError::Text {
                 line,
-                said: error.message().trim().replace('\n', ", "),
+                example: super::plain_words::example(error.message(), stands.unwrap_or("")),
+                said,
             }
         })?;
         Self::try_from(stated)

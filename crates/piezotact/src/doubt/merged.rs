@@ -115,7 +115,7 @@ impl<'a> Kind<'a> {
         let about = doubt.about.as_ref();
         let values = doubt.values.iter().map(|(name, value)| {
             let differs = match value {
-                Value::Number(_) | Value::Example(_) => true,
+                Value::Number(_) | Value::Example(_) | Value::Counts(_) => true,
                 // An example of others is one of several; a cause is not.
                 Value::Doubt(_) => name == "example",
                 // The parts of a band, or of a recording.

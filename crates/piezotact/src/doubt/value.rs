@@ -1,5 +1,7 @@
 //! What a doubt is about, and the values that it holds.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::Doubt;
@@ -69,6 +71,8 @@ pub enum Value {
     Text(String),
     /// One of several: two doubts that differ in it say the same.
     Example(String),
+    /// How often each of several things was, by their names: two doubts that differ in it say the same.
+    Counts(BTreeMap<String, usize>),
     /// A band of frequencies.
     Band(Band),
     /// Several values.
@@ -86,6 +90,42 @@ pub struct Example(pub String);
 impl std::fmt::Display for Example {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)
+    }
+}
+
+/// How often each of several things was, by their names.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Counts(pub BTreeMap<String, usize>);
+
+impl Counts {
+    /// `too short: 2, clipped: 1`, each name in the words that `words` has for it.
+    pub(crate) fn text(&self, words: &dyn Fn(&str) -> String) -> String {
+        let counts = self.0.iter();
+        let texts: Vec<String> = counts
+            .map(|(name, n)| format!("{}: {n}", words(name)))
+            .collect();
+        texts.join(", ")
+    }
+}
+
+impl FieldValue for Counts {
+    fn into_value(self) -> Option<Value> {
+        Some(Value::Counts(self.0))
+    }
+
+    fn from_value(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Counts(counts) => Some(Self(counts.clone())),
+            // In files of before it is a text: `too short: 2, clipped: 1`.
+            Value::Example(text) | Value::Text(text) => {
+                let counts = text.split(", ").map(|part| {
+                    let (name, count) = part.rsplit_once(": ")?;
+                    Some((name.replace(' ', "_"), count.parse().ok()?))
+                });
+                counts.collect::<Option<_>>().map(Self)
+            }
+            _ => None,
+        }
     }
 }
 
@@ -250,6 +290,7 @@ impl From<Value> for serde_json::Value {
             },
             Value::Text(text) => text.into(),
             Value::Example(text) => serde_json::json!({ "example": text }),
+            Value::Counts(counts) => serde_json::json!(counts),
             Value::Band(band) => {
                 let end = |hz: Hertz| Self::from(Value::Number(hz.0));
                 serde_json::json!({ "low_hz": end(band.low()), "high_hz": end(band.high()) })
@@ -273,6 +314,12 @@ impl From<serde_json::Value> for Value {
             Json::Array(values) => Self::List(values.into_iter().map(Self::from).collect()),
             Json::Object(fields) => {
                 let number = |name: &str| fields.get(name).and_then(Json::as_f64).map(Hertz);
+                let counts = || {
+                    let counts = fields.iter().map(|(name, count)| {
+                        Some((name.clone(), usize::try_from(count.as_u64()?).ok()?))
+                    });
+                    counts.collect::<Option<_>>().map(Self::Counts)
+                };
                 let known = match fields.len() {
                     _ if fields.contains_key("code") => {
                         let doubt = serde_json::from_value(Json::Object(fields.clone()));
@@ -288,7 +335,9 @@ impl From<serde_json::Value> for Value {
                         .map(Self::Band),
                     _ => None,
                 };
-                known.unwrap_or(Self::Other(Json::Object(fields)))
+                known
+                    .or_else(counts)
+                    .unwrap_or(Self::Other(Json::Object(fields)))
             }
             other => Self::Other(other),
         }

@@ -24,6 +24,18 @@ pub struct Annotations {
 }
 
 impl Annotations {
+    /// The events that do not lie in a recording of `length_s`: before its first sample, after its end, or of a negative
+    /// duration.
+    #[must_use]
+    pub fn outside(&self, length_s: Seconds) -> Vec<&Event> {
+        let inside = |event: &&Event| {
+            let (onset_s, lasts_s) = (event.onset_s.0, event.duration_s.0);
+            // A mark at the very end is counted as inside, to a microsecond.
+            onset_s >= 0.0 && lasts_s >= 0.0 && onset_s + lasts_s <= length_s.0 + 1e-6
+        };
+        self.events.iter().filter(|event| !inside(event)).collect()
+    }
+
     /// Those of the part of a recording from `from_s` on for `length_s`: labels as they are, events counted from the first
     /// sample of the part and cropped to it, those outside it left out; the start that much later.
     #[must_use]

@@ -79,6 +79,36 @@ doubts! {
             /// The channel.
             channel: String,
         },
+        /// Integers without a scale.
+        Counts("counts") of Channel(channel) {
+            /// The channel.
+            channel: String,
+        },
+        /// A sidecar has entries that no part of the program reads.
+        UnknownEntries("unknown_entries") of File(file) {
+            /// The sidecar.
+            file: String,
+            /// The entries, such as `condition.smaple`.
+            entries: Vec<String>,
+        },
+        /// A sidecar beside a file of a format that takes none.
+        SidecarNotRead("sidecar_not_read") of File(file) {
+            /// The sidecar.
+            file: String,
+            /// The format of the file beside it.
+            format: String,
+        },
+        /// Events that the recording does not hold.
+        EventsOutside("events_outside") {
+            /// How many.
+            count: usize,
+            /// When the first of them begins, s.
+            onset_s: f64,
+            /// How long that one lasts, s.
+            lasts_s: f64,
+            /// The length of the recording, s.
+            length_s: f64,
+        },
         /// The time stamps are not evenly spaced.
         UnevenSampling("uneven_sampling") {
             /// The largest departure from the mean step, as a share of it.
@@ -138,7 +168,11 @@ impl DoubtKind for RecordingDoubt {
                 vec![Check(Subject::WhichIsRight)]
             }
             Self::RateNotUsed { .. } => vec![Advice::OmitRate, Advice::CorrectFile],
-            Self::Uncalibrated { .. } => vec![Advice::StateScale],
+            Self::Uncalibrated { .. } | Self::Counts { .. } => vec![Advice::StateScale],
+            Self::UnknownEntries { .. } | Self::EventsOutside { .. } => {
+                vec![Advice::CorrectFile]
+            }
+            Self::SidecarNotRead { .. } => vec![Advice::StateInFile],
             Self::UnevenSampling { .. } | Self::Interrupted { .. } => Vec::new(),
             Self::InterruptedLater { .. } => vec![Check(Subject::Journal)],
             Self::FormatLoses { .. } => vec![Advice::KeepOriginal],
@@ -205,6 +239,28 @@ impl fmt::Display for RecordingDoubt {
                     "{channel} has no physical scale (full scale = 1), and is not in m/s²"
                 )
             }
+            Self::Counts { channel } => write!(
+                f,
+                "{channel} holds integers without a scale: its samples are counts of a converter, not m/s²"
+            ),
+            Self::UnknownEntries { file, entries } => write!(
+                f,
+                "{} of {file} is not read, as no entry of a sidecar is called so",
+                entries.join(", ")
+            ),
+            Self::SidecarNotRead { file, format } => write!(
+                f,
+                "{file} is not read: a sidecar is read beside WAV and NumPy files, and this file is {format}"
+            ),
+            Self::EventsOutside {
+                count,
+                onset_s,
+                lasts_s,
+                length_s,
+            } => write!(
+                f,
+                "{count} event(s) do not lie in the recording of {length_s:.3} s, the first at {onset_s} s for {lasts_s} s"
+            ),
             Self::UnevenSampling { worst } => write!(
                 f,
                 "the time steps differ from their mean by up to {}: frequencies are only that exact",

@@ -89,10 +89,35 @@ pub enum RenderError {
         /// The level at which it would fit.
         fits_at: Decibels,
     },
+    /// The drive is steeper than the amplifier follows.
+    #[error(
+        "the target needs a drive of {asked_v_per_s:.3e} V/s and the amplifier follows {limit_v_per_s:.3e} V/s into this load: lower the target by {:.1} dB", -fits_at.0
+    )]
+    ExceedsSlew {
+        /// The steepest slope needed, V/s.
+        asked_v_per_s: f64,
+        /// What the amplifier follows, V/s.
+        limit_v_per_s: f64,
+        /// The level at which it would fit.
+        fits_at: Decibels,
+    },
     /// The output rate does not fit.
     #[error("cannot bring the drive to the output rate: {0}")]
     Rate(#[from] ResampleError),
     /// The drive is no signal.
     #[error("the drive that comes out is no signal: {0}")]
     Drive(#[from] SeriesError),
+}
+
+impl RenderError {
+    /// The level, re the target, at which its drive would fit the device; `None` where another level changes nothing.
+    #[must_use]
+    pub fn fits_at(&self) -> Option<Decibels> {
+        match self {
+            Self::ExceedsFullScale { fits_at, .. } | Self::ExceedsSlew { fits_at, .. } => {
+                Some(*fits_at)
+            }
+            _ => None,
+        }
+    }
 }

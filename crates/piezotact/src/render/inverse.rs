@@ -180,6 +180,24 @@ impl Limiting {
         }
     }
 
+    /// The same with every line costing its part of the drive's slope: what is too steep is turned down at the top, in `band`
+    /// re its median.
+    pub(super) fn by_slope(mut self, band: Band) -> Self {
+        let mut inside = Vec::new();
+        for (line, cost) in self.cost.iter_mut().enumerate() {
+            let hz = line as f64 * self.resolution_hz;
+            *cost *= hz * hz;
+            if band.contains(hz) && *cost > 0.0 {
+                inside.push(*cost);
+            }
+        }
+        let median = crate::statistics::median(&mut inside).unwrap_or(1.0);
+        for cost in &mut self.cost {
+            *cost /= median;
+        }
+        self
+    }
+
     /// The share of the target that is left at a frequency, 0–1.
     ///
     /// Formula: [`share_of_least_error`] of λ·D: the least rms error in dB for the drive that is saved.

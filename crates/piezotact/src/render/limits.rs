@@ -1,5 +1,6 @@
 //! What a drive asks of the device, before it plays.
 
+use super::floored;
 use crate::render::RenderDoubt;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +58,67 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
     drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
 }
 
+/// What a device plays of a drive at one rate: neither louder nor steeper, full scale = 1.
+pub(super) struct Room {
+    limit: f64,
+    /// Per second; absent where the device is not described.
+    slope: Option<f64>,
+    rate_hz: f64,
+}
+
+impl Room {
+    pub(super) fn of(setup: Option<&DriveSetup>, rate: SampleRate) -> Self {
+        Self {
+            limit: setup.map_or(1.0, DriveSetup::drive_limit),
+            slope: setup.map(DriveSetup::slew_limit_per_s),
+            rate_hz: rate.hz(),
+        }
+    }
+
+    /// How much of the limit and of the slope `drive` takes; more than 1 does not fit.
+    fn taken(&self, drive: &[f64]) -> [f64; 2] {
+        let slope = self.slope.map_or(0.0, |slope| {
+            steepest(drive) * self.rate_hz / slope.max(f64::MIN_POSITIVE)
+        });
+        [peak(drive) / self.limit, slope]
+    }
+
+    pub(super) fn holds(&self, drive: &[f64]) -> bool {
+        self.taken(drive).iter().all(|taken| *taken <= 1.0)
+    }
+
+    pub(super) fn is_steeper_than_loud(&self, drive: &[f64]) -> bool {
+        let [loud, steep] = self.taken(drive);
+        steep > loud
+    }
+
+    /// The level, re `drive`, at which it fits, to the tenth of a decibel.
+    pub(super) fn fits_at(&self, drive: &[f64]) -> Decibels {
+        let [loud, steep] = self.taken(drive);
+        floored(Decibels::from_amplitude_ratio(1.0 / loud.max(steep)))
+    }
+}
+
+/// The largest change from one sample to the next.
+fn steepest(drive: &[f64]) -> f64 {
+    let changes = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    changes.fold(0.0, f64::max)
+}
+
+/// Cuts `drive` at `limit`, both full scale = 1: at the largest number of 32 bits that does not exceed it, as a file holds no
+/// other.
+pub(crate) fn cut(drive: &mut [f64], limit: f64) {
+    let nearest = limit as f32;
+    let held = match f64::from(nearest) > limit {
+        true => nearest.next_down(),
+        false => nearest,
+    };
+    let held = f64::from(held);
+    for sample in drive {
+        *sample = sample.clamp(-held, held);
+    }
+}
+
 /// How much of what a device can do `drive` (full scale = 1) at `rate` uses; without a description of the
 /// device only the digital full scale counts.
 ///
@@ -68,10 +130,6 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
     let limit = setup.map_or(1.0, DriveSetup::drive_limit);
     let peak = peak(drive);
     let beyond = drive.iter().filter(|sample| sample.abs() > limit).count();
-    let steepest = drive
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .fold(0.0, f64::max);
     Headroom {
         peak,
         rms: rms(drive),
@@ -83,7 +141,7 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
         slope_v_per_s: setup.map(|setup| {
             let input = setup.volts_per_full_scale * setup.device().input().divider;
-            steepest * rate.hz() * setup.gain.voltage_ratio() * input
+            steepest(drive) * rate.hz() * setup.gain.voltage_ratio() * input
         }),
     }
 }

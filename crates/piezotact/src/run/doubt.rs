@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::Ended;
 use crate::doubt::{Advice, DoubtKind, FieldValue, Subject, Value, doubts};
+use crate::number::counted;
 use crate::quantity::Band;
 
 doubts! {
@@ -17,6 +18,8 @@ doubts! {
             samples: u64,
             /// The longest gap, s.
             longest_s: f64,
+            /// From when to when each of them lies, s; absent in recordings of before.
+            places_s: Option<Vec<[f64; 2]>>,
         },
         /// The run ended before its end.
         EndedEarly("ended_early") {
@@ -103,9 +106,12 @@ impl fmt::Display for RunDoubt {
                 gaps,
                 samples,
                 longest_s,
+                ..
             } => write!(
                 f,
-                "the device lost {samples} samples at {gaps} places, {:.1} ms at the longest; straight lines stand in their place",
+                "the device lost {} at {}, {:.1} ms at the longest; straight lines stand in their place",
+                counted(*samples as usize, "sample"),
+                counted(*gaps, "place"),
                 1e3 * longest_s
             ),
             Self::JournalDamaged { places, lost_s } => {
@@ -120,7 +126,8 @@ impl fmt::Display for RunDoubt {
                         lost.join(", ")
                     ),
                 };
-                write!(f, "the journal is damaged at {places} places: {lost}")
+                let places = counted(*places, "place");
+                write!(f, "the journal is damaged at {places}: {lost}")
             }
             Self::JournalFormat { found, read_as } => write!(
                 f,
@@ -138,7 +145,8 @@ impl fmt::Display for RunDoubt {
                 underruns,
             } => write!(
                 f,
-                "{played} of {expected} samples of the drive were played and the output ran dry {underruns} times"
+                "{played} of {expected} samples of the drive were played and the output ran dry {}",
+                counted(*underruns, "time")
             ),
             Self::ForceNotMeasured { load_n } => write!(
                 f,

@@ -146,6 +146,14 @@ impl WelchConfig {
         Ok(n / (1.0 + 2.0 * shared))
     }
 
+    /// The segments of `samples` samples; none where there is none.
+    pub(crate) fn cuts(&self, samples: usize) -> Vec<std::ops::Range<usize>> {
+        let count = |hop: &usize| segments_in(samples, self.segment, *hop);
+        let hop = self.hop().unwrap_or(1);
+        let all = self.hop().as_ref().map_or(0, count);
+        (0..all).map(|i| i * hop..i * hop + self.segment).collect()
+    }
+
     /// Checks, before anything is planned, that `samples` hold a segment.
     pub(crate) fn fits(&self, samples: usize) -> Result<(), EstimateError> {
         self.hop()?;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Interval, Reason, Rejected};
+use super::{Interval, Reason, Rejected, Stroke};
 use crate::criterion::{Criterion, Limit, Outcome};
 
 /// What is looked at to tell a stroke from what is none.
@@ -97,6 +97,16 @@ impl JudgedPart {
             Outcome::NotMet => Err(reason()),
             Outcome::Met | Outcome::NotDecided => Ok(()),
         }
+    }
+
+    /// What was judged of a stroke before more is asked of it.
+    pub(super) fn of(stroke: &Stroke) -> Self {
+        Self(stroke.criteria.clone())
+    }
+
+    /// What was judged.
+    pub(super) fn criteria(self) -> Vec<Criterion<StrokeCriterion>> {
+        self.0
     }
 
     /// What is not met, whatever was judged before.

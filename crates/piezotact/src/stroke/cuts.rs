@@ -72,6 +72,7 @@ impl Cuts {
                         steady: interval,
                         contact: interval,
                         cut_by: CutBy::Person,
+                        criteria: Vec::new(),
                     });
                 }
                 Cut::LeaveOut { note, .. } => {
@@ -83,7 +84,7 @@ impl Cuts {
                     segmentation
                         .rejected
                         .extend(out.into_iter().map(|stroke: Stroke| {
-                            JudgedPart::default().not_met(
+                            JudgedPart::of(&stroke).not_met(
                                 StrokeCriterion::LeftOut,
                                 1.0,
                                 Limit::at_most(0.0),
@@ -120,6 +121,7 @@ mod tests {
             steady: Interval { start, end },
             contact: Interval { start, end },
             cut_by: CutBy::Rule,
+            criteria: Vec::new(),
         };
         let found = Segmentation {
             strokes: vec![stroke(100, 200), stroke(300, 400)],

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::doubt::{Advice, DoubtKind, Example, Subject, doubts};
+use crate::doubt::{Advice, Counts, DoubtKind, Subject, doubts};
 
 doubts! {
     /// What the cutting of strokes leaves open.
@@ -52,8 +52,8 @@ doubts! {
             count: usize,
             /// Of how many.
             of: usize,
-            /// The reasons and how often each.
-            reasons: Example,
+            /// The reasons and how often each, by their codes.
+            reasons: Counts,
         },
         /// A person's cuts that lie outside the recording.
         CutsNotApplied("cuts_not_applied") of File(file) {
@@ -123,7 +123,15 @@ impl fmt::Display for StrokeDoubt {
             ),
             Self::Rejected { count, of, reasons } => write!(
                 f,
-                "{count} of {of} parts that looked like strokes were rejected ({reasons})"
+                "{count} of {of} parts that looked like strokes were rejected ({})",
+                reasons.text(&|code| match code {
+                    "stick_slip" => "stick-slip".into(),
+                    "interrupted" => "interrupted sliding".into(),
+                    "reversed" => "turned back".into(),
+                    "cut_by_recording" => "cut by the recording's end".into(),
+                    "by_person" => "left out by a person".into(),
+                    other => other.replace('_', " "),
+                })
             ),
             Self::CutsNotApplied { file, count } => write!(
                 f,

@@ -16,7 +16,7 @@ use super::{
     Stroke,
 };
 use crate::clipping::flat_top_fraction;
-use crate::criterion::Limit;
+use crate::criterion::{Criterion, Limit, Outcome};
 use crate::doubt::Doubt;
 use crate::quantity::{Newtons, Seconds};
 use crate::roles::Roles;
@@ -202,7 +202,10 @@ pub fn segment_by_force(
         let mut judged = JudgedPart::default();
         match cutter.cut(contact, &mut judged) {
             Ok((stroke, median)) => {
-                strokes.push(stroke);
+                strokes.push(Stroke {
+                    criteria: judged.criteria(),
+                    ..stroke
+                });
                 friction.extend(median);
             }
             Err(reason) => {
@@ -392,6 +395,7 @@ impl Cutter<'_> {
             steady,
             contact: self.samples(from, to),
             cut_by: CutBy::Rule,
+            criteria: Vec::new(),
         };
         Ok((stroke, friction.map(|ratio| quantile(&ratio, 0.5))))
     }
@@ -456,16 +460,19 @@ impl Cutter<'_> {
         let levels: Vec<f64> = strokes.iter().map(level).collect();
         let least = QUIET * quantile(&levels, 0.5);
         let mut levels = levels.into_iter();
-        strokes.retain(|stroke| {
+        let what = StrokeCriterion::VibrationShare;
+        strokes.retain_mut(|stroke| {
             let level = levels.next().unwrap_or(least);
             let kept = level >= least;
-            if !kept {
-                rejected.push(JudgedPart::default().not_met(
-                    StrokeCriterion::VibrationShare,
-                    level / least * QUIET,
-                    Limit::at_least(QUIET),
-                    (stroke.contact, Reason::NoSliding),
-                ));
+            let (share, limit) = (level / least * QUIET, Limit::at_least(QUIET));
+            if kept {
+                stroke.criteria.push(Criterion {
+                    outcome: Outcome::Met,
+                    ..Criterion::new(what, what.unit(), share, None, limit)
+                });
+            } else {
+                let why = (stroke.contact, Reason::NoSliding);
+                rejected.push(JudgedPart::of(stroke).not_met(what, share, limit, why));
             }
             kept
         });
@@ -602,21 +609,25 @@ fn force_tolerance(cutter: &Cutter<'_>, strokes: &mut Vec<Stroke>, rejected: &mu
     };
     let reach_n = cutter.rule.tolerance_share * target_n;
     let mut forces = forces.into_iter();
-    strokes.retain(|stroke| {
+    let what = StrokeCriterion::ForceDeviation;
+    strokes.retain_mut(|stroke| {
         let mean_n = forces.next().unwrap_or(target_n);
         let kept = (mean_n - target_n).abs() <= reach_n;
-        if !kept {
+        let (off_n, limit) = (mean_n - target_n, Limit::Within { reach: reach_n });
+        if kept {
+            stroke.criteria.push(Criterion {
+                outcome: Outcome::Met,
+                ..Criterion::new(what, what.unit(), off_n, None, limit)
+            });
+        } else {
             let reason = Reason::ForceOutsideTolerance {
                 mean_n,
+                target_n: Some(target_n),
                 low_n: target_n - reach_n,
                 high_n: target_n + reach_n,
             };
-            rejected.push(JudgedPart::default().not_met(
-                StrokeCriterion::ForceDeviation,
-                mean_n - target_n,
-                Limit::Within { reach: reach_n },
-                (stroke.contact, reason),
-            ));
+            let why = (stroke.contact, reason);
+            rejected.push(JudgedPart::of(stroke).not_met(what, off_n, limit, why));
         }
         kept
     });

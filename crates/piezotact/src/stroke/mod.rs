@@ -18,7 +18,7 @@ pub use doubt::StrokeDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::Criterion;
-use crate::doubt::{Doubt, Example};
+use crate::doubt::{Counts, Doubt};
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::roles::{Motion, Roles};
@@ -159,6 +159,9 @@ pub struct Stroke {
     pub contact: Interval,
     /// Who cut it.
     pub cut_by: CutBy,
+    /// What was judged of it, each with its limit; empty for a stroke that a person cut, and in files of before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
 
 /// Who decided on a cut.
@@ -198,6 +201,9 @@ pub enum Reason {
     ForceOutsideTolerance {
         /// The mean, N.
         mean_n: f64,
+        /// The force asked for, or the usual one of the recording, N; absent in files of before.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        target_n: Option<f64>,
         /// The lowest allowed, N.
         low_n: f64,
         /// The highest allowed, N.
@@ -248,6 +254,25 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The reason as documents have it: `too_short`.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::TooShort { .. } => "too_short",
+            Self::ForceOutsideTolerance { .. } => "force_outside_tolerance",
+            Self::TooLight { .. } => "too_light",
+            Self::StickSlip { .. } => "stick_slip",
+            Self::Clipped { .. } => "clipped",
+            Self::DiscontinuousContact { .. } => "discontinuous_contact",
+            Self::Interrupted { .. } => "interrupted",
+            Self::Reversed => "reversed",
+            Self::NoSliding => "no_sliding",
+            Self::NoContact => "no_contact",
+            Self::CutByRecording => "cut_by_recording",
+            Self::ByPerson { .. } => "by_person",
+        }
+    }
+
     /// The reason in two words, for tables.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -279,6 +304,7 @@ impl std::fmt::Display for Reason {
                 mean_n,
                 low_n,
                 high_n,
+                ..
             } => write!(f, " (mean {mean_n:.3} N, {low_n:.3}–{high_n:.3} N allowed)"),
             Self::TooLight { peak_n, needed_n } => {
                 write!(f, " ({peak_n:.3} N at most, {needed_n} N needed)")
@@ -372,7 +398,7 @@ impl Segmentation {
     /// that moves untouched as often as it was stroked, or less, is on its way back: no stroke that failed.
     #[must_use]
     pub fn rejection_doubt(&self) -> Option<Doubt> {
-        let mut reasons: Vec<(&str, usize)> = Vec::new();
+        let mut reasons = Counts::default();
         let untouched = |r: &&Rejected| r.reason == Reason::NoContact;
         let ways_back = self.rejected.iter().filter(untouched).count() <= self.strokes.len();
         let failed = self
@@ -380,21 +406,13 @@ impl Segmentation {
             .iter()
             .filter(|r| !(ways_back && untouched(r)));
         for rejected in failed.clone() {
-            let name = rejected.reason.name();
-            match reasons.iter_mut().find(|(other, _)| *other == name) {
-                Some((_, count)) => *count += 1,
-                None => reasons.push((name, 1)),
-            }
+            *reasons.0.entry(rejected.reason.code().into()).or_default() += 1;
         }
-        let texts: Vec<String> = reasons
-            .iter()
-            .map(|(name, count)| format!("{name}: {count}"))
-            .collect();
-        (!texts.is_empty()).then(|| {
+        (!reasons.0.is_empty()).then(|| {
             Doubt::from(StrokeDoubt::Rejected {
                 count: failed.clone().count(),
                 of: failed.count() + self.strokes.len(),
-                reasons: Example(texts.join(", ")),
+                reasons,
             })
         })
     }
@@ -470,6 +488,7 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
             steady: all,
             contact: all,
             cut_by: CutBy::Rule,
+            criteria: Vec::new(),
         }],
         rejected: Vec::new(),
         rule: Rule::Whole,

@@ -133,6 +133,7 @@ pub fn segment_by_speed(
                 steady,
                 contact: motion,
                 cut_by: CutBy::Rule,
+                criteria: judged.criteria(),
             }),
         }
     }
@@ -370,6 +371,7 @@ fn fit(
             judged.require(What::ForceDeviation, mean_n - load.0, within, || {
                 Reason::ForceOutsideTolerance {
                     mean_n,
+                    target_n: Some(load.0),
                     low_n,
                     high_n,
                 }

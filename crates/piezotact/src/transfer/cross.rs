@@ -1,6 +1,7 @@
 //! The averaged auto- and cross-spectra of two channels, from one pass over the segments.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use num_complex::Complex;
 
@@ -257,6 +258,16 @@ impl CrossPlan {
         drive: &[f64],
         response: &[f64],
     ) -> Result<CrossSpectra<I, O>, EstimateError> {
+        self.estimate_of(drive, response, &|_| true)
+    }
+
+    /// As [`Self::estimate`], of the segments for which `counts` alone.
+    fn estimate_of<I: Quantity, O: Quantity>(
+        &mut self,
+        drive: &[f64],
+        response: &[f64],
+        counts: &dyn Fn(&Range<usize>) -> bool,
+    ) -> Result<CrossSpectra<I, O>, EstimateError> {
         if drive.len() != response.len() {
             return Err(EstimateError::Mismatch {
                 left: I::NAME,
@@ -267,7 +278,10 @@ impl CrossPlan {
             });
         }
         let n = self.segment;
-        let averages = segments_in(drive.len(), n, self.hop);
+        let cuts =
+            (0..segments_in(drive.len(), n, self.hop)).map(|i| i * self.hop..i * self.hop + n);
+        let cuts: Vec<Range<usize>> = cuts.filter(counts).collect();
+        let averages = cuts.len();
         if averages == 0 {
             return Err(EstimateError::TooShort {
                 expected: n,
@@ -275,18 +289,17 @@ impl CrossPlan {
             });
         }
         self.sums.clear();
-        let hop = self.hop;
-        let cut = |i: usize| i * hop..i * hop + n;
-        for i in (1..averages).step_by(2) {
-            let (a, b) = (cut(i - 1), cut(i));
-            self.sums.add_pair(
-                [&drive[a.clone()], &drive[b.clone()]],
-                [&response[a], &response[b]],
-            );
-        }
-        if averages % 2 == 1 {
-            let last = cut(averages - 1);
-            self.sums.add_single(&drive[last.clone()], &response[last]);
+        for pair in cuts.chunks(2) {
+            match pair {
+                [a, b] => self.sums.add_pair(
+                    [&drive[a.clone()], &drive[b.clone()]],
+                    [&response[a.clone()], &response[b.clone()]],
+                ),
+                [last] => self
+                    .sums
+                    .add_single(&drive[last.clone()], &response[last.clone()]),
+                _ => {}
+            }
         }
         let scale = self.scale / averages as f64;
         let Folded {
@@ -327,6 +340,16 @@ pub fn cross_spectra<I: Quantity, O: Quantity>(
     response: &Series<O>,
     config: &WelchConfig,
 ) -> Result<CrossSpectra<I, O>, EstimateError> {
+    cross_spectra_of(drive, response, config, &|_| true)
+}
+
+/// As [`cross_spectra`], of the segments for which `counts` alone.
+pub(super) fn cross_spectra_of<I: Quantity, O: Quantity>(
+    drive: &Series<I>,
+    response: &Series<O>,
+    config: &WelchConfig,
+    counts: &dyn Fn(&Range<usize>) -> bool,
+) -> Result<CrossSpectra<I, O>, EstimateError> {
     if drive.rate() != response.rate() {
         return Err(EstimateError::Mismatch {
             left: I::NAME,
@@ -345,5 +368,5 @@ pub fn cross_spectra<I: Quantity, O: Quantity>(
         }
     }
     config.fits(drive.samples().len().min(response.samples().len()))?;
-    CrossPlan::new(config, drive.rate())?.estimate(drive.samples(), response.samples())
+    CrossPlan::new(config, drive.rate())?.estimate_of(drive.samples(), response.samples(), counts)
 }

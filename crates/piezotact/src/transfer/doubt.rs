@@ -89,6 +89,27 @@ doubts! {
         },
         /// The force takes power out of the finger: one of two channels has the wrong sign.
         PolarityInverted("polarity_inverted"),
+        /// Drive and response were sampled by two clocks; the response was brought onto that of the drive.
+        ClocksDiffer("clocks_differ") {
+            /// How much faster the clock of the response runs, parts per million: its delay grows by it.
+            ppm: f64,
+            /// The standard error of that, parts per million.
+            uncertainty: f64,
+        },
+        /// Samples of the response are missing that nobody reported; what follows was moved back to its place.
+        SamplesMissing("samples_missing") {
+            /// How many; below zero where samples of the drive are missing, or those of the response were repeated.
+            count: f64,
+            /// Where, s, within a segment.
+            at_s: f64,
+        },
+        /// Segments that touch samples which were lost are left out of the estimate.
+        SegmentsLeftOut("segments_left_out") {
+            /// How many.
+            left_out: usize,
+            /// Of how many.
+            of: usize,
+        },
         /// Drive and response are no more alike than two unrelated signals.
         Unrelated("unrelated") {
             /// The mean coherence of the lines that are driven.
@@ -122,6 +143,9 @@ impl DoubtKind for TransferDoubt {
             Self::RepeatsScatter { .. } => vec![MeasureAgain],
             Self::Nonlinear { .. } => vec![Advice::CharacteriseAtLevel],
             Self::PolarityInverted => vec![Check(Subject::Polarity)],
+            Self::ClocksDiffer { .. } => vec![Advice::OneClock],
+            Self::SamplesMissing { .. } => vec![Advice::CloseOtherPrograms, MeasureAgain],
+            Self::SegmentsLeftOut { .. } => vec![MeasureAgain],
             Self::Unrelated { .. } => vec![Check(Subject::ChannelsAndSensor), MeasureLonger],
         }
     }
@@ -180,6 +204,20 @@ impl fmt::Display for TransferDoubt {
             ),
             Self::PolarityInverted => f.write_str(
                 "the force seems to take power out of the finger: force or acceleration has the wrong sign",
+            ),
+            Self::ClocksDiffer { ppm, uncertainty } => write!(
+                f,
+                "the clock of the response runs {ppm:.1} ± {uncertainty:.1} parts per million faster than that of the drive: the response was brought onto the clock of the drive"
+            ),
+            Self::SamplesMissing { count, at_s } => write!(
+                f,
+                "{:.0} samples of the {} are missing at about {at_s:.2} s and nobody reported them: what follows was moved back to its place",
+                count.abs(),
+                if *count < 0.0 { "drive" } else { "response" }
+            ),
+            Self::SegmentsLeftOut { left_out, of } => write!(
+                f,
+                "{left_out} of {of} segments touch samples that were lost, and were left out"
             ),
             Self::Unrelated { coherence, limit, averages } => write!(
                 f,

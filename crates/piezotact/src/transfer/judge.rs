@@ -33,14 +33,32 @@ fn out_of_step(doubt: &Doubt) -> bool {
     )
 }
 
-/// From the first to the last line that is driven.
-pub(super) fn driven_band(driven: &[bool], resolution_hz: f64) -> Option<Band> {
+/// A line this far below the strongest of the next few is what leaks from them: 20 dB, within as many lines.
+const LEAKS: (f64, usize) = (1e-2, 4);
+
+/// From the first to the last line that is driven with a spectrum of `power`: at 0 Hz, where the mean was taken away, nothing drives,
+/// and below the first line that stands out what is there has leaked.
+pub(super) fn driven_band(driven: &[bool], power: &[f64], resolution_hz: f64) -> Option<Band> {
     let hz = |line: usize| Hertz(line as f64 * resolution_hz);
-    let (first, last) = (
-        driven.iter().position(|d| *d)?,
-        driven.iter().rposition(|d| *d)?,
-    );
+    let stands_out = |line: &usize| {
+        let above = power.iter().skip(line + 1).take(LEAKS.1);
+        driven[*line] && power[*line] >= LEAKS.0 * above.copied().fold(0.0, f64::max)
+    };
+    let first = (1..driven.len()).find(stands_out);
+    let first = first.or_else(|| driven.iter().position(|d| *d))?;
+    let last = driven.iter().rposition(|d| *d)?;
     Band::new(hz(first), hz(last)).ok()
+}
+
+/// What of `bands`, which nothing drives, lies in the driven band `inside`.
+pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Doubt> {
+    let bands: Vec<Band> = bands
+        .iter()
+        .filter_map(|band| band.common(inside))
+        .collect();
+    let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
+    let share = missing / (inside.high().0 - inside.low().0);
+    (!bands.is_empty()).then(|| Doubt::from(TransferDoubt::NotDriven { bands, share }))
 }
 
 /// The runs of lines within the driven band that are not driven and answer nothing.

@@ -163,12 +163,13 @@ impl Kept {
 ///
 /// # Errors
 /// [`TransferError::Estimate`] when the recording does not hold the blocks, segments are longer than a period, or there
-/// are not two periods and two realisations; those of [`TransferFunction::from_lines`].
+/// are not two periods and two realisations; [`TransferError::FewRowsLeft`] when too much was lost; those of [`TransferFunction::from_lines`].
 pub fn best_linear<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
     blocks: Blocks,
     segment: usize,
+    lost_s: &[[f64; 2]],
 ) -> Result<BestLinear<I, O>, TransferError> {
     if blocks.in_a_row < 2 || blocks.rows < 2 {
         return Err(crate::spectrum::EstimateError::Config {
@@ -184,7 +185,11 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         }
         .into());
     }
-    let transformed = Transformed::of(drive, response, blocks)?;
+    let transformed = Transformed::of(drive, response, blocks, lost_s)?;
+    let blocks = Blocks {
+        rows: transformed.drive.len(),
+        ..blocks
+    };
     let mean_of = |rows: &[Vec<Vec<Complex<f64>>>]| -> Vec<Vec<Complex<f64>>> {
         rows.iter().map(|r| mean(r)).collect()
     };
@@ -216,6 +221,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         spectra.averages
     ));
     let distortion = distortion(&transformed, [&x, &y], &driven, blocks);
+    function.about.doubts.extend(transformed.left_out);
     function.about.doubts.extend(distortion_doubt(&distortion));
     Ok(BestLinear {
         function,

@@ -4,7 +4,8 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::{CrossSpectra, Estimator, TransferError, TransferFunction};
+use super::{CrossSpectra, Estimator, TransferDoubt, TransferError, TransferFunction, touches};
+use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
@@ -37,6 +38,8 @@ pub(super) struct Transformed {
     pub(super) response: Vec<Vec<Vec<Complex<f64>>>>,
     /// The step between lines, Hz.
     pub(super) step_hz: f64,
+    /// The rows that were left out, as they touch what was lost.
+    pub(super) left_out: Option<Doubt>,
 }
 
 impl Transformed {
@@ -45,6 +48,7 @@ impl Transformed {
         drive: &Series<I>,
         response: &Series<O>,
         blocks: Blocks,
+        lost_s: &[[f64; 2]],
     ) -> Result<Self, TransferError> {
         if drive.rate() != response.rate() || drive.samples().len() != response.samples().len() {
             return Err(EstimateError::Mismatch {
@@ -72,9 +76,29 @@ impl Transformed {
             }
             .into());
         }
+        // A row begins where the one before has ended: what settles in it belongs to it.
+        let kept: Vec<usize> = (0..rows)
+            .filter(|row| {
+                let from = first + row * stride;
+                let settles = stride.saturating_sub(length * in_a_row).min(from);
+                !touches(
+                    &(from - settles..from + length * in_a_row),
+                    lost_s,
+                    drive.rate(),
+                )
+            })
+            .collect();
+        let (left_out, needed) = (rows - kept.len(), if in_a_row > 1 { 2 } else { 1 });
+        if left_out > 0 && kept.len() < needed {
+            return Err(TransferError::FewRowsLeft {
+                needed,
+                left: kept.len(),
+                of: rows,
+            });
+        }
         let mut plan = RealTransform::new(length);
         let mut cut = |samples: &[f64]| -> Vec<Vec<Vec<Complex<f64>>>> {
-            (0..rows)
+            kept.iter()
                 .map(|row| {
                     (0..in_a_row)
                         .map(|k| first + row * stride + k * length)
@@ -87,6 +111,10 @@ impl Transformed {
             drive: cut(drive.samples()),
             response: cut(response.samples()),
             step_hz: drive.rate().hz() / length as f64,
+            left_out: (left_out > 0).then_some(Doubt::from(TransferDoubt::SegmentsLeftOut {
+                left_out,
+                of: rows,
+            })),
         })
     }
 }
@@ -159,7 +187,8 @@ pub(super) fn smoothed<I: Quantity, O: Quantity>(
     Ok(spectra)
 }
 
-/// The transfer function from `drive` to `response` over sweeps, on lines rate/`segment` apart.
+/// The transfer function from `drive` to `response` over sweeps, on lines rate/`segment` apart, without those that touch one of the
+/// stretches `lost_s`, in s.
 ///
 /// Formula: H1 = ΣX*Y/ΣX*X over the sweeps and over neighbouring lines; coherence likewise, so that it says whether the
 /// sweeps agree.
@@ -167,7 +196,8 @@ pub(super) fn smoothed<I: Quantity, O: Quantity>(
 /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 11.5.4 (frequency averaging).
 ///
 /// # Errors
-/// [`TransferError::Estimate`] when the recording does not hold the blocks, or segments are longer than they; those of
+/// [`TransferError::Estimate`] when the recording does not hold the blocks, or segments are longer than they;
+/// [`TransferError::FewRowsLeft`] when too much was lost; those of
 /// [`TransferFunction::from_lines`].
 pub fn estimate_sweeps<I: Quantity, O: Quantity>(
     drive: &Series<I>,
@@ -175,8 +205,9 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
     blocks: Blocks,
     segment: usize,
     estimator: Estimator,
+    lost_s: &[[f64; 2]],
 ) -> Result<TransferFunction<I, O>, TransferError> {
-    let transformed = Transformed::of(drive, response, blocks)?;
+    let transformed = Transformed::of(drive, response, blocks, lost_s)?;
     let rows = transformed.drive.iter().zip(&transformed.response);
     let records: Vec<Record<'_>> = rows
         .flat_map(|(x, y)| x.iter().map(Vec::as_slice).zip(y.iter().map(Vec::as_slice)))
@@ -196,5 +227,6 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
         spectra.resolution_hz,
         spectra.averages
     ));
+    function.about.doubts.extend(transformed.left_out);
     Ok(function)
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, SampleRate};
+use crate::resample::at_places;
 use crate::statistics::mean;
 
 /// Samples that a recording lost, or repeated.
@@ -363,38 +364,6 @@ impl Fit {
     }
 }
 
-/// Half the samples that one between them is made of.
-const REACH: i64 = 24;
-
-/// `samples` at `place(i)` for each of `count` places, in samples; nothing beyond the ends.
-///
-/// Formula: sinc interpolation under a Kaiser-like cosine window of 48 samples.
-fn taken_at(samples: &[f64], count: usize, place: impl Fn(usize) -> f64) -> Vec<f64> {
-    (0..count)
-        .map(|i| {
-            let at = place(i);
-            let whole = at.floor();
-            let part = at - whole;
-            let from = whole as i64;
-            (1 - REACH..=REACH)
-                .filter_map(|k| {
-                    let sample = usize::try_from(from + k)
-                        .ok()
-                        .and_then(|i| samples.get(i))?;
-                    let x = part - k as f64;
-                    let sinc = if x.abs() < 1e-9 {
-                        1.0
-                    } else {
-                        (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x)
-                    };
-                    let edge = (0.5 * std::f64::consts::PI * x / REACH as f64).cos();
-                    Some(sample * sinc * edge * edge)
-                })
-                .sum()
-        })
-        .collect()
-}
-
 impl Clock {
     /// Where samples are lost, found to the sample: the place that leaves the least difference between `target` and
     /// `measured`, which are on one time but for this clock.
@@ -408,7 +377,7 @@ impl Clock {
             let from = (around - reach).max(0.0) as usize;
             let to = ((around + reach) as usize).min(target.len());
             let differences = |clock: &Self| -> Vec<f64> {
-                let taken = taken_at(measured, to - from, |i| {
+                let taken = at_places(measured, to - from, |i| {
                     let i = (from + i) as f64;
                     i + clock.delay_at(i, rate_hz)
                 });
@@ -439,7 +408,7 @@ impl Clock {
     ) -> Vec<f64> {
         let about = mean(samples);
         let samples: Vec<f64> = samples.iter().map(|sample| sample - about).collect();
-        taken_at(&samples, count, |i| {
+        at_places(&samples, count, |i| {
             let i = i as f64;
             i + later + self.delay_at(i, rate_hz)
         })

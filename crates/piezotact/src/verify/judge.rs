@@ -4,7 +4,7 @@ use crate::verify::VerifyDoubt;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::clock::Clock;
-use super::events::{Compared, Found};
+use super::events::{Compared, Found, UNSEEN_S};
 use super::lines::{Floor, Line, Lines, Pair, rms_error};
 use super::{Aspect, FOLLOWS, VerifyConfig};
 use crate::criterion::{Criterion, Limit};
@@ -33,6 +33,8 @@ pub(super) struct Evidence<'a> {
     pub(super) clipped_drive: f64,
     /// The longest part of what is compared in which the sensor froze.
     pub(super) frozen_s: Option<f64>,
+    /// The longest straight line in the place of samples that were lost, of what is compared, s.
+    pub(super) bridged_s: f64,
     pub(super) clock: &'a Clock,
     /// Whether it is an acceleration, for which detection thresholds are known.
     pub(super) felt: bool,
@@ -216,6 +218,7 @@ fn spectrum(
             measured,
             variance_db2,
             resolution_hz,
+            ..
         } = evidence.outside;
         let noise = |hz: f64| evidence.floor.map_or(0.0, |floor| floor.at(hz));
         let edge = config.rendered.map_or(0.0, |rendered| rendered.edge_ratio);
@@ -306,8 +309,12 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
             .dropped_while_following()
             .larger(compared.longer_lulls())
     } else {
-        compared.longer_lulls()
+        compared.longer_lulls().no_shorter_than(UNSEEN_S)
     };
+    let dropped = dropped.larger(Found {
+        value: evidence.bridged_s,
+        interval: [evidence.bridged_s; 2],
+    });
     let over_time = match evidence.config.mode {
         Mode::Replicate => compared
             .level_departure()

@@ -3,6 +3,7 @@
 use num_complex::Complex;
 
 use super::VerifyError;
+use super::alike::{self, Alike, Bins};
 use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, Band, SampleRate};
 use crate::render::fade_ends;
@@ -23,8 +24,10 @@ const REACH: f64 = 1.96;
 pub(super) struct Pair {
     pub(super) target: Vec<f64>,
     pub(super) measured: Vec<f64>,
-    /// The variance of 10·log10(measured/target) of each line, dB².
+    /// The variance of 10·log10(measured/target) of each line by the coherence alone, dB².
     pub(super) variance_db2: Vec<f64>,
+    /// What of it two estimates scatter by that are not independent.
+    pub(super) alike: Vec<Alike>,
     pub(super) resolution_hz: f64,
 }
 
@@ -105,6 +108,9 @@ impl Pair {
                 });
             }
         }
+        let bins = Bins::of(&a, &b, |i| {
+            (i as f64 * rate.hz() / n as f64 / resolution_hz).round() as usize
+        });
         let varies = [varies(&target[..n], welch)?, varies(&measured[..n], welch)?];
         // The taper takes a little of the power.
         let mut window = vec![1.0; n];
@@ -112,7 +118,8 @@ impl Pair {
         let power: f64 = window.iter().map(|w| w * w).sum();
         let fourth: f64 = window.iter().map(|w| w.powi(4)).sum();
         let independent = power * power / (fourth * n.max(1) as f64);
-        let variance = |k: usize| {
+        // The coherence of the bins near a line, and how far those reach.
+        let near = |k: usize| {
             let mut near = sums[k];
             let mut reach = 1;
             while near.count < COHERENCE_BINS && reach < sums.len() {
@@ -126,14 +133,32 @@ impl Pair {
                 }
                 reach += 1;
             }
+            (near.coherence(), reach - 1)
+        };
+        let near: Vec<(f64, usize)> = (0..sums.len()).map(near).collect();
+        let variance = |k: usize| {
             let relative = varies[0][k] + varies[1][k];
             // Tapered, neighbouring bins are not independent; the logarithm of a mean of n scatters as the trigamma function of n.
             let averages = (sums[k].count as f64 * independent).max(1.0);
             let scatter = 1.0 / averages + 0.5 / averages.powi(2);
-            DB_PER_NEPER.powi(2) * relative * (1.0 - near.coherence()) * scatter
+            DB_PER_NEPER.powi(2) * relative * (1.0 - near[k].0) * scatter
         };
         let scaled = |sum: f64, count: usize| 2.0 * sum / (rate.hz() * power * count.max(1) as f64);
+        let strongest = sums.iter().map(|sum| sum.target).fold(0.0, f64::max);
+        let least = strongest * 10f64.powf(NO_POWER_DB / 10.0);
+        let holds: Vec<usize> = (0..sums.len())
+            .filter(|k| sums[*k].count > 0 && sums[*k].target > 0.0 && sums[*k].target >= least)
+            .collect();
+        let alike = alike::alike(
+            [&target[..n], &measured[..n]],
+            welch,
+            &bins,
+            &near,
+            &holds,
+            independent,
+        )?;
         Ok(Self {
+            alike,
             variance_db2: (0..sums.len()).map(variance).collect(),
             target: sums
                 .iter()
@@ -265,6 +290,10 @@ pub(super) struct Line {
     /// 10·log10 of measured, less the noise, over target, dB.
     pub(super) error_db: f64,
     variance_db2: f64,
+    /// What that is known to, as a 95 % interval, dB².
+    variance_reach_db2: f64,
+    /// How much less it may be, dB².
+    variance_less_db2: f64,
     /// The power of the target, unit².
     pub(super) target_power: f64,
 }
@@ -324,10 +353,14 @@ impl Lines {
                 let ratio = (left / target).max(LOWEST_RATIO);
                 // What the noise scatters by counts for more where less is left of the line.
                 let more = (measured / left.max(0.1 * measured)).powi(2);
+                let unrelated_db2 = pair.variance_db2[k] * more.min(9.0);
+                let alike = pair.alike[k];
                 lines.compared.push(Line {
                     frequency_hz,
                     error_db: 10.0 * ratio.log10(),
-                    variance_db2: pair.variance_db2[k] * more.min(9.0),
+                    variance_db2: unrelated_db2 * alike.share,
+                    variance_reach_db2: unrelated_db2.max(0.0) * alike.reach,
+                    variance_less_db2: unrelated_db2.max(0.0) * alike.share * (1.0 - alike.share),
                     target_power: target * step_hz,
                 });
             }
@@ -337,26 +370,32 @@ impl Lines {
 }
 
 /// An rms error over lines, what estimates scatter by taken away, with the interval in which it lies with 95 % confidence, dB.
+/// The interval has a width where lines scatter: of what lies below the scatter, half of its reach is left open.
 ///
-/// Formula: e² = Σw·(d² − v)/Σw with v the variance of a line's d; the variance of e² is 1.4·Σw²·(2v² + 4·(d² − v)·v)/(Σw)².
+/// Formula: e² = Σw·(d² − v)/Σw with v the variance of a line's d; the variance of e² is 1.4·Σw²·(2v² + 4·(d² − v)·v)/(Σw)²,
+/// and to its reach comes that of v. The upper end is e² and the reach, no less than half of the reach, and what v may be less.
 ///
-/// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36.
+/// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36; decision 0028.
 pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option<(f64, [f64; 2])> {
     let (mut sum, mut squares, mut varies) = (0.0, 0.0, 0.0);
+    let (mut of_variance, mut less) = (0.0, 0.0);
     for line in lines {
         let w = weight(line);
         let (d2, v) = (line.error_db.powi(2), line.variance_db2);
         sum += w;
         squares += w * (d2 - v);
         varies += w * w * (2.0 * v * v + 4.0 * (d2 - v).max(0.0) * v);
+        of_variance += w * line.variance_reach_db2;
+        less += w * line.variance_less_db2;
     }
     if !(sum > 0.0 && sum.is_finite()) {
         return None;
     }
     let found = squares / sum;
-    let reach = REACH * (TOGETHER * varies).sqrt() / sum;
+    let reach = (REACH.powi(2) * TOGETHER * varies + of_variance.powi(2)).sqrt() / sum;
     let root = |v: f64| v.max(0.0).sqrt();
-    Some((root(found), [root(found - reach), root(found + reach)]))
+    let highest = (found + reach).max(0.5 * reach) + less / sum;
+    Some((root(found), [root(found - reach), root(highest)]))
 }
 
 fn ratio_db(measured: f64, target: f64) -> f64 {

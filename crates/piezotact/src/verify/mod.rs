@@ -4,6 +4,7 @@
 //! right PSD and no resemblance to the target, so the waveform is always looked at too.
 
 mod align;
+mod alike;
 mod beside;
 mod changed;
 mod clock;
@@ -44,11 +45,15 @@ use judge::{Evidence, Judgement};
 use lines::Pair;
 
 /// How close a measurement came to its target.
+///
+/// [`criteria`](Self::criteria) decide. They are of the bands that are judged, with the sensor's noise and what estimates scatter by taken away. The
+/// numbers beside them describe all of [`band_hz`](Self::band_hz) as it was measured, with both, but for
+/// [`error_db_rms_achievable`](Self::error_db_rms_achievable), which is of the judged bands: they are not the same numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verification {
     /// The band over which they were compared, Hz.
     pub band_hz: Band,
-    /// Root mean square over the band's lines of the spectrum error, dB.
+    /// Root mean square over all of the band's lines of the spectrum error as measured, dB; the criterion is [`Aspect::SpectrumError`].
     pub error_db_rms: f64,
     /// The largest absolute error of a line in the band, dB.
     pub error_db_max: f64,
@@ -59,14 +64,16 @@ pub struct Verification {
     /// The parts of the band that the inverse declared achievable.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub achievable_band_hz: Vec<Band>,
-    /// The rms error over those alone, dB.
+    /// The rms error over those alone, as measured, dB.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub error_db_rms_achievable: Option<f64>,
-    /// 20·log10 of the measured over the target rms in the band, dB.
+    /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`Aspect::Level`].
     pub level_error_db: f64,
-    /// Pearson's correlation of the band-limited waveforms after aligning the delay.
+    /// Pearson's correlation of the waveforms in all of the band, with the sensor's noise, after aligning the delay; the criterion is
+    /// [`Aspect::WaveformCorrelation`].
     pub waveform_correlation: f64,
-    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence.
+    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence. In all of the
+    /// band, with the sensor's noise; the criterion is [`Aspect::WaveformError`].
     #[serde(default)]
     pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.
@@ -365,6 +372,7 @@ pub fn verify<Q: Quantity>(
         clipped: measured.clipping.fraction,
         clipped_drive: measured.clipping.of_the_drive,
         frozen_s: frozen(response, &aligned),
+        bridged_s: bridged(response, &aligned),
         clock: &clock,
         felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
         rate,
@@ -434,6 +442,39 @@ fn frozen<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> Option
     Some(response.rate().duration_of(longest).0)
 }
 
+/// A straight line of so many samples and so many seconds is no vibration.
+const STRAIGHT: (usize, f64) = (12, 0.0025);
+/// What rounds off, over the peak.
+const ROUNDED: f64 = 1e-11;
+
+/// The longest straight line in what is compared of `response`, s: samples that a recording lost are replaced by one. What holds
+/// one value is none.
+fn bridged<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> f64 {
+    let rate = response.rate();
+    let later = (aligned.delay.0 * rate.hz()).round() as i64;
+    let all = response.samples();
+    let place = |at: usize| (at as i64 + later).clamp(0, all.len() as i64) as usize;
+    let samples = &all[place(aligned.from)..place(aligned.to)];
+    let rounded = ROUNDED * crate::statistics::peak(all);
+    let (mut longest, mut run) = (0, 0);
+    for three in samples.windows(3) {
+        let straight = (three[2] - 2.0 * three[1] + three[0]).abs() <= rounded;
+        let slopes = (three[2] - three[1]).abs() > 10.0 * rounded;
+        run = if straight && slopes { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    let lost_s = rate.duration_of(longest).0;
+    if longest >= STRAIGHT.0 && lost_s >= STRAIGHT.1 {
+        lost_s
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod alike_tests;
+#[cfg(test)]
+mod drop_out_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

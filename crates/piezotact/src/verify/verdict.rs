@@ -9,7 +9,7 @@ use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::doubt::Doubt;
 use crate::lineage::Mode;
-use crate::quantity::Decibels;
+use crate::quantity::{Decibels, Seconds};
 
 /// What a verification concludes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,15 +80,15 @@ impl Verdict {
 pub enum Aspect {
     /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
     Level,
-    /// The rms error of the lines, what estimates scatter by taken away, dB.
+    /// The rms error of the lines that are judged, what estimates scatter by and the sensor's noise taken away, dB.
     SpectrumError,
     /// The same, lines weighted by the power of the target.
     PowerWeightedError,
     /// The same, lines weighted by the power of the target over the detection threshold.
     FeltWeightedError,
-    /// Pearson's correlation of the waveforms.
+    /// Pearson's correlation of the waveforms over what is judged, less the sensor's noise.
     WaveformCorrelation,
-    /// The power of the waveforms' difference over that of the target, dB.
+    /// The power of the waveforms' difference over that of the target, over what is judged, less the sensor's noise, dB.
     WaveformError,
     /// The share of samples at a limit.
     Clipped,
@@ -284,6 +284,25 @@ impl Verification {
         self.criteria.push(criterion);
         self.verdict = Verdict::of(&self.criteria, self.limits.least_judged);
         self
+    }
+
+    /// The same where the device reported that it lost samples, for `longest` seconds at the longest: a drop-out may last as long, wherever
+    /// in the recording that was.
+    #[must_use]
+    pub fn with_samples_lost(self, longest: Seconds) -> Self {
+        let Some(seen) = self.criterion(Aspect::DropOut).cloned() else {
+            return self;
+        };
+        let found = seen.found.unwrap_or(0.0);
+        let [low, high] = seen.interval.unwrap_or([found, found]);
+        let interval = [low, high.max(longest.0)];
+        self.with(Criterion::new(
+            Aspect::DropOut,
+            &seen.unit,
+            found.max(longest.0),
+            Some(interval),
+            seen.limit,
+        ))
     }
 
     /// One line that says what is concluded and why: every criterion that is not met or not decided, or else the main ones.

@@ -10,13 +10,13 @@ use super::*;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Hertz, SampleRate, Seconds};
 
-const RATE_HZ: f64 = 5000.0;
+pub(super) const RATE_HZ: f64 = 5000.0;
 const LEAD: usize = 1500;
 
-struct Draws(ChaCha8Rng);
+pub(super) struct Draws(ChaCha8Rng);
 
 impl Draws {
-    fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
@@ -24,25 +24,25 @@ impl Draws {
         ((self.0.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53)
     }
 
-    fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
     }
 }
 
-fn series(samples: Vec<f64>) -> Series<Acceleration> {
+pub(super) fn series(samples: Vec<f64>) -> Series<Acceleration> {
     Series::new(samples, SampleRate::new(RATE_HZ).unwrap()).unwrap()
 }
 
-fn band() -> Band {
+pub(super) fn band() -> Band {
     Band::new(Hertz(30.0), Hertz(500.0)).unwrap()
 }
 
-fn usual() -> VerifyConfig {
+pub(super) fn usual() -> VerifyConfig {
     VerifyConfig::over(band(), RATE_HZ)
 }
 
 /// Noise with a spectrum that falls, as a texture's does, 1 m/s² rms.
-fn noise(count: usize, seed: u64) -> Vec<f64> {
+pub(super) fn noise(count: usize, seed: u64) -> Vec<f64> {
     let mut draws = Draws::new(seed);
     let (mut slow, mut slower) = (0.0, 0.0);
     let mut samples: Vec<f64> = (0..count)
@@ -58,7 +58,7 @@ fn noise(count: usize, seed: u64) -> Vec<f64> {
 }
 
 /// What a sensor with 5 mm/s² of noise reads of `delivered`, 0.3 s before and after with it.
-fn recorded(delivered: &[f64], seed: u64) -> Series<Acceleration> {
+pub(super) fn recorded(delivered: &[f64], seed: u64) -> Series<Acceleration> {
     let mut draws = Draws::new(1000 + seed);
     let silence = [0.0; LEAD];
     let all = silence.iter().chain(delivered).chain(&silence);

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use crate::cli::panel::Analyse;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{counted, doubts_json, print, print_json, say_doubts, write_text};
 use crate::report::panel::{
     Cleaning, Page, enough_text, falls_text, needed_text, render, share_text, will_do_word as word,
 };
@@ -124,10 +124,13 @@ fn without_artefact(
 
 fn words(said: &PanelAnalysis) -> Vec<String> {
     let mut lines = vec![format!(
-        "{} participants, {} measurements, {} loads and angles, {}",
-        said.participants.len(),
-        said.measurements,
-        said.cells.len(),
+        "{}, {}, {}, {}",
+        counted(said.participants.len(), "participant"),
+        counted(said.measurements, "measurement"),
+        match said.cells.len() {
+            1 => "1 load and angle".into(),
+            many => format!("{many} loads and angles"),
+        },
         said.config.band
     )];
     if let Some(worst) = &said.worst {

@@ -1,5 +1,7 @@
 //! `piezotact panel run`: a whole campaign on a bench.
 
+use std::path::PathBuf;
+
 use anyhow::anyhow;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
@@ -9,7 +11,7 @@ use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excit
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_dataset::{Adopted, BenchFile, PanelFolder, TransferDocument};
+use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocument};
 use serde_json::json;
 
 use super::open_or_begin;
@@ -19,7 +21,7 @@ use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
-use crate::output::{print, print_json, progress, say};
+use crate::output::{counted, print, print_json, progress, say};
 
 /// The folder of the raw recordings in that of a panel.
 const RAW: &str = "raw";
@@ -61,7 +63,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         ));
     }
     let raw = runs_in(&args.out.join(RAW))?;
-    let (mut measured, mut reused) = (0, 0);
+    let (mut measured, mut reused, mut recorded) = (0, 0, Vec::new());
     for person in &people {
         let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();
         let Some(first) = open.first() else {
@@ -88,6 +90,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         let outcome = done();
         bar.finish_and_clear();
         reused += keeper.reused;
+        recorded.append(&mut keeper.files);
         outcome?;
     }
     if reused > 0 {
@@ -97,7 +100,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         ));
     }
     if args.discard_raw {
-        raw.discard()?;
+        say(&discarded(&raw, &recorded)?);
     }
     if args.json {
         return print_json(&json!({
@@ -121,8 +124,27 @@ pub(crate) fn run(args: &Run) -> Outcome {
     ))
 }
 
+/// Discards what this command recorded in the folder `raw`, and says how many recordings that were; those of before stay.
+fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
+    let (removed, left) = raw.discard_these(recorded)?;
+    let removed = counted(removed, "raw recording");
+    Ok(match left {
+        0 => format!("discarded {removed} of this command"),
+        left => format!(
+            "discarded {removed} of this command; {left} of before {} kept in {}",
+            if left == 1 { "is" } else { "are" },
+            raw.path().display()
+        ),
+    })
+}
+
 /// Who is to be measured how, refused before a file is begun where a bench cannot do it.
 fn planned(args: &Run) -> Outcome<Vec<Person>> {
+    if let Some(number) = args.bench.participant() {
+        return Err(usage(anyhow!(
+            "expected a bench without participant, as --participants says who sits at it, found participant={number}; leave it out of --bench"
+        )));
+    }
     let mut people: Vec<Person> = Vec::new();
     for &number in &args.participants.0 {
         let mut bench = bench_of(args, number)?;
@@ -248,15 +270,22 @@ fn measure(
     };
     let config = config(args, filing);
     let done = repeated(bench, &config, &once, keeper, &mut |refused| {
-        say(&format!("{filing}: {refused}"));
+        say(&format!(
+            "{filing}: attempt {} was refused: {}",
+            refused.attempt, refused.refusal
+        ));
     })
-    .map_err(|error| match error {
-        error if error.continues() || matches!(error, ProcedureError::RepeatRefused { .. }) => {
-            Failure::Data(anyhow!(
-                "{filing}: {error}; what was measured before is kept, go on with the same command"
-            ))
+    .map_err(|error| {
+        const GO_ON: &str = "what was measured before is kept, go on with the same command";
+        match error {
+            ProcedureError::RepeatRefused {
+                attempts, refusal, ..
+            } => Failure::Data(anyhow!(
+                "{filing}: refused in {attempts} of {attempts} attempts; the last time {refusal}; {GO_ON}"
+            )),
+            error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
+            other => bench_failure(other),
         }
-        other => bench_failure(other),
     })?;
     let each: Vec<Distortion> = done
         .each

@@ -21,7 +21,7 @@ use crate::cli::ModeName;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome};
 use crate::keeping::{Keeper, Place, Shown};
-use crate::output::say;
+use crate::output::{counted, say};
 
 /// How often a loop corrects unless it is stated.
 const ITERATIONS: u16 = 6;
@@ -58,6 +58,7 @@ pub(super) fn run(
     for doubt in asked.function.about.condition.doubts_when_measured(&here) {
         say(&format!("doubt: {}", text(&doubt)));
     }
+    let runs = asked.runs_at(&bench, &run)?;
     let loop_config = LoopConfig {
         render: asked.config.clone(),
         correct: CorrectConfig::usual(match mode {
@@ -76,7 +77,6 @@ pub(super) fn run(
             came(iteration)
         ));
     };
-    let runs = asked.job.runs.clone();
     let place = runs.map_or(Place::Nowhere, Place::Continued);
     let mut keeper = Keeper::new(place, Shown::Nothing);
     let looped = closed_loop(
@@ -90,8 +90,9 @@ pub(super) fn run(
     .map_err(Error::Bench)?;
     if keeper.reused > 0 {
         say(&format!(
-            "{} measurements were taken from the interrupted command",
-            keeper.reused
+            "{} {} taken from the interrupted command",
+            counted(keeper.reused, "measurement"),
+            if keeper.reused == 1 { "was" } else { "were" }
         ));
     }
     say(&format!(

@@ -2,10 +2,12 @@
 
 mod looped;
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use crate::benches::BenchSpec;
 use anyhow::anyhow;
+use piezotact::checksum::Checksum;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::lineage::{Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
@@ -16,16 +18,16 @@ use piezotact::render::{
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact_bench::ProcedureError;
+use piezotact_bench::{Bench, ProcedureError, RunPlan};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
 use serde_json::{Value, json};
 
-use super::{bench_failure, inspected, outputs, rate_option, recording_files, texture};
+use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, sentence, usage};
-use crate::keeping::{self, Raw, go_on, runs_of};
+use crate::keeping::{self, Purpose, Raw, go_on, runs_of};
 use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
 use crate::report::{self, name};
 use looped::Corrected;
@@ -40,12 +42,18 @@ pub(crate) fn run(args: &Render) -> Outcome {
     let mut done: Vec<Value> = Vec::new();
     let mut failed: Vec<Value> = Vec::new();
     let mut unfinished: Vec<String> = Vec::new();
+    let (mut begun, mut rendered) = (0, 0);
     for job in &jobs {
+        if keeping::interrupted() {
+            break;
+        }
+        begun += 1;
         if several {
             say(&format!("{}:", job.called));
         }
         match job.done(args) {
             Ok(one) => {
+                rendered += 1;
                 if args.json {
                     done.push(one.json(job, args)?);
                 } else {
@@ -74,7 +82,11 @@ pub(crate) fn run(args: &Render) -> Outcome {
                 page.refuse(&job.called, why);
             }
             Err(Failure::Data(error)) if continues(&error) => {
-                return Err(Failure::Data(anyhow!("{}; {CONTINUES}", sentence(&error))));
+                return Err(Failure::Data(anyhow!(
+                    "{}; {}",
+                    sentence(&error),
+                    continued(&jobs)
+                )));
             }
             Err(failure) => return Err(failure),
         }
@@ -90,7 +102,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
         Raw::Kept
     };
     // One that was broken off goes on with them.
-    if unfinished.is_empty() {
+    if unfinished.is_empty() && begun == jobs.len() {
         for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
             keeping::done(runs, raw)?;
         }
@@ -104,13 +116,21 @@ pub(crate) fn run(args: &Render) -> Outcome {
         print(&format!("report: {}", path.display()))?;
     }
     if let ([kept], false) = (unfinished.as_slice(), several) {
-        return Err(Failure::Data(anyhow!("{kept}; {CONTINUES}")));
+        return Err(Failure::Data(anyhow!("{kept}; {}", continued(&jobs))));
+    }
+    if begun < jobs.len() {
+        return Err(Failure::Data(anyhow!(
+            "stopped by hand: {rendered} of {} were rendered; {}",
+            jobs.len(),
+            continued(&jobs)
+        )));
     }
     if !unfinished.is_empty() {
         return Err(Failure::Data(anyhow!(
-            "{} of {} did not come to their end; {CONTINUES}",
+            "{} of {} did not come to their end; {}",
             unfinished.len(),
-            jobs.len()
+            jobs.len(),
+            continued(&jobs)
         )));
     }
     match (failed.len(), jobs.len()) {
@@ -124,8 +144,22 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
 }
 
-/// What is said of a closed loop that did not come to its end.
-const CONTINUES: &str = "the same command continues with what was measured";
+/// What is said of closed loops that did not come to their end: that and where their measurements are kept.
+fn continued(jobs: &[Job<'_>]) -> String {
+    let mut kept = jobs.iter().filter_map(|job| job.runs.as_ref());
+    let kept = kept.find(|runs| runs.is_interrupted());
+    let kept = kept.map(|runs| match jobs.len() {
+        1 => format!(", which is kept in {}", runs.path().display()),
+        _ => format!(
+            ", which is kept in the folders *.runs of {}",
+            folder_of(runs.path()).display()
+        ),
+    });
+    format!(
+        "the same command continues with what was measured{}",
+        kept.unwrap_or_default()
+    )
+}
 
 /// Whether the same command continues with what was measured before this error.
 fn continues(error: &anyhow::Error) -> bool {
@@ -299,15 +333,16 @@ impl Job<'_> {
         let contents = inspected(self.target, &options)?;
         let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
         let config = config_of(args)?;
+        let response = function.response().iter().flat_map(|h| [h.re, h.im]);
         let asked = Asked {
+            target: Checksum::of(texture.samples().iter().copied()),
+            transfer: Checksum::of(response),
+            runs: OnceCell::new(),
             args,
             job: self,
             function: &function,
             config: &config,
         };
-        if let Some(runs) = &self.runs {
-            go_on(runs)?;
-        }
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
             Level::Fit => match asked.at(&texture, 0.0) {
@@ -372,6 +407,8 @@ fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
         config.clipping = Overload::Allow;
+    } else if args.level == Level::Fit {
+        config.steep = Overload::Refuse;
     }
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
@@ -388,6 +425,12 @@ fn config_of(args: &Render) -> Outcome<RenderConfig> {
 
 /// What is asked of one rendering.
 struct Asked<'a> {
+    /// The texture, whatever its level.
+    target: Checksum,
+    /// The transfer function.
+    transfer: Checksum,
+    /// The folder of the runs, once it is known what they are for.
+    runs: OnceCell<RunFolder>,
     args: &'a Render,
     job: &'a Job<'a>,
     function: &'a TransferFunction<Drive, Acceleration>,
@@ -411,6 +454,33 @@ impl From<Failure> for Refused {
 }
 
 impl Asked<'_> {
+    /// The folder of the runs at `bench`: what is there is gone on with once, or put aside.
+    fn runs_at(&self, bench: &Bench, run: &RunPlan) -> Outcome<Option<RunFolder>> {
+        let Some(runs) = &self.job.runs else {
+            return Ok(None);
+        };
+        if let Some(known) = self.runs.get() {
+            return Ok(Some(known.clone()));
+        }
+        let here = bench.acquirer.describe();
+        let settings = [
+            here.seed.map(|seed| format!("seed {seed}")),
+            bench.player.describe().gain.map(|gain| gain.to_string()),
+            here.answers_with.map(|with| with.to_string()),
+        ];
+        let purpose = Purpose {
+            participant: bench.acquirer.condition(run).participant,
+            bench: std::iter::once(here.name)
+                .chain(here.steps)
+                .chain(settings.into_iter().flatten())
+                .collect(),
+            target: self.target,
+            transfer: self.transfer,
+        };
+        let known = go_on(runs, &purpose)?;
+        Ok(Some(self.runs.get_or_init(|| known).clone()))
+    }
+
     /// `texture` rendered at `level_db`.
     fn at(
         &self,
@@ -436,7 +506,7 @@ impl Asked<'_> {
 
     /// Why a target is not rendered, and what would be.
     fn refused(&self, target: &Series<Acceleration>, level_db: f64, error: RenderError) -> Refused {
-        let RenderError::ExceedsFullScale { fits_at, .. } = error else {
+        let Some(fits_at) = error.fits_at() else {
             return match error {
                 RenderError::BandAboveNyquist { .. }
                 | RenderError::NoLine { .. }
@@ -471,6 +541,7 @@ impl Asked<'_> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
             clipping: Overload::Allow,
+            steep: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)

@@ -44,6 +44,7 @@ pub(crate) struct Take {
     /// The file's name.
     pub(crate) name: String,
     pub(crate) recording: Recording,
+    /// Those of the recording and of its name.
     pub(crate) labels: BTreeMap<String, String>,
     pub(crate) segmentation: Segmentation,
     /// Absent until it is analysed, and for a recording without strokes.
@@ -145,9 +146,11 @@ fn take(path: &Path, args: &Takes) -> Outcome<Take> {
     };
     let Naming {
         condition: named,
-        labels,
+        mut labels,
         doubts,
     } = naming;
+    // What the recording says counts before its name.
+    labels.extend(recording.annotations.labels.clone());
     recording.about.doubts.extend(doubts);
     complete(&mut recording.about.condition, named, args)?;
     let (guessed, doubts) = Roles::guess(&recording);

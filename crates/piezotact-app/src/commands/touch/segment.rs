@@ -116,6 +116,7 @@ pub(crate) fn cuts_json(take: &Take) -> Outcome<Value> {
                 "contact_start_s": s(stroke.contact.start),
                 "contact_end_s": s(stroke.contact.end),
                 "cut_by": stroke.cut_by,
+                "criteria": stroke.criteria,
             })
         })
         .collect();

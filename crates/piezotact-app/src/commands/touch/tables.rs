@@ -1,9 +1,13 @@
 //! Tidy tables: one row for each stroke, one column for each variable, units in the names.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::criterion::Criterion;
 use piezotact::feature::{Moments, Receptor, Statistics};
+use piezotact::stroke::StrokeCriterion;
+use serde::Serialize;
 
 use super::Take;
 use crate::failure::{Failure, Outcome};
@@ -20,7 +24,37 @@ fn text_of(rows: &[Vec<String>]) -> Outcome<String> {
     String::from_utf8(bytes).map_err(Failure::from)
 }
 
-/// One row for each stroke and each reject.
+/// The labels that recordings have beside what the columns of a condition say, in the order of their names.
+fn labels(takes: &[Take]) -> BTreeSet<&str> {
+    let names = takes.iter().flat_map(|take| take.labels.keys());
+    let own = |name: &&str| !IN_CONDITION.contains(name);
+    names.map(String::as_str).filter(own).collect()
+}
+
+/// The labels that a condition takes from a name.
+const IN_CONDITION: [&str; 6] = ["sample", "participant", "load", "speed", "angle", "touch"];
+
+/// The cells of a recording's labels, empty where it has none of that name.
+fn label_cells<'a>(
+    take: &'a Take,
+    labels: &'a BTreeSet<&str>,
+) -> impl Iterator<Item = String> + 'a {
+    let cell = |name: &&str| take.labels.get(*name).cloned().unwrap_or_default();
+    labels.iter().map(cell)
+}
+
+fn label_names(labels: &BTreeSet<&str>) -> impl Iterator<Item = String> {
+    labels.iter().map(|name| format!("label_{name}"))
+}
+
+/// A name as documents have it: `steady_part`.
+fn code(what: &impl Serialize) -> Outcome<String> {
+    let text = serde_json::to_value(what)?;
+    Ok(text.as_str().unwrap_or_default().to_owned())
+}
+
+/// One row for each stroke and each reject. Every criterion that was judged has the columns `WHAT_found`, `WHAT_limit` (of
+/// the size, where it is a limit to both sides) and `WHAT_outcome`, empty where it was not judged.
 pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
     let header = [
         "file",
@@ -31,13 +65,37 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
         "contact_end_s",
         "cut_by",
         "reason",
-        "criteria",
     ];
+    let labels = labels(takes);
+    let mut judged: Vec<StrokeCriterion> = Vec::new();
+    for take in takes {
+        let of_strokes = take.segmentation.strokes.iter().flat_map(|s| &s.criteria);
+        let of_rejects = take.segmentation.rejected.iter().flat_map(|r| &r.criteria);
+        for criterion in of_strokes.chain(of_rejects) {
+            if !judged.contains(&criterion.what) {
+                judged.push(criterion.what);
+            }
+        }
+    }
     let mut rows = vec![header.map(str::to_owned).to_vec()];
+    rows[0].extend(label_names(&labels));
+    for what in &judged {
+        let what = code(what)?;
+        rows[0].extend(["found", "limit", "outcome"].map(|of| format!("{what}_{of}")));
+    }
+    let criteria = |row: &mut Vec<String>, of: &[Criterion<StrokeCriterion>]| -> Outcome {
+        for what in &judged {
+            let criterion = of.iter().find(|criterion| criterion.what == *what);
+            row.push(optional(criterion.and_then(|c| c.found)));
+            row.push(optional(criterion.map(|c| c.limit.value())));
+            row.push(criterion.map_or(Ok(String::new()), |c| code(&c.outcome))?);
+        }
+        Ok(())
+    };
     for take in takes {
         let s = |sample: usize| take.recording.rate().duration_of(sample).0.to_string();
         for stroke in &take.segmentation.strokes {
-            rows.push(vec![
+            let mut row = vec![
                 take.name.clone(),
                 "stroke".into(),
                 s(stroke.steady.start),
@@ -46,12 +104,14 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
                 s(stroke.contact.end),
                 format!("{:?}", stroke.cut_by).to_lowercase(),
                 String::new(),
-                String::new(),
-            ]);
+            ];
+            row.extend(label_cells(take, &labels));
+            criteria(&mut row, &stroke.criteria)?;
+            rows.push(row);
         }
         for rejected in &take.segmentation.rejected {
             let (start, end) = (s(rejected.interval.start), s(rejected.interval.end));
-            rows.push(vec![
+            let mut row = vec![
                 take.name.clone(),
                 "rejected".into(),
                 start.clone(),
@@ -60,13 +120,10 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
                 end,
                 String::new(),
                 rejected.reason.to_string(),
-                rejected
-                    .criteria
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect::<Vec<_>>()
-                    .join("; "),
-            ]);
+            ];
+            row.extend(label_cells(take, &labels));
+            criteria(&mut row, &rejected.criteria)?;
+            rows.push(row);
         }
     }
     write_text(path, &text_of(&rows)?)
@@ -74,7 +131,9 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
 
 /// One row for each stroke with all its features; an empty cell for what was not measured.
 pub(crate) fn write_strokes(path: &Path, takes: &[Take]) -> Outcome {
+    let labels = labels(takes);
     let mut rows = vec![header()];
+    rows[0].extend(label_names(&labels));
     for take in takes {
         let Some(analysis) = &take.analysis else {
             continue;
@@ -109,6 +168,7 @@ pub(crate) fn write_strokes(path: &Path, takes: &[Take]) -> Outcome {
             row.extend(moments(stroke.speed_m_s));
             row.push(optional(stroke.pacinian_power));
             row.push(optional(stroke.detection_power));
+            row.extend(label_cells(take, &labels));
             rows.push(row);
         }
     }

@@ -9,7 +9,7 @@ use anyhow::anyhow;
 use piezotact_twin::{PARAMETERS, TwinParameters};
 
 use crate::cli::twin::{Parameters, Twin, TwinCommand};
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Failure, Outcome};
 use crate::output::print;
 
 pub(crate) fn run(args: &Twin) -> Outcome {
@@ -33,21 +33,6 @@ pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
     })?;
     TwinParameters::changed_by(&text).map_err(|error| {
         Failure::Data(anyhow::Error::new(error).context(file.display().to_string()))
-    })
-}
-
-/// The ending of an output's name, in small letters, which is one of `known`.
-fn has_ending<'a>(path: &Path, known: &[&'a str]) -> Outcome<&'a str> {
-    let found = path.extension().map(|end| end.to_ascii_lowercase());
-    let ending = known
-        .iter()
-        .find(|known| found.as_deref() == Some((*known).as_ref()));
-    ending.copied().ok_or_else(|| {
-        usage(anyhow!(
-            "{}: expected a name that ends in .{}, found another; say what to write by it",
-            path.display(),
-            known.join(" or .")
-        ))
     })
 }
 

@@ -18,10 +18,9 @@ use piezotact_twin::{
 };
 use serde_json::json;
 
-use super::has_ending;
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
-use crate::commands::{bench_failure, outputs, recording_files};
+use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{say_moved, stopped_by_interrupt};
 use crate::output::{print, print_json};
@@ -72,6 +71,11 @@ pub(crate) fn run(args: &Record) -> Outcome {
         journal(acquirer.as_mut(), &run, &args.out, &stop)?
     };
     let duration = start.rate_hz.duration_of(samples);
+    if stop.is_stopped() && samples == 0 {
+        return Err(
+            anyhow!("stopped by hand: nothing was acquired, and no file was written").into(),
+        );
+    }
     if stop.is_stopped() {
         return Err(anyhow!(
             "stopped by hand after {duration:.2}; what was recorded is kept in {}",
@@ -233,6 +237,9 @@ fn sound(
     };
     let (start, _) = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
     let mut vibration = sink.samples;
+    if vibration.is_empty() && stop.is_stopped() {
+        return Ok((start, 0));
+    }
     let loudest = peak(&vibration).max(f64::MIN_POSITIVE);
     for sample in &mut vibration {
         *sample /= loudest;

@@ -6,9 +6,9 @@ use piezotact_dataset::write_sur;
 use piezotact_twin::{Patch, SurfaceError};
 use serde_json::json;
 
-use super::{has_ending, twin_parameters};
+use super::twin_parameters;
 use crate::cli::twin::Surface;
-use crate::commands::outputs;
+use crate::commands::{has_ending, outputs};
 use crate::failure::{Outcome, usage};
 use crate::output::{digits, print, print_json};
 

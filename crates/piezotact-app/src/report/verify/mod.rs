@@ -142,7 +142,7 @@ fn criteria(v: &Verification) -> Markup {
                     }
                 }
             }
-            p.soft { "The verdict follows from these: a criterion that is not met makes it “not passed”, one that is not decided “not decided”; where only part of the target could be judged it is “passed in part”. Errors and levels are those of the vibration: the sensor's noise, as it is before and after the texture, and what estimates of this length scatter by are taken away." }
+            p.soft { "The verdict follows from these: a criterion that is not met makes it “not passed”, one that is not decided “not decided”; where only part of the target could be judged it is “passed in part”. Errors and levels are those of the vibration: the sensor's noise, as it is before and after the texture, and what estimates of this length scatter by are taken away. They are of " (v.judged_band()) "; the numbers above are of all of " (v.band_hz) " as measured, with both, and are not the same." }
         }
     }
 }

@@ -7,7 +7,7 @@ use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds
 use piezotact::recording::Recording;
 use piezotact::recording::RecordingDoubt;
 use piezotact::resample::resample_over;
-use piezotact::run::RunDoubt;
+use piezotact::run::{RunDoubt, RunStart, Sink, SinkError};
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
@@ -94,6 +94,53 @@ pub(super) struct Listener<'a> {
     pub(super) noise: Option<Spectrum<Acceleration>>,
 }
 
+/// Whether attempts may be runs that an interrupted command completed. Where none of them can be believed, all attempts are
+/// measured again: else the loop would end at them for ever.
+#[derive(Debug, Default, PartialEq)]
+enum Before {
+    /// They may be; none was yet.
+    #[default]
+    Welcome,
+    /// They may be, and one was.
+    Taken,
+    /// They are measured.
+    Refused,
+}
+
+impl Before {
+    /// Whether one was taken, and all are measured now.
+    fn measures_again(&mut self) -> bool {
+        let taken = *self == Self::Taken;
+        if taken {
+            *self = Self::Refused;
+        }
+        taken
+    }
+}
+
+/// Keeps the attempts at one measurement.
+struct Attempts<'a> {
+    keeper: &'a mut dyn RunKeeper,
+    before: &'a mut Before,
+}
+
+impl RunKeeper for Attempts<'_> {
+    fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {
+        if *self.before == Before::Refused {
+            return Ok(None);
+        }
+        let found = self.keeper.completed(start)?;
+        if found.is_some() {
+            *self.before = Before::Taken;
+        }
+        Ok(found)
+    }
+
+    fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
+        self.keeper.sink(start)
+    }
+}
+
 /// `response` at `rate`, with all of the band that is corrected unchanged.
 pub(super) fn brought_to(
     response: &Series<Acceleration>,
@@ -121,10 +168,15 @@ impl Listener<'_> {
         &mut self,
         drive: &Series<Drive>,
         label: &str,
+        before: &mut Before,
     ) -> Result<(Recording, Series<Acceleration>), ProcedureError> {
         let run = self.run(label);
         let setup = self.setup.as_ref();
-        let recording = play_and_record(self.bench, drive, setup, &run, self.keeper, None)?;
+        let mut keeper = Attempts {
+            keeper: self.keeper,
+            before,
+        };
+        let recording = play_and_record(self.bench, drive, setup, &run, &mut keeper, None)?;
         let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
         Ok((recording, response))
     }
@@ -143,13 +195,14 @@ impl Listener<'_> {
     ) -> Result<&Spectrum<Acceleration>, ProcedureError> {
         let rate = self.bench.player.describe().rate;
         let silence = Series::<Drive>::new(vec![0.0; rate.samples_in(Seconds(SILENCE_S))], rate)?;
-        let mut attempt = 1;
+        let (mut attempt, mut before) = (1, Before::default());
         let response = loop {
-            let (recording, response) =
-                self.play(&silence, &format!("silence, attempt {attempt}"))?;
+            let label = format!("silence, attempt {attempt}");
+            let (recording, response) = self.play(&silence, &label, &mut before)?;
             let clipping = clipping(&response, None, None);
             match self.undisturbed(&recording, &clipping) {
                 Ok(()) => break self.at_rate(&response)?,
+                Err(_of_before) if attempt >= ATTEMPTS && before.measures_again() => attempt = 1,
                 Err(why) if attempt >= ATTEMPTS => {
                     return Err(ProcedureError::Broken(format!(
                         "while the noise was listened to, {why}"
@@ -166,9 +219,10 @@ impl Listener<'_> {
 
     /// Plays `drive`, and again where what came of it cannot be believed.
     pub(super) fn feel(&mut self, drive: &Series<Drive>, label: &str) -> Result<Felt, Broken> {
-        let mut attempt = 1;
+        let (mut attempt, mut before) = (1, Before::default());
         loop {
-            let (recording, response) = self.play(drive, &format!("{label}, attempt {attempt}"))?;
+            let label = format!("{label}, attempt {attempt}");
+            let (recording, response) = self.play(drive, &label, &mut before)?;
             let felt = Felt {
                 clipping: clipping(&response, None, None),
                 response: self.at_rate(&response)?,
@@ -176,6 +230,7 @@ impl Listener<'_> {
             };
             match self.believable(&felt) {
                 Ok(()) => return Ok(felt),
+                Err(_of_before) if attempt >= ATTEMPTS && before.measures_again() => attempt = 1,
                 Err(why) if attempt >= ATTEMPTS => return Err(Broken::Unbelievable(why)),
                 Err(_again) => attempt += 1,
             }

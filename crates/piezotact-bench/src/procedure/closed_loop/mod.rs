@@ -527,6 +527,7 @@ fn opened(
 ) -> Result<RenderedDrive, RenderError> {
     let mut open = config.render.clone();
     open.clipping = Overload::Allow;
+    open.steep = Overload::Allow;
     if open.inverse.inverse == Inverse::DriveLimited {
         open.inverse.inverse = Inverse::Constant;
     }
@@ -543,6 +544,14 @@ fn opened(
 
 /// Why a drive that does not fit is not played, with the level at which it does.
 fn refused(correction: &mut Correction<Acceleration>, setup: Option<&DriveSetup>) -> RenderError {
+    let loud = correction.asked() > setup.map_or(1.0, DriveSetup::drive_limit);
+    if let (false, Some(setup), Some(steep)) = (loud, setup, correction.too_steep()) {
+        return RenderError::ExceedsSlew {
+            asked_v_per_s: steep * setup.actuator_v_per_full_scale(),
+            limit_v_per_s: setup.slew_limit_v_per_s(),
+            fits_at: correction.fits_at(),
+        };
+    }
     RenderError::ExceedsFullScale {
         peak: correction.asked(),
         limit: setup.map_or(1.0, DriveSetup::drive_limit),

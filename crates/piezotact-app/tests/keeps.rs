@@ -1,0 +1,262 @@
+//! What a command keeps of the commands before it, as a black box.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+mod support;
+
+use std::process::{Child, Stdio};
+
+use support::{Done, Folder, noise, wav};
+
+/// A folder with a drive, two textures of 5 s and the script of a fake without faults.
+fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.write("good.toml", "seed = 1\n");
+    folder.write("texture.wav", wav(noise(25_000), 5_000));
+    folder.write("rough.wav", wav(noise(25_000).map(|v| 0.7 * v), 5_000));
+    folder.write("drive.wav", wav(noise(48_000).map(|v| 0.5 * v), 48_000));
+    folder
+}
+
+fn run(folder: &Folder, line: &str) -> Done {
+    let words: Vec<&str> = line.split(' ').collect();
+    folder.run(&words)
+}
+
+/// The recordings in a folder of runs.
+fn recordings(folder: &Folder, name: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(folder.path(name)).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.contains(".parquet")).collect();
+    names.sort();
+    names
+}
+
+/// A panel whose raw recordings were kept keeps them when it goes on with `--discard-raw`.
+#[test]
+fn only_the_raw_recordings_of_the_command_are_discarded() {
+    let folder = prepared();
+    let panel = "panel run --bench fake:good.toml --participants 1 --angles 20 --seconds 4 --repeats 1 --out p";
+    run(&folder, &format!("{panel} --loads 0.2")).expect_success();
+    let kept = recordings(&folder, "p/raw");
+    assert_eq!(kept.len(), 1);
+    let more = run(
+        &folder,
+        &format!("{panel} --loads 0.2,0.4,0.6 --discard-raw"),
+    );
+    more.expect_success();
+    assert_eq!(recordings(&folder, "p/raw"), kept);
+    let said = "discarded 2 raw recordings of this command; 1 of before is kept in p/raw";
+    assert!(more.err().contains(said), "{}", more.err());
+    let alone = run(
+        &folder,
+        &format!("{panel} --loads 0.2 --discard-raw").replace("--out p", "--out q"),
+    );
+    alone.expect_success();
+    assert!(
+        alone
+            .err()
+            .contains("discarded 1 raw recording of this command\n"),
+        "{}",
+        alone.err()
+    );
+    assert!(!folder.path("q/raw").exists());
+}
+
+/// A device that delivers nothing behind `at_s` of every run, and is waited for for a day.
+fn silent_from(at_s: f64) -> String {
+    format!("longest_pause_s = 86400\nfault = {{ what = \"delivers_nothing\", at_s = {at_s} }}\n")
+}
+
+const CHARACTERISE: &str = "characterise --bench fake:good.toml --seconds 4";
+const RENDER: &str = "--transfer tf.json --scale 2m/s2 --mode texture --iterations 1";
+
+/// Starts the command, and interrupts it (Ctrl-C) once the folder `runs` holds the journal of a run whose name has `part` in it.
+#[cfg(unix)]
+fn interrupted(folder: &Folder, line: &str, runs: &str, part: &str) -> (Option<i32>, String) {
+    let words: Vec<&str> = line.split(' ').collect();
+    let mut command = folder.command(&words);
+    let child: Child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let begun = || {
+        let entries = std::fs::read_dir(folder.path(runs)).into_iter().flatten();
+        let mut names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.any(|name| name.contains(part) && name.ends_with(".part"))
+    };
+    while !begun() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status();
+    assert!(sent.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), said)
+}
+
+/// Ctrl-C in the second measurement of the first of two textures: the other is not begun, nothing is done, and the same command
+/// continues with what was measured.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_batch_of_closed_loops() {
+    let folder = prepared();
+    run(&folder, &format!("{CHARACTERISE} --out tf.json")).expect_success();
+    folder.write("bench.toml", silent_from(4.5));
+    let batch = format!("render texture.wav rough.wav {RENDER} --bench fake:bench.toml --out all");
+    let (code, said) = interrupted(&folder, &batch, "all/texture.wav.runs", "iteration");
+    assert_eq!(code, Some(1), "{said}");
+    let first = "`render texture, iteration 0, first, attempt 1`";
+    assert_eq!(said.matches(first).count(), 1, "{said}");
+    assert!(
+        !said.contains("rough:") && !said.contains("after 0.00 s"),
+        "{said}"
+    );
+    let last = said.lines().last().unwrap();
+    let expected = "piezotact: stopped by hand: 0 of 2 were rendered; the same command continues with what was measured, which is kept in the folders *.runs of all";
+    assert_eq!(last, expected);
+    assert!(!folder.path("all/texture.wav.runs/done").exists());
+    assert!(!folder.path("all/rough.wav.runs").exists());
+    assert!(!folder.path("all/texture.wav").exists());
+    folder.write("bench.toml", "seed = 1\n");
+    let again = run(&folder, &batch);
+    again.expect_success();
+    assert!(
+        again
+            .err()
+            .contains("1 measurement was taken from the interrupted command"),
+        "{}",
+        again.err()
+    );
+    assert!(folder.path("all/texture.wav.runs/done").exists());
+}
+
+/// A closed loop whose runs lost samples measures them again, once the device loses none.
+#[test]
+fn what_cannot_be_believed_is_measured_again() {
+    let folder = prepared();
+    run(&folder, &format!("{CHARACTERISE} --out tf.json")).expect_success();
+    let looped = format!("render texture.wav {RENDER} --bench fake:bench.toml --out d.wav");
+    folder.write("bench.toml", "drop_outs = [{ at_s = 1, samples = 500 }]\n");
+    let lost = "the device lost 500 samples at 1 place, 100.0 ms at the longest";
+    run(&folder, &looped).expect_failure(1, &[lost]);
+    run(&folder, &looped).expect_failure(1, &[lost]);
+    folder.write("bench.toml", "seed = 1\n");
+    run(&folder, &looped).expect_success();
+}
+
+/// A closed loop that is interrupted names its folder; another person begins anew, and one that came to its end says where its
+/// recordings are.
+#[cfg(unix)]
+#[test]
+fn a_closed_loop_goes_on_for_the_same_finger_alone() {
+    let folder = prepared();
+    run(&folder, &format!("{CHARACTERISE} --out tf.json")).expect_success();
+    folder.write("bench.toml", silent_from(4.5));
+    let looped = format!("render texture.wav {RENDER} --bench fake:bench.toml --out d.wav");
+    let (code, said) = interrupted(&folder, &looped, "d.wav.runs", "iteration");
+    assert_eq!(code, Some(1), "{said}");
+    let last = said.lines().last().unwrap();
+    assert!(last.starts_with("piezotact: stopped by hand "), "{said}");
+    let kept = "; the same command continues with what was measured, which is kept in d.wav.runs";
+    assert!(last.ends_with(kept), "{said}");
+    folder.write("bench.toml", "seed = 1\n");
+    let other = looped.replace("bench.toml", "bench.toml,participant=2");
+    let done = run(&folder, &other);
+    done.expect_success();
+    let anew = "d.wav.runs: the interrupted closed loop was for F01, now F02; its recordings are kept in d.wav.runs.before-1, and all is measured anew";
+    assert!(done.err().contains(anew), "{}", done.err());
+    assert!(
+        !done.err().contains("interrupted command"),
+        "{}",
+        done.err()
+    );
+    let people = |runs: &str, who: &str| {
+        recordings(&folder, runs)
+            .iter()
+            .all(|name| name.starts_with(who))
+    };
+    assert!(people("d.wav.runs", "F02") && people("d.wav.runs.before-1", "F01"));
+    let again = run(&folder, &other);
+    again.expect_success();
+    let ended = "d.wav.runs: a closed loop came to its end there before; its recordings are kept in d.wav.runs.before-2, and all is measured anew";
+    assert!(again.err().contains(ended), "{}", again.err());
+}
+
+/// Where nothing was acquired, no file is left.
+#[test]
+fn nothing_acquired_leaves_no_file() {
+    let folder = prepared();
+    folder.write("dead.toml", "input_full_after_s = 0\n");
+    folder.write("late.toml", "input_full_after_s = 0.5\n");
+    let nothing = "the input of the scripted fake ran full after 0.00 s";
+    let left = "nothing was acquired, and no file was written";
+    for line in [
+        "play drive.wav --bench fake:dead.toml --record m.parquet",
+        "characterise --bench fake:dead.toml --seconds 4 --out tf.json --record m.parquet",
+        "characterise --bench fake:dead.toml --seconds 4 --out tf.json",
+    ] {
+        let before = folder.names();
+        run(&folder, line).expect_failure(1, &[nothing, left]);
+        assert_eq!(folder.names(), before, "{line}");
+        let late = run(&folder, &line.replace("dead", "late"));
+        late.expect_failure(
+            1,
+            &["ran full after 0.50 s", "what was acquired is kept in "],
+        );
+        let said = late.err();
+        let kept = said.trim_end().rsplit(' ').next().unwrap();
+        run(&folder, &format!("info {kept}")).expect_success();
+        std::fs::remove_file(folder.path(kept)).unwrap();
+    }
+}
+
+/// The transfer function of another person or seed is not replaced.
+#[test]
+fn a_transfer_function_of_another_is_kept() {
+    let folder = prepared();
+    folder.write("other.toml", "seed = 2\n");
+    let line = format!("{CHARACTERISE} --out tf.json");
+    run(&folder, &line).expect_success();
+    let again = run(&folder, &line);
+    again.expect_success();
+    assert!(!folder.path("tf.json.before-1").exists());
+    let first = std::fs::read(folder.path("tf.json")).unwrap();
+    for (number, bench) in [(1, "good.toml,participant=2"), (2, "other.toml")] {
+        let done = run(&folder, &line.replace("good.toml", bench));
+        done.expect_success();
+        let kept = format!("tf.json.before-{number}");
+        let said = format!(
+            "tf.json: what was there is of another person, condition or seed, and kept as {kept}"
+        );
+        assert!(done.err().contains(&said), "{}", done.err());
+        assert!(number == 2 || std::fs::read(folder.path(&kept)).unwrap() == first);
+    }
+}
+
+/// What cannot be meant is said before anything is measured.
+#[test]
+fn endings_and_people_are_checked() {
+    let folder = prepared();
+    let parquet = ".csv: expected a name that ends in .parquet";
+    run(
+        &folder,
+        "play drive.wav --bench fake:good.toml --record r.csv",
+    )
+    .expect_failure(2, &[parquet]);
+    run(
+        &folder,
+        &format!("{CHARACTERISE} --out tf.json --record r.csv"),
+    )
+    .expect_failure(2, &[parquet]);
+    let panel = "panel run --participants 1..2 --out p --seconds 4 --bench ";
+    for bench in ["twin:participant=2", "fake:good.toml,participant=2"] {
+        run(&folder, &format!("{panel}{bench}")).expect_failure(
+            2,
+            &[
+                "expected a bench without participant",
+                "found participant=2; leave it out of --bench",
+            ],
+        );
+    }
+    assert!(!folder.path("p").exists() && !folder.path("tf.json").exists());
+}

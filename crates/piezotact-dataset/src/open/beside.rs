@@ -1,0 +1,167 @@
+//! What a sidecar adds to the samples of the file that it lies beside.
+
+use std::path::{Path, PathBuf};
+
+use piezotact::Doubt;
+use piezotact::recording::{Provenance, RecordingDoubt};
+
+use super::{FileKind, ReadOptions};
+use crate::csv_table::Column;
+use crate::error::ReadError;
+use crate::recording_file::Stored;
+use crate::sidecar::{OfSamples, Sidecar, measure_or_unit, read_with_samples, sidecar_path};
+
+/// A sidecar and where it stands.
+pub(super) struct Beside {
+    place: PathBuf,
+    pub(super) sidecar: Sidecar,
+    pub(super) of_samples: OfSamples,
+    doubts: Vec<Doubt>,
+}
+
+/// The doubt that a sidecar lies beside the file at `path`, whose `kind` takes none.
+pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Doubt> {
+    let takes_one = [FileKind::WAV, super::npy::NPY.kind].contains(&kind);
+    let place = sidecar_path(path);
+    (!takes_one && place.is_file()).then(|| {
+        Doubt::from(RecordingDoubt::SidecarNotRead {
+            file: place.display().to_string(),
+            format: kind.to_string(),
+        })
+    })
+}
+
+impl Beside {
+    /// The sidecar of the file at `path`, if there is one.
+    pub(super) fn read(path: &Path) -> Result<Option<Self>, ReadError> {
+        Ok(read_with_samples(path)?.map(|read| Self {
+            place: sidecar_path(path),
+            sidecar: read.sidecar,
+            of_samples: read.of_samples,
+            doubts: read.doubts,
+        }))
+    }
+
+    /// An empty one.
+    pub(super) fn none(path: &Path) -> Self {
+        Self {
+            place: sidecar_path(path),
+            sidecar: Sidecar::default(),
+            of_samples: OfSamples::default(),
+            doubts: Vec::new(),
+        }
+    }
+
+    /// Takes the sidecar's scale where none is stated; a doubt where both are and differ.
+    pub(super) fn scale(&self, options: &mut ReadOptions, doubts: &mut Vec<Doubt>) {
+        match (&options.scale, &self.sidecar.full_scale) {
+            (Some(used), Some(ignored)) if used != ignored => {
+                doubts.push(Doubt::from(RecordingDoubt::ScaleOverridden {
+                    used: used.to_string(),
+                    ignored: ignored.to_string(),
+                }));
+            }
+            (None, Some(own)) => options.scale = Some(own.clone()),
+            _ => {}
+        }
+    }
+
+    /// Gives the columns of a table the sidecar's names and units.
+    pub(super) fn name_columns(&self, columns: &mut [Column]) -> Result<(), ReadError> {
+        if let Some(names) = &self.of_samples.channels {
+            if names.len() != columns.len() {
+                return Err(self.other_count(columns.len(), names.len()));
+            }
+            for (column, name) in columns.iter_mut().zip(names) {
+                column.name.clone_from(name);
+            }
+        }
+        self.names_fit(columns.iter().map(|column| column.name.as_str()))?;
+        for column in columns {
+            let Some(text) = self.of_samples.units.get(&column.name) else {
+                continue;
+            };
+            let (unit, factor) = measure_or_unit(text);
+            if let Some(own) = &column.unit
+                && measure_or_unit(own) != (unit.clone(), factor)
+            {
+                return Err(ReadError::content(
+                    &self.place,
+                    format!("the unit of `{}` as the file says it, {own}", column.name),
+                    text,
+                    "correct the one that is wrong",
+                ));
+            }
+            if column.unit.is_none() {
+                for value in &mut column.values {
+                    *value *= factor;
+                }
+                column.unit = Some(unit.symbol().to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// That `units` names channels of the file alone.
+    pub(super) fn names_fit<'a>(
+        &self,
+        names: impl Iterator<Item = &'a str>,
+    ) -> Result<(), ReadError> {
+        let names: Vec<&str> = names.collect();
+        let mut others = self.of_samples.units.keys();
+        match others.find(|name| !names.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(other) => Err(ReadError::content(
+                &self.place,
+                format!(
+                    "`units` of channels that the file has ({})",
+                    names.join(", ")
+                ),
+                format!("`{other}`"),
+                "correct the name, or remove it",
+            )),
+        }
+    }
+
+    /// That there are as many names as channels is refused where it does not hold.
+    pub(super) fn other_count(&self, expected: usize, found: usize) -> ReadError {
+        ReadError::content(
+            &self.place,
+            format!("{expected} name(s) in `channels`, as many as the file has channels"),
+            format!("{found}"),
+            "correct `channels`, or remove it",
+        )
+    }
+
+    /// Adds condition, labels, events, how a drive was made, and doubts to what was read of the file.
+    pub(super) fn describe(self, stored: &mut Stored) {
+        let recording = &mut stored.recording;
+        let length_s = recording.duration().0;
+        let about = self.sidecar.about;
+        recording.about.condition = about.condition;
+        if about.provenance != Provenance::default() {
+            recording.about.provenance = about.provenance;
+        }
+        recording.annotations = self.sidecar.annotations;
+        let own = std::mem::take(&mut recording.about.doubts);
+        let outside = recording
+            .annotations
+            .outside(piezotact::quantity::Seconds(length_s));
+        let outside = outside.first().map(|first| {
+            Doubt::from(RecordingDoubt::EventsOutside {
+                count: outside.len(),
+                onset_s: first.onset_s.0,
+                lasts_s: first.duration_s.0,
+                length_s,
+            })
+        });
+        recording.about.doubts = about.doubts;
+        for doubt in own.into_iter().chain(self.doubts).chain(outside) {
+            // What the sidecar says already is not said again.
+            if !recording.about.doubts.contains(&doubt) {
+                recording.about.doubts.push(doubt);
+            }
+        }
+        stored.rendering = self.sidecar.rendering;
+    }
+}
