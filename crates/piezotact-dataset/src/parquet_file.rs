@@ -10,7 +10,7 @@ use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type a
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{ColumnChunkMetaData, KeyValue};
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
@@ -203,6 +203,10 @@ impl Reader {
         let mut all = vec![Vec::new(); self.descriptors().len()];
         for group in 0..self.inner.num_row_groups() {
             let group = self.inner.get_row_group(group)?;
+            if !group.metadata().columns().iter().all(has_a_place) {
+                let text = "a column that begins before the file does";
+                return Err(ParquetError::General(text.into()).into());
+            }
             for (k, numbers) in all.iter_mut().enumerate() {
                 let descriptor = &self.descriptors()[k];
                 let gaps = match group.get_column_reader(k)? {
@@ -227,6 +231,14 @@ impl Reader {
         }
         Ok(all)
     }
+}
+
+/// Whether the place of a column in its file is one: the library panics on negative ones.
+fn has_a_place(column: &ColumnChunkMetaData) -> bool {
+    let first = column
+        .dictionary_page_offset()
+        .unwrap_or(column.data_page_offset());
+    first >= 0 && column.data_page_offset() >= 0 && column.compressed_size() >= 0
 }
 
 /// Appends the numbers of a column; how many rows have none.
@@ -294,8 +306,76 @@ fn what_is_in(column: &ColumnDescriptor) -> String {
         return "lists or groups".into();
     }
     match (column.logical_type_ref(), column.converted_type()) {
-        (Some(logical), _) => format!("{logical:?}"),
+        (Some(logical), _) => {
+            let word = format!("{logical:?}");
+            let end = word.find('(').unwrap_or(word.len());
+            word[..end].to_lowercase()
+        }
         (None, ConvertedType::NONE) => column.physical_type().to_string(),
         (None, converted) => converted.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+
+    fn file_of(columns: Columns, chunks: &[Vec<Vec<f64>>]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let texts = [("key", "text".to_owned())];
+        let mut writer = Writer::new(&mut bytes, ["a", "b"].into_iter(), columns, texts).unwrap();
+        for chunk in chunks {
+            writer.append(chunk.clone()).unwrap();
+        }
+        writer.finish().unwrap();
+        bytes
+    }
+
+    fn read(bytes: &[u8], columns: Columns) -> Result<Vec<Vec<f64>>, ColumnsError> {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(bytes).unwrap();
+        Reader::new(file)?.numbers(columns)
+    }
+
+    #[test]
+    fn columns_come_back_also_where_they_differ_in_length() {
+        let wave: Vec<f64> = (0..3000).map(|i| (f64::from(i) * 0.1).sin()).collect();
+        let whole = file_of(
+            Columns::Whole,
+            &[
+                vec![wave.clone(), wave.clone()],
+                vec![vec![1.0], vec![-0.0]],
+            ],
+        );
+        let back = read(&whole, Columns::Whole).ok().unwrap();
+        assert_eq!(back[0][..3000], wave);
+        assert_eq!(
+            (back[0][3000], back[1][3000].to_bits()),
+            (1.0, (-0.0_f64).to_bits())
+        );
+        let filled = file_of(Columns::FilledUp, &[vec![wave.clone(), vec![2.0; 7]]]);
+        let back = read(&filled, Columns::FilledUp).ok().unwrap();
+        assert_eq!((back[0].len(), back[1].as_slice()), (3000, &[2.0; 7][..]));
+        let gaps = read(&filled, Columns::Whole);
+        assert!(matches!(gaps, Err(ColumnsError::Gaps(name)) if name == "b"));
+    }
+
+    /// The library panics on some damaged metadata: each such place is looked at first.
+    #[test]
+    fn damage_never_panics() {
+        let wave: Vec<f64> = (0..500).map(|i| (f64::from(i) * 0.1).sin()).collect();
+        let whole = file_of(Columns::Whole, &[vec![wave.clone(), wave]]);
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        for _ in 0..1500 {
+            let mut bytes = whole.clone();
+            for _ in 0..1 + random.next_u32() % 4 {
+                let at = random.next_u32() as usize % bytes.len();
+                let values = [0x00, 0x7F, 0xFF, bytes[at] ^ (1 << (random.next_u32() % 8))];
+                bytes[at] = values[random.next_u32() as usize % 4];
+            }
+            let _either = read(&bytes, Columns::Whole);
+        }
     }
 }
