@@ -1,6 +1,6 @@
-//! Tables of FlatBuffers, read with every offset checked: what Arrow's metadata is made of.
+//! Tables of `FlatBuffers`, read with every offset checked: what Arrow's metadata is made of.
 //!
-//! Source: FlatBuffers, *Internals*; the tables of Apache Arrow in `Schema.fbs` and `Message.fbs`.
+//! Source: `FlatBuffers`, *Internals*; the tables of Apache Arrow in `Schema.fbs` and `Message.fbs`.
 
 /// A table.
 #[derive(Clone, Copy)]

@@ -1,12 +1,10 @@
-//! Transfer functions of known plants under seeded noise: do the confidence intervals hold the truth, and is what was
-//! measured badly named?
+//! Transfer functions of known plants under seeded noise: confidence intervals and doubts.
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
-use piezotact::transfer::TransferDoubt;
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -16,8 +14,8 @@ use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, Sam
 use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
 use piezotact::transfer::{
-    Blocks, CrossPlan, CrossSpectra, Estimator, TransferFunction, best_linear, estimate,
-    estimate_sweeps, farthest_apart_db, pooled,
+    Blocks, CrossPlan, CrossSpectra, Estimator, TransferDoubt, TransferFunction, best_linear,
+    estimate, estimate_sweeps, farthest_apart_db, pooled,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -503,8 +501,7 @@ fn repeats_under_one_drive_pool_as_one() {
     assert!(pooled::<Drive, Acceleration>(&[]).is_err());
 }
 
-/// What a device with a quadratic distortion answers to periods of `drive`, without noise: the drive through PLANT, and a
-/// quarter of its own square, also through PLANT.
+/// The response of a quadratic distortion to periods of `drive`, without noise: PLANT on it and on a share of its square.
 fn distorting(drive: &[f64], share: f64) -> Vec<f64> {
     let bent: Vec<f64> = drive.iter().map(|x| x + share * x * x).collect();
     filtered(&PLANT, &bent)
@@ -622,8 +619,7 @@ fn multisines_tell_noise_from_distortion() {
     }
 }
 
-/// The square does not touch the odd lines: the best linear approximation is the plant's own response, and its confidence
-/// limits hold it.
+/// The square does not touch the odd lines: the best linear approximation is the plant's response, within its limits.
 #[test]
 fn the_best_linear_approximation_is_the_plant() {
     let (drive, response) = multisines(0.2, 0.1);
