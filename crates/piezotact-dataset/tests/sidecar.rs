@@ -243,6 +243,21 @@ fn channels_have_units_of_their_own() {
     );
 }
 
+/// A factor that is none is refused, and not taken for the name of a unit.
+#[test]
+fn a_unit_with_an_impossible_value_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    write_wav(&path, &[&[0.5; 50]], 5_000, SampleFormat::Float32).unwrap();
+    for unit in ["-2 N", "0 N", "1e400 N", "nan N"] {
+        let text = format!(r#"{{"channels": ["fz"], "units": {{"fz": "{unit}"}}}}"#);
+        std::fs::write(sidecar_path(&path), text).unwrap();
+        let said = read_recording(&path, &ReadOptions::default()).unwrap_err();
+        let said = said.to_string();
+        assert!(said.contains("above zero") && said.contains(unit), "{said}");
+    }
+}
+
 /// The sidecar that the README shows is read whole.
 #[test]
 fn the_sidecar_of_the_readme_is_read() {

@@ -8,10 +8,9 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::clipping::clipping;
 use piezotact::doubt::Doubts;
-use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Seconds, Unit};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::run::RunDoubt;
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::verify::{
@@ -315,13 +314,8 @@ fn judge(
     let verification = verify::verify(&wanted, compared, &config);
     let verification = verification.map_err(|error| refused(path, error))?;
     let mut verification = with_felt_difference(verification);
-    let lost = |doubt: &Doubt| match doubt.kind() {
-        Some(RunDoubt::SamplesLost { longest_s, .. }) => Some(Seconds(longest_s)),
-        _ => None,
-    };
-    if let Some(longest) = measured.recording.about.doubts.iter().find_map(lost) {
-        verification = verification.with_samples_lost(longest);
-    }
+    let known = &measured.recording.about.doubts;
+    verification = verification.with_known_losses(known, &asked.target.about.doubts);
     // What clipped is said by the verification, with what was measured of it.
     doubts.retain(|doubt| match doubt.kind() {
         Some(ClippingDoubt::Clipped { .. }) => {

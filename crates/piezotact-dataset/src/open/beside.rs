@@ -108,6 +108,18 @@ impl Beside {
         names: impl Iterator<Item = &'a str>,
     ) -> Result<(), ReadError> {
         let names: Vec<&str> = names.collect();
+        for (name, text) in &self.of_samples.units {
+            let number = text.split_whitespace().next();
+            let number = number.and_then(|word| word.parse::<f64>().ok());
+            if number.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
+                return Err(ReadError::content(
+                    &self.place,
+                    format!("a unit such as \"N\", or a value above zero with one, for `{name}`"),
+                    format!("`{text}`"),
+                    "correct the entry in `units`",
+                ));
+            }
+        }
         let mut others = self.of_samples.units.keys();
         match others.find(|name| !names.contains(&name.as_str())) {
             None => Ok(()),

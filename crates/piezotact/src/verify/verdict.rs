@@ -8,8 +8,26 @@ use serde::{Deserialize, Serialize};
 use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::doubt::Doubt;
+use crate::integrity::SignalDoubt;
 use crate::lineage::Mode;
 use crate::quantity::{Decibels, Seconds};
+use crate::run::RunDoubt;
+
+/// The longest stretch that doubts about a recording say is lost: samples that a device reported, or falls of a channel to its floor.
+fn longest_loss(doubts: &[Doubt]) -> Option<Seconds> {
+    let lost = doubts.iter().filter_map(|doubt| {
+        let reported = match doubt.kind() {
+            Some(RunDoubt::SamplesLost { longest_s, .. }) => Some(longest_s),
+            _ => None,
+        };
+        let seen = match doubt.kind() {
+            Some(SignalDoubt::DropOuts { longest_s, .. }) => Some(longest_s),
+            _ => None,
+        };
+        reported.or(seen)
+    });
+    lost.reduce(f64::max).map(Seconds)
+}
 
 /// What a verification concludes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -303,6 +321,17 @@ impl Verification {
             Some(interval),
             seen.limit,
         ))
+    }
+
+    /// The same where what is known of the measurement says that part of it is missing: the longest stretch that `measured` lost,
+    /// as its doubts have it and `target` has none as long.
+    #[must_use]
+    pub fn with_known_losses(self, measured: &[Doubt], target: &[Doubt]) -> Self {
+        let of_the_target = longest_loss(target).map_or(0.0, |known| known.0);
+        match longest_loss(measured) {
+            Some(longest) if longest.0 > of_the_target => self.with_samples_lost(longest),
+            _ => self,
+        }
     }
 
     /// One line that says what is concluded and why: every criterion that is not met or not decided, or else the main ones.
