@@ -262,7 +262,7 @@ pub(crate) fn go_on(folder: &RunFolder, purpose: &Purpose) -> Outcome<RunFolder>
     let aside = |why: &str| -> Outcome {
         if let Some(aside) = folder.set_aside()? {
             say(&format!(
-                "{path}: {why}; its recordings are kept in {}, and all is measured anew",
+                "{path}: {why}; its recordings are kept in {}, and everything is measured again",
                 aside.display()
             ));
         }

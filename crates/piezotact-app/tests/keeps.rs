@@ -144,7 +144,7 @@ fn what_cannot_be_believed_is_measured_again() {
     run(&folder, &looped).expect_success();
 }
 
-/// A closed loop that is interrupted names its folder; another person begins anew, and one that came to its end says where its
+/// A closed loop that is interrupted names its folder; another person starts from the beginning, and one that came to its end says where its
 /// recordings are.
 #[cfg(unix)]
 #[test]
@@ -163,7 +163,7 @@ fn a_closed_loop_goes_on_for_the_same_finger_alone() {
     let other = looped.replace("bench.toml", "bench.toml,participant=2");
     let done = run(&folder, &other);
     done.expect_success();
-    let anew = "d.wav.runs: the interrupted closed loop was for F01, now F02; its recordings are kept in d.wav.runs.before-1, and all is measured anew";
+    let anew = "d.wav.runs: the interrupted closed loop was for F01, now F02; its recordings are kept in d.wav.runs.before-1, and everything is measured again";
     assert!(done.err().contains(anew), "{}", done.err());
     assert!(
         !done.err().contains("interrupted command"),
@@ -178,7 +178,7 @@ fn a_closed_loop_goes_on_for_the_same_finger_alone() {
     assert!(people("d.wav.runs", "F02") && people("d.wav.runs.before-1", "F01"));
     let again = run(&folder, &other);
     again.expect_success();
-    let ended = "d.wav.runs: a closed loop came to its end there before; its recordings are kept in d.wav.runs.before-2, and all is measured anew";
+    let ended = "d.wav.runs: a closed loop came to its end there before; its recordings are kept in d.wav.runs.before-2, and everything is measured again";
     assert!(again.err().contains(ended), "{}", again.err());
 }
 

@@ -344,7 +344,7 @@ impl PanelFolder {
     }
 
     /// Begins or goes on with a campaign: `bench` is all that its measurements are to have in common, and `files` what that
-    /// bench is made of. A panel without a measurement may be begun anew with another one; what was planned for the other is then
+    /// bench is made of. A panel without a measurement may be begun again with another one; what was planned for the other is then
     /// forgotten.
     ///
     /// # Errors
