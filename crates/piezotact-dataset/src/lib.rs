@@ -9,6 +9,7 @@ mod contact_map;
 mod csv_table;
 mod cuts_file;
 mod device_file;
+pub mod document;
 mod error;
 mod flat;
 mod format;

@@ -7,6 +7,7 @@ mod chapter4;
 mod chapter5;
 mod chapter6;
 mod claims;
+pub mod document;
 mod drawn;
 mod exchange;
 mod figure;

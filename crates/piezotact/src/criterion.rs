@@ -29,6 +29,16 @@ impl Outcome {
         }
     }
 
+    /// The outcome as the answer to a question: "yes", "no" or "not decided".
+    #[must_use]
+    pub fn answer(self) -> &'static str {
+        match self {
+            Self::Met => "yes",
+            Self::NotMet => "no",
+            Self::NotDecided => "not decided",
+        }
+    }
+
     /// The outcome of several together: not met when one is not met, else not decided when one is not decided, else met.
     #[must_use]
     pub fn of_all(outcomes: impl IntoIterator<Item = Self>) -> Self {

@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 pub use advice::{Advice, ChannelRole, Subject};
 pub use list::Doubts;
+pub(crate) use merged::serialize_merged;
 pub use merged::{Merged, Range, merged, merged_of};
 pub use value::{About, Counts, Example, FieldValue, Value};
 

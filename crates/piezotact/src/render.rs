@@ -10,6 +10,7 @@ mod error;
 mod frame;
 mod inverse;
 mod limits;
+mod rendering;
 
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
@@ -20,6 +21,7 @@ pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, inve
 use limits::Room;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
+pub use rendering::Rendering;
 
 use crate::clipping::ClippingDoubt;
 use crate::transfer::TransferDoubt;

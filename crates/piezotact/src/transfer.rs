@@ -8,6 +8,7 @@ mod bundle;
 mod clock;
 mod confidence;
 mod cross;
+mod document;
 mod doubt;
 mod judge;
 mod multisine;
@@ -22,6 +23,7 @@ pub use bundle::{
 pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
+pub use document::EstimateDocument;
 pub use doubt::TransferDoubt;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};

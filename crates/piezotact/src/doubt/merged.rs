@@ -51,6 +51,14 @@ mod ranges {
     }
 }
 
+/// Writes doubts as they stand in a document: those of one kind as one.
+pub(crate) fn serialize_merged<S: serde::Serializer>(
+    doubts: &[Doubt],
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    merged(doubts).serialize(to)
+}
+
 /// A number of several doubts from its lowest to its highest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Range {

@@ -4,6 +4,7 @@
 //! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
 //! it later knows what it was. Levels are rms about the mean, since a mean is nothing that is felt.
 
+mod document;
 mod doubt;
 mod error;
 mod frequency;
@@ -12,6 +13,7 @@ mod looping;
 mod spectral;
 
 // What is public in each of them: a new manipulation is a function in one file.
+pub use document::ManipulateDocument;
 pub use doubt::*;
 pub use error::*;
 pub use frequency::*;

@@ -100,6 +100,7 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 

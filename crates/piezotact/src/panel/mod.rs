@@ -6,7 +6,9 @@
 
 mod analysis;
 mod average;
+mod cleaning;
 mod control;
+mod document;
 mod doubt;
 mod learning;
 mod levels;
@@ -23,7 +25,9 @@ pub use average::{
     AverageDifference, AverageRule, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict,
     average_of_panel, cell_averages, share_interval,
 };
+pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use document::{ArtefactDocument, PanelAverageDocument};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
 pub use membership::{Attendance, Member, MemberRule, ParticipantRule};

@@ -5,6 +5,7 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. How
 //! alike the waveforms are stands beside it, and so do the indices of the literature.
 
+mod document;
 mod doubt;
 mod excitation;
 mod felt;
@@ -14,6 +15,7 @@ mod waveform;
 
 use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
+pub use document::ScoreDocument;
 pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
@@ -195,6 +197,7 @@ pub struct Score {
     /// How it was computed.
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 

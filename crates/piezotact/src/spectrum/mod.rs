@@ -3,6 +3,7 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod butterfly;
+mod document;
 mod doubt;
 mod eight;
 mod kernel;
@@ -11,6 +12,7 @@ mod spectrogram;
 mod sums;
 mod window;
 
+pub use document::SpectrumDocument;
 pub use doubt::SpectrumDoubt;
 use std::marker::PhantomData;
 

@@ -9,6 +9,7 @@ mod beside;
 mod changed;
 mod clock;
 mod config;
+mod document;
 mod doubt;
 mod error;
 mod events;
@@ -24,6 +25,9 @@ pub use beside::{Beside, beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
+pub use document::{
+    DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome, VerifyDocument,
+};
 pub use doubt::VerifyDoubt;
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
@@ -124,6 +128,7 @@ pub struct Verification {
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 

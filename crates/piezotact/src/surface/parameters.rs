@@ -1,30 +1,33 @@
 //! The parameters of roughness as people read them: lengths in µm.
 
-use anyhow::anyhow;
-use piezotact::surface::{ArealRoughness, ProfileRoughness};
-
-use crate::failure::{Failure, Outcome};
-use crate::output::digits_that_count;
+use super::{ArealRoughness, ProfileRoughness, Roughness};
+use crate::number::digits_that_count;
+use crate::page::{Cell, Column, Table};
 
 /// A parameter, its unit and its meaning.
-pub(crate) struct Parameter {
-    pub(crate) symbol: &'static str,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its symbol: "Ra".
+    pub symbol: &'static str,
     /// In `unit`; absent where the surface has none.
-    pub(crate) value: Option<f64>,
+    pub value: Option<f64>,
     /// Empty for a number without one.
-    pub(crate) unit: &'static str,
-    pub(crate) meaning: &'static str,
+    pub unit: &'static str,
+    /// What it is, in words.
+    pub meaning: &'static str,
 }
 
 impl Parameter {
     /// The value with the digits that count, or a dash.
-    pub(crate) fn number(&self) -> String {
+    #[must_use]
+    pub fn number(&self) -> String {
         let number = |value| digits_that_count(value, 4);
         self.value.map_or_else(|| "–".into(), number)
     }
 
     /// The name in JSON: that of the parameter, with the unit where it is not µm or none.
-    pub(crate) fn key(&self) -> &'static str {
+    #[must_use]
+    pub fn key(&self) -> &'static str {
         match self.symbol {
             "Sdr" => "Sdr_percent",
             symbol => symbol,
@@ -50,7 +53,7 @@ fn number(symbol: &'static str, value: Option<f64>, meaning: &'static str) -> Pa
     }
 }
 
-pub(crate) fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
+fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
     vec![
         length("Ra", Some(r.ra_m), "arithmetic mean height"),
         length("Rq", Some(r.rq_m), "root-mean-square height"),
@@ -65,7 +68,7 @@ pub(crate) fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
     ]
 }
 
-pub(crate) fn areal(r: &ArealRoughness) -> Vec<Parameter> {
+fn areal(r: &ArealRoughness) -> Vec<Parameter> {
     vec![
         length("Sa", Some(r.sa_m), "arithmetic mean height"),
         length("Sq", Some(r.sq_m), "root-mean-square height"),
@@ -90,27 +93,40 @@ pub(crate) fn areal(r: &ArealRoughness) -> Vec<Parameter> {
     ]
 }
 
-/// A profile as a table: one row for each point.
-pub(super) fn csv_of(roughness: &ProfileRoughness) -> Outcome<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(["position_mm", "primary_um", "mean_line_um", "roughness_um"])?;
-    let step_mm = roughness.roughness.step_m() * 1e3;
-    let primary = roughness.primary();
-    let lines = primary
-        .heights_m()
-        .iter()
-        .zip(roughness.mean_line.heights_m())
-        .zip(roughness.roughness.heights_m());
-    for (i, ((primary_m, mean_m), rough_m)) in lines.enumerate() {
-        writer.write_record([
-            format!("{:.9}", i as f64 * step_mm),
-            format!("{:.6}", primary_m * 1e6),
-            format!("{:.6}", mean_m * 1e6),
-            format!("{:.6}", rough_m * 1e6),
-        ])?;
+impl Roughness {
+    /// The parameters in the order of a report, lengths in µm.
+    ///
+    /// Source: ISO 4287 and ISO 21920-2 for profiles, ISO 25178-2 for maps.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        match self {
+            Self::Profile(roughness) => of_profile(roughness),
+            Self::Map(roughness) => areal(roughness),
+        }
     }
-    let bytes = writer
-        .into_inner()
-        .map_err(|error| anyhow!("a table could not be written: {error}"))?;
-    String::from_utf8(bytes).map_err(Failure::from)
+}
+
+impl ProfileRoughness {
+    /// The profile as a table, one row for each point: its position in mm, and primary profile, mean line and roughness in µm.
+    ///
+    /// Source: ISO 4287 for the three profiles.
+    #[must_use]
+    pub fn points_table(&self) -> Table {
+        let columns = ["position_mm", "primary_um", "mean_line_um", "roughness_um"];
+        let mut table = Table::new(columns.map(|name| Column::new(name, name)));
+        let step_mm = self.roughness.step_m() * 1e3;
+        let primary = self.primary();
+        let lines = (primary.heights_m().iter())
+            .zip(self.mean_line.heights_m())
+            .zip(self.roughness.heights_m());
+        let um = |height_m: f64| Cell::Text(format!("{:.6}", height_m * 1e6));
+        table.rows = lines
+            .enumerate()
+            .map(|(i, ((primary_m, mean_m), rough_m))| {
+                let position = Cell::Text(format!("{:.9}", i as f64 * step_mm));
+                vec![position, um(*primary_m), um(*mean_m), um(*rough_m)]
+            })
+            .collect();
+        table
+    }
 }

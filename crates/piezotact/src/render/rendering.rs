@@ -1,0 +1,68 @@
+//! How a drive was made, as it stands with the drive and with what was recorded while it was played.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
+use crate::device::DriveSetup;
+use crate::lineage::Mode;
+use crate::quantity::Band;
+use crate::recording::About;
+
+/// How a drive was made and what it leaves open: a [`RenderedDrive`] without its samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The device it is for.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub setup: Option<DriveSetup>,
+    /// The texture it was rendered from, by name.
+    #[serde(default)]
+    pub target: String,
+    /// Whose finger it is for, how its transfer function was made, and what a person should know before relying on it.
+    #[serde(flatten)]
+    pub about: About,
+    /// The level it was rendered at, relative to the target, dB.
+    pub level_db: f64,
+    /// How it was made.
+    pub config: RenderConfig,
+    /// What a closed loop corrected it for; none in an open loop.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub aim: Option<Mode>,
+    /// How much of the device it uses.
+    pub headroom: Headroom,
+    /// The parts of the band that the inverse reaches, Hz.
+    pub achievable_band_hz: Vec<Band>,
+    /// The parts it gives up, Hz.
+    pub given_up_band_hz: Vec<Band>,
+}
+
+impl Rendering {
+    /// Whether the waveform of the texture was rendered, or its spectrum alone.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        if self.config.inverse.phase == PhaseForm::Minimum {
+            Mode::Texture
+        } else {
+            self.aim.unwrap_or(Mode::Replicate)
+        }
+    }
+
+    /// What `rendered`, made from the texture called `target` at `level_db` dB relative to it, is.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
+        Self {
+            target: target.into(),
+            about: rendered.about.clone(),
+            setup: rendered.setup.clone(),
+            level_db,
+            config: rendered.config.clone(),
+            aim: rendered.aim,
+            headroom: rendered.headroom.clone(),
+            achievable_band_hz: rendered.coverage.reached.clone(),
+            given_up_band_hz: rendered.coverage.given_up.clone(),
+        }
+    }
+}
