@@ -37,6 +37,11 @@ pub(crate) fn print_document(content: &impl Content) -> Outcome {
     print_json(&Document::of(content))
 }
 
+/// The document of `content` as readable JSON, with every doubt in it whole.
+pub(crate) fn document_text(content: &impl Content) -> Outcome<String> {
+    json_text(&Document::of(content))
+}
+
 /// Prints `value` as readable JSON, with every doubt in it whole.
 pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
     print(&json_text(value)?)
@@ -100,13 +105,18 @@ pub(crate) fn say(text: &str) {
 
 /// Says every doubt on standard error, those of one kind once.
 pub(crate) fn say_doubts(doubts: &[Doubt]) {
+    say_merged(&merged(doubts));
+}
+
+/// As [`say_doubts`], of doubts that are merged.
+pub(crate) fn say_merged(doubts: &[Merged]) {
     let mut text = String::new();
-    for doubt in merged(doubts) {
+    for doubt in doubts {
         let _never_fails = write!(
             text,
             "{}doubt: {}",
             if text.is_empty() { "" } else { "\n" },
-            merged_text(&doubt)
+            merged_text(doubt)
         );
     }
     if !text.is_empty() {

@@ -2,14 +2,17 @@
 
 mod axis;
 pub mod chart;
+pub mod criteria;
 pub mod heatmap;
 mod image;
 mod page;
 pub mod report;
+pub mod roughness;
 pub mod spectrogram;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 
+pub(crate) use page::{UNKNOWN_BENCH, bench_text, file_name};
 pub use page::{broad_document, document, figure};
 
 /// A figure, a table or a report that could not be drawn.

@@ -21,7 +21,7 @@ pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, inve
 use limits::Room;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
-pub use rendering::Rendering;
+pub use rendering::{Rendering, doubts_of_played};
 
 use crate::clipping::ClippingDoubt;
 use crate::transfer::TransferDoubt;

@@ -3,6 +3,7 @@
 //! The cross-spectrum is Sxy = E[conj(X)·Y], so that Y = H·X gives Sxy/Sxx = H. Its conjugate has the same
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
+mod between;
 mod broken;
 mod bundle;
 mod clock;
@@ -17,6 +18,7 @@ mod related;
 mod repeats;
 
 pub(crate) use bundle::level_db;
+pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };

@@ -13,25 +13,26 @@ use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact::verify::{
+    DemoDocument, JudgedVerification, Measured, Verification, VerifyConfig, verify,
+};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
 use piezotact_twin::{Participant, TwinParameters, record_texture};
-use serde_json::json;
 
 use super::characterise::characterise;
 use super::play::play;
 use super::render::{lineage, write_drive};
 use super::run_plan;
-use super::verify::{verdict, verification_json};
+use super::verify::verdict;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::keeping::Place;
-use crate::output::{print, print_json, say, say_doubts, write_text};
+use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
 use crate::report;
 use crate::report::verify::{Found, Page, ShownDrive, Straight};
 
@@ -124,18 +125,15 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         straight: Some(&straight),
     };
     write_text(&path, &report::verify::render(&page)?)?;
-    let result = json!({
-        "report": report::name(&path),
-        "verification": verification_json(&verification)?,
-        "straight": verification_json(&straight.as_it_stands)?,
-        "straight_level_matched": verification_json(&straight.turned_down)?,
-    });
-    write_text(
-        &out.join("verification.json"),
-        &serde_json::to_string_pretty(&result)?,
-    )?;
+    let result = DemoDocument {
+        report: &report::name(&path),
+        verification: JudgedVerification::of(&verification),
+        straight: JudgedVerification::of(&straight.as_it_stands),
+        straight_level_matched: JudgedVerification::of(&straight.turned_down),
+    };
+    write_text(&out.join("verification.json"), &document_text(&result)?)?;
     if args.json {
-        print_json(&result)?;
+        print_document(&result)?;
         return verdict(&verification);
     }
     say_doubts(&verification.doubts);

@@ -4,17 +4,19 @@ use std::fmt::Write as _;
 
 use anyhow::anyhow;
 use piezotact::discrimination::Model;
-use piezotact::doubt::Doubts;
-use piezotact::quantity::{Band, Decibels, Unit};
+use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
+use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
+use piezotact::score::{
+    self, BandScore, LiteratureConfig, ScoreConfig, ScoreDocument, ScoreError,
+};
+use piezotact::series::Series;
 use piezotact_dataset::{ReadOptions, read_contact_map};
-use serde_json::Value;
 
 use super::{inspected, outputs, rate_option, read, texture};
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{print, print_document, say_doubts, write_text};
 use crate::report;
 
 pub(crate) fn run(args: &Score) -> Outcome {
@@ -30,38 +32,68 @@ pub(crate) fn run(args: &Score) -> Outcome {
             args.full_scale
         )));
     }
-    let reference = read(&args.reference, &args.reading)?;
-    let scale = args
-        .test_scale
-        .clone()
-        .or_else(|| args.reading.scale.clone());
-    let test = inspected(
-        &args.test,
-        &ReadOptions {
-            scale,
-            rate: rate_option(args.reading.rate)?,
-        },
-    )?;
-    let test_channel = args.test_channel.as_ref().or(args.channel.as_ref());
-    let a = texture(
-        &args.reference,
-        &reference.recording,
-        args.channel.as_deref(),
-    )?;
-    let b = texture(
-        &args.test,
-        &test.recording,
-        test_channel.map(String::as_str),
-    )?;
-    let mut doubts = Doubts::new();
-    doubts.extend(reference.recording.about.doubts.iter().cloned());
-    doubts.extend(test.recording.about.doubts.iter().cloned());
+    let [reference, test] = [reference(args)?, test(args)?];
+    let score = scored(args, &reference, &test)?;
+    if let Some(path) = &args.report {
+        let names = [report::name(&args.reference), report::name(&args.test)];
+        let page = report::score::Page {
+            names: [&names[0], &names[1]],
+            recordings: [&reference.recording, &test.recording],
+            score: &score,
+        };
+        write_text(path, &report::score::render(&page)?)?;
+    }
+    if args.json {
+        return print_document(&ScoreDocument::of(&score));
+    }
+    print(&text(&score))?;
+    if let Some(path) = &args.report {
+        print(&format!("report: {}", path.display()))?;
+    }
+    say_doubts(&score.doubts);
+    Ok(())
+}
+
+/// A recording with the vibration that is scored.
+struct Scored {
+    recording: Recording,
+    vibration: Series<Acceleration>,
+}
+
+fn reference(args: &Score) -> Outcome<Scored> {
+    let recording = read(&args.reference, &args.reading)?.recording;
+    let vibration = texture(&args.reference, &recording, args.channel.as_deref())?;
+    Ok(Scored {
+        recording,
+        vibration,
+    })
+}
+
+fn test(args: &Score) -> Outcome<Scored> {
+    let scale = args.test_scale.clone();
+    let options = ReadOptions {
+        scale: scale.or_else(|| args.reading.scale.clone()),
+        rate: rate_option(args.reading.rate)?,
+    };
+    let recording = inspected(&args.test, &options)?.recording;
+    let channel = args.test_channel.as_ref().or(args.channel.as_ref());
+    let vibration = texture(&args.test, &recording, channel.map(String::as_str))?;
+    Ok(Scored {
+        recording,
+        vibration,
+    })
+}
+
+/// The score of the two, with what their recordings are doubted for before what it is doubted for itself.
+fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Score> {
     let CommonRate {
         first: a,
         second: b,
         doubt,
-    } = to_common_rate(("the reference", a), ("the test", b))?;
-    doubts.extend(doubt);
+    } = to_common_rate(
+        ("the reference", reference.vibration.clone()),
+        ("the test", test.vibration.clone()),
+    )?;
     let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
         level_jnd: felt.level_jnd,
@@ -81,27 +113,10 @@ pub(crate) fn run(args: &Score) -> Outcome {
         | ScoreError::Jnd { .. } => usage(error),
         _ => Failure::from(error),
     })?;
-    doubts.extend(score.doubts);
-    score.doubts = doubts;
-    let names = [report::name(&args.reference), report::name(&args.test)];
-    if let Some(path) = &args.report {
-        let page = report::score::Page {
-            names: [&names[0], &names[1]],
-            recordings: [&reference.recording, &test.recording],
-            score: &score,
-        };
-        write_text(path, &report::score::render(&page)?)?;
-    }
-    if args.json {
-        print_json(&json(&score)?)
-    } else {
-        print(&text(&score))?;
-        if let Some(path) = &args.report {
-            print(&format!("report: {}", path.display()))?;
-        }
-        say_doubts(&score.doubts);
-        Ok(())
-    }
+    let known = [&reference.recording, &test.recording];
+    let known = known.into_iter().flat_map(|read| &read.about.doubts);
+    score.doubts.put_first(known.cloned().chain(doubt));
+    Ok(score)
 }
 
 /// What a finger feels over `band`, as it was asked for.
@@ -124,20 +139,6 @@ pub(crate) fn model(args: &Feeling, band: Band) -> Outcome<Model> {
             .transpose()?,
         ..Model::over(band)
     })
-}
-
-/// A score as JSON, with the sentences of its doubts and its verdict.
-fn json(score: &score::Score) -> Outcome<Value> {
-    let mut value = serde_json::to_value(score)?;
-    if let Some(fields) = value.as_object_mut() {
-        fields.insert("doubts".into(), doubts_json(&score.doubts)?);
-        fields.insert("sentence".into(), score.sentence().into());
-        fields.insert(
-            "jnd_source".into(),
-            score.config.model().jnd_source().into(),
-        );
-    }
-    Ok(value)
 }
 
 /// The verdict first, then what it comes from.

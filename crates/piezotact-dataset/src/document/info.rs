@@ -11,10 +11,10 @@ use piezotact::recording::{
 };
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact::transfer::{CoherenceSummary, Distortion, Estimator, TransferFunction};
+use piezotact::transfer::{CoherenceSummary, Distortion, Estimator};
 use serde::Serialize;
 
-use crate::{Contents, ReadError, TransferDocument};
+use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
 
 /// What is in a file or a folder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,6 +62,17 @@ pub struct ClockSummary {
     pub samples: usize,
     /// Their names.
     pub channels: Vec<String>,
+}
+
+impl ClockSummary {
+    /// The clock.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        Clock {
+            rate_hz: self.rate_hz,
+            start_s: self.start_s,
+        }
+    }
 }
 
 /// A recording in numbers.
@@ -193,12 +204,12 @@ impl<'a> TransferInfo<'a> {
         file: &'a Path,
         document: &TransferDocument,
         band: Band,
-    ) -> Result<(Self, TransferFunction<Drive, Acceleration>), ReadError> {
+    ) -> Result<Self, ReadError> {
         // Read as what it says it is, so that what is wrong with it is found here.
         let mut read = document.clone();
         (read.drive_unit, read.response_unit) = (Drive::UNIT, Acceleration::UNIT);
         let function = read.function::<Drive, Acceleration>(file)?;
-        let info = Self {
+        Ok(Self {
             file,
             kind: "transfer function",
             drive_unit: document.drive_unit.clone(),
@@ -215,8 +226,7 @@ impl<'a> TransferInfo<'a> {
             drive_setup: function.drive.clone(),
             provenance: function.about.provenance.clone(),
             doubts: merged(&function.about.doubts),
-        };
-        Ok((info, function))
+        })
     }
 }
 
@@ -233,6 +243,23 @@ pub struct PanelIndexInfo {
     pub read_with: String,
 }
 
+impl PanelIndexInfo {
+    /// The index in `file`, which the command `read_with` reads. An index that is no JSON lists nothing.
+    ///
+    /// # Errors
+    /// [`ReadError`] where the file cannot be read.
+    pub fn of(file: &Path, read_with: String) -> Result<Self, ReadError> {
+        let text = std::fs::read_to_string(file).map_err(|error| ReadError::io(file, &error))?;
+        let index: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        Ok(Self {
+            file: file.to_owned(),
+            kind: "index of a panel",
+            measurements: index["entries"].as_array().map_or(0, Vec::len),
+            read_with,
+        })
+    }
+}
+
 /// A folder of runs that a command kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunsInfo {
@@ -242,6 +269,34 @@ pub struct RunsInfo {
     pub kind: &'static str,
     /// The runs.
     pub runs: Vec<RunInfo>,
+}
+
+impl RunsInfo {
+    /// The runs in `folder`, by name.
+    ///
+    /// # Errors
+    /// [`ReadError`] where the folder cannot be read; a run that cannot is listed with the reason.
+    pub fn of(folder: &Path) -> Result<Self, ReadError> {
+        let failed = |error| ReadError::io(folder, &error);
+        let mut files: Vec<PathBuf> = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            let ending = path.extension().and_then(|ending| ending.to_str());
+            if matches!(ending, Some("parquet" | "part")) {
+                files.push(path);
+            }
+        }
+        files.sort();
+        let run = |file: &PathBuf| {
+            let contents = read_recording(file, &ReadOptions::default());
+            RunInfo::of(file, &contents)
+        };
+        Ok(Self {
+            file: folder.to_owned(),
+            kind: "kept runs",
+            runs: files.iter().map(run).collect(),
+        })
+    }
 }
 
 /// A run in such a folder.

@@ -2,11 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
+use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
+use crate::clipping::ClippingDoubt;
 use crate::device::DriveSetup;
+use crate::doubt::Doubt;
 use crate::lineage::Mode;
-use crate::quantity::Band;
-use crate::recording::About;
+use crate::quantity::{Band, Drive};
+use crate::recording::{About, Condition};
+use crate::series::Series;
 
 /// How a drive was made and what it leaves open: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,4 +68,27 @@ impl Rendering {
             given_up_band_hz: rendered.coverage.given_up.clone(),
         }
     }
+}
+
+/// What is doubted of a recording made under `measured` while `drive` was played at `setup`, apart from the recording itself: that
+/// the drive is steeper than the amplifier follows, that it clips, and that it was made (`rendering`) for another condition.
+///
+/// Source: decision 0046 of this project, for one place for all three.
+#[must_use]
+pub fn doubts_of_played(
+    drive: &Series<Drive>,
+    setup: Option<&DriveSetup>,
+    rendering: Option<&Rendering>,
+    measured: &Condition,
+) -> Vec<Doubt> {
+    let headroom = headroom(drive.samples(), drive.rate(), setup);
+    let mut doubts: Vec<Doubt> = headroom.slew_doubt(setup).into_iter().collect();
+    let fraction = headroom.clipped_fraction;
+    if fraction > 0.0 {
+        doubts.push(Doubt::from(ClippingDoubt::PlayedDriveClipped { fraction }));
+    }
+    if let Some(rendering) = rendering {
+        doubts.extend(rendering.about.condition.doubts_when_measured(measured));
+    }
+    doubts
 }

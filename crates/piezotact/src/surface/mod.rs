@@ -22,7 +22,9 @@ mod section;
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
 pub use description::{length_text, short_number, unit_for};
-pub use distribution::{HeightDistribution, height_distribution, height_limits_m};
+pub use distribution::{
+    HeightDistribution, distribution_of, height_distribution, height_limits_m, height_span_m,
+};
 pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
 pub use doubt::SurfaceDoubt;
 pub use filter::{map_mean_surface, profile_mean_line};

@@ -35,6 +35,21 @@ pub struct DistortionLevels {
     pub stochastic: f64,
 }
 
+impl DistortionLevels {
+    /// `level`, in the unit of the response, re the answer, dB; infinitely low where it does not stand out of the noise.
+    ///
+    /// Formula: 20·log₁₀(level / answer).
+    ///
+    /// Source: by definition of the decibel.
+    #[must_use]
+    pub fn re_answer_db(&self, level: f64) -> f64 {
+        match level > 0.0 && self.linear > 0.0 {
+            true => 20.0 * (level / self.linear).log10(),
+            false => f64::NEG_INFINITY,
+        }
+    }
+}
+
 /// How far a device is from linear, from multisines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distortion {

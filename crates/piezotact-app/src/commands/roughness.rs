@@ -1,51 +1,21 @@
 //! `piezotact roughness`: the roughness of a profile or a height map.
 
-mod how;
-mod values;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::doubt::Doubts;
 use piezotact::surface::{
-    ArealConfig, ArealRoughness, Cutoff, Form, HeightMap, HeightProfile, ProfileConfig,
-    ProfileFilter, ProfileRoughness, ProfileStandard, ShortWaves, SurfaceError, Topography,
-    areal_roughness, profile_roughness,
+    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, HeightMap, HeightProfile,
+    ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, Roughness as Evaluated,
+    RoughnessDocument, ShortWaves, SurfaceError, Topography, areal_roughness, profile_roughness,
 };
 use piezotact_dataset::{TopographyKind, TopographyOptions, read_topography};
-use serde_json::{Map, Value, json};
+use piezotact_report::{report, roughness};
 
 use super::outputs;
+use crate::advice::OptionWords;
 use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
-use crate::report;
-
-pub(crate) use how::{how, length_text, short, size, unit_for};
-pub(crate) use values::{Parameter, areal, of_profile};
-
-/// What was measured, and what it says of roughness.
-pub(crate) struct Surface {
-    pub(crate) path: PathBuf,
-    pub(crate) kind: TopographyKind,
-    pub(crate) roughness: Evaluated,
-    pub(crate) doubts: Doubts,
-}
-
-/// The roughness of a profile or of a map.
-pub(crate) enum Evaluated {
-    Profile(Box<ProfileRoughness>),
-    Map(Box<ArealRoughness>),
-}
-
-impl Surface {
-    pub(crate) fn parameters(&self) -> Vec<Parameter> {
-        match &self.roughness {
-            Evaluated::Profile(roughness) => of_profile(roughness),
-            Evaluated::Map(roughness) => areal(roughness),
-        }
-    }
-}
+use crate::output::{print, print_document, say_doubts, write_text};
 
 pub(crate) fn run(args: &Roughness) -> Outcome {
     let written: Vec<&Path> = args
@@ -57,13 +27,13 @@ pub(crate) fn run(args: &Roughness) -> Outcome {
     outputs(&[&args.file], &written)?;
     let surface = evaluated(args)?;
     if let (Some(path), Evaluated::Profile(roughness)) = (&args.csv, &surface.roughness) {
-        write_text(path, &values::csv_of(roughness)?)?;
+        write_text(path, &report::csv(&roughness.points_table())?)?;
     }
     if let Some(path) = &args.report {
-        write_text(path, &report::roughness::render(&surface)?)?;
+        write_text(path, &roughness::html(&surface, &OptionWords)?)?;
     }
     if args.json {
-        return print_json(&json_of(&surface)?);
+        return print_document(&RoughnessDocument::of(&surface));
     }
     say_doubts(&surface.doubts);
     print(&text_of(&surface))?;
@@ -73,7 +43,7 @@ pub(crate) fn run(args: &Roughness) -> Outcome {
     Ok(())
 }
 
-fn evaluated(args: &Roughness) -> Outcome<Surface> {
+fn evaluated(args: &Roughness) -> Outcome<EvaluatedSurface> {
     let options = TopographyOptions {
         step_m: args.step,
         coordinate_unit_m: args.x_unit,
@@ -81,24 +51,16 @@ fn evaluated(args: &Roughness) -> Outcome<Surface> {
     };
     let file = read_topography(&args.file, &options)?;
     nothing_stated_in_vain(args, file.kind)?;
-    let (roughness, more) = match &file.topography {
-        Topography::Profile(profile) => {
-            let roughness = of_line(args, profile)?;
-            let doubts = roughness.doubts.clone();
-            (Evaluated::Profile(Box::new(roughness)), doubts)
-        }
-        Topography::Map(map) => {
-            let roughness = of_map(args, map)?;
-            let doubts = roughness.doubts.clone();
-            (Evaluated::Map(Box::new(roughness)), doubts)
-        }
+    let roughness = match &file.topography {
+        Topography::Profile(profile) => Evaluated::Profile(Box::new(of_line(args, profile)?)),
+        Topography::Map(map) => Evaluated::Map(Box::new(of_map(args, map)?)),
     };
-    let doubts = file.doubts.into_iter().chain(more).collect();
-    Ok(Surface {
-        path: args.file.clone(),
-        kind: file.kind,
+    let more = roughness.doubts().iter().cloned();
+    Ok(EvaluatedSurface {
+        file: args.file.clone(),
+        format: file.kind.to_string(),
+        doubts: file.doubts.into_iter().chain(more).collect(),
         roughness,
-        doubts,
     })
 }
 
@@ -231,14 +193,14 @@ fn refused(file: &Path, error: &SurfaceError) -> Failure {
     }
 }
 
-fn text_of(surface: &Surface) -> String {
+fn text_of(surface: &EvaluatedSurface) -> String {
     let mut text = format!(
         "{}: {} ({})",
-        surface.path.display(),
-        size(surface),
-        surface.kind
+        surface.file.display(),
+        surface.roughness.size_text(),
+        surface.format
     );
-    for parameter in surface.parameters() {
+    for parameter in surface.roughness.parameters() {
         text += &format!(
             "\n  {:<4} {:>10} {:<3} {}",
             parameter.symbol,
@@ -247,22 +209,5 @@ fn text_of(surface: &Surface) -> String {
             parameter.meaning
         );
     }
-    text + "\n" + &how(surface)
-}
-
-fn json_of(surface: &Surface) -> Outcome<Value> {
-    let mut value = Map::new();
-    value.insert("file".into(), json!(surface.path));
-    value.insert("format".into(), json!(surface.kind.to_string()));
-    value.insert("unit".into(), json!("um"));
-    for parameter in surface.parameters() {
-        value.insert(parameter.key().into(), json!(parameter.value));
-    }
-    let facts = match &surface.roughness {
-        Evaluated::Profile(roughness) => how::profile_json(roughness),
-        Evaluated::Map(roughness) => how::map_json(roughness),
-    };
-    value.extend(facts);
-    value.insert("doubts".into(), doubts_json(&surface.doubts)?);
-    Ok(Value::Object(value))
+    text + "\n" + &surface.roughness.method_text()
 }

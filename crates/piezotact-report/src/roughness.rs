@@ -1,57 +1,54 @@
 //! The report on a surface.
 
 use maud::{Markup, html};
-use piezotact::doubt::merged;
+use piezotact::document::Words;
+use piezotact::figure::{Axis, Chart, Heatmap, Line, Mark, Tone};
 use piezotact::surface::{
-    ArealRoughness, HeightDistribution, HeightProfile, ProfileFilter, ProfileRoughness,
-    height_distribution, height_limits_m,
+    ArealRoughness, EvaluatedSurface, HeightDistribution, HeightProfile, ProfileFilter,
+    ProfileRoughness, Roughness, distribution_of, height_span_m, length_text, short_number,
+    unit_for,
 };
 
-use super::{document, figure, name};
-use crate::advice::merged_text;
-use crate::commands::roughness::{Evaluated, Surface, how, length_text, short, size, unit_for};
-use crate::failure::Outcome;
-use piezotact::figure::{Axis, Chart, Heatmap, Line, Mark, Tone};
-use piezotact_report::chart::HEIGHT;
-use piezotact_report::{Draw, DrawError};
+use crate::chart::HEIGHT;
+use crate::report::drawn_doubts;
+use crate::{Draw, DrawError, document, figure, file_name};
 
 const SURFACE: Tone = Tone::Signal;
 const MEAN: Tone = Tone::Accent;
 const BORDER: Tone = Tone::Border;
 
-/// Classes of the height distribution, at most, and points to each of them, at least on average.
-const CLASSES: usize = 80;
-const POINTS_PER_CLASS: usize = 10;
 /// Points along a side of the image of a map, at most.
 const PIXELS: usize = 400;
-/// The share of the points whose height may lie beyond the scale of colours, and the axes of a distribution.
-const BEYOND: f64 = 0.01;
 /// The parameters that stand large at the top.
 const FIRST: [&str; 8] = ["Ra", "Rq", "Rz", "RSm", "Sa", "Sq", "Sz", "Sdr"];
 
-pub(crate) fn render(surface: &Surface) -> Outcome<String> {
-    let title = format!("Roughness of {}", name(&surface.path));
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(surface: &EvaluatedSurface, words: &dyn Words) -> Result<String, DrawError> {
+    let title = format!("Roughness of {}", file_name(&surface.file));
     let figures = match &surface.roughness {
-        Evaluated::Profile(roughness) => profile_figures(roughness)?,
-        Evaluated::Map(roughness) => map_figures(roughness)?,
+        Roughness::Profile(roughness) => profile_figures(roughness)?,
+        Roughness::Map(roughness) => map_figures(roughness)?,
     };
     let body = html! {
         h1 { (title) }
-        p.soft { (surface.kind) ": " (size(surface)) "." }
+        p.soft { (surface.format) ": " (surface.roughness.size_text()) "." }
         (numbers(surface))
-        (doubts(surface))
+        section { h2 { "Doubts" } (drawn_doubts(&surface.doubts.merged(), words)) }
         (figures)
         (table(surface))
     };
     Ok(document(&title, &body))
 }
 
-fn numbers(surface: &Surface) -> Markup {
+fn numbers(surface: &EvaluatedSurface) -> Markup {
     html! {
         section class="verdict" {
-            strong { (how(surface)) }
+            strong { (surface.roughness.method_text()) }
             div.numbers {
-                @for parameter in surface.parameters().iter().filter(|p| FIRST.contains(&p.symbol)) {
+                @for parameter in surface.roughness.parameters().iter().filter(|p| FIRST.contains(&p.symbol)) {
                     div {
                         b { (parameter.symbol) " " (parameter.number()) " " (parameter.value.map_or("", |_| parameter.unit)) }
                         span { (parameter.meaning) }
@@ -62,26 +59,13 @@ fn numbers(surface: &Surface) -> Markup {
     }
 }
 
-fn doubts(surface: &Surface) -> Markup {
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if surface.doubts.is_empty() {
-                p.soft { "None: nothing had to be guessed or left out." }
-            } @else {
-                ul.doubts { @for doubt in merged(&surface.doubts) { li { (merged_text(&doubt)) } } }
-            }
-        }
-    }
-}
-
-fn table(surface: &Surface) -> Markup {
+fn table(surface: &EvaluatedSurface) -> Markup {
     html! {
         section {
             h2 { "All parameters" }
             table {
                 tr { th { "parameter" } th.n { "value" } th { "unit" } th { "meaning" } }
-                @for parameter in surface.parameters() {
+                @for parameter in surface.roughness.parameters() {
                     tr {
                         td { b { (parameter.symbol) } }
                         td.n { (parameter.number()) }
@@ -166,7 +150,7 @@ fn before_filter(r: &ProfileRoughness) -> Result<String, DrawError> {
     Chart::new(x, height_axis(unit, &lines), lines).svg(HEIGHT)
 }
 
-fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
+fn profile_figures(r: &ProfileRoughness) -> Result<Markup, DrawError> {
     let (x, per_place) = position_axis(&r.roughness);
     let (unit, per_m) = height_unit(r.roughness.heights_m());
     let rough = along(&r.roughness, "", SURFACE, (per_place, per_m)).thin();
@@ -211,17 +195,11 @@ fn profile_figures(r: &ProfileRoughness) -> Outcome<Markup> {
     })
 }
 
-fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
+fn map_figures(r: &ArealRoughness) -> Result<Markup, DrawError> {
     let map = &r.surface;
     let (place, per_place) = place_unit(map.length_x_m().max(map.length_y_m()));
     let coarse = map.coarser(PIXELS);
-    let (low, high) = height_limits_m(map.heights_m(), BEYOND).unwrap_or_default();
-    // A flat map still has a scale.
-    let (low, high) = if low < high {
-        (low, high)
-    } else {
-        (low - 1e-9, high + 1e-9)
-    };
+    let (low, high) = height_span_m(map.heights_m());
     let (unit, per_m) = height_unit(&[low, high]);
     let values: Vec<f64> = coarse.heights_m().iter().map(|z| z * per_m).collect();
     let image = Heatmap {
@@ -247,7 +225,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     } else {
         ""
     };
-    let at = short(row as f64 * map.step_y_m() * per_place);
+    let at = short_number(row as f64 * map.step_y_m() * per_place);
     let gaps = match heights_m.iter().filter(|z| z.is_nan()).count() {
         0 => "",
         _ => " Gaps: not measured.",
@@ -255,7 +233,7 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     Ok(html! {
         section {
             h2 { "Heights" }
-            (figure(&piezotact_report::heatmap::svg(&image)?, &format!(
+            (figure(&crate::heatmap::svg(&image)?, &format!(
                 "The surface that was evaluated, its first row at the top. The colours span 99 % of the heights.{grey}"
             )))
         }
@@ -271,12 +249,11 @@ fn map_figures(r: &ArealRoughness) -> Outcome<Markup> {
     })
 }
 
-fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
-    let range_m = height_limits_m(heights_m, BEYOND).unwrap_or_default();
-    let classes = (heights_m.len() / POINTS_PER_CLASS).clamp(4, CLASSES);
-    let Some(found) = height_distribution(heights_m, range_m, classes) else {
+fn distribution(heights_m: &[f64]) -> Result<Markup, DrawError> {
+    let Some(found) = distribution_of(heights_m) else {
         return Ok(html! {});
     };
+    let classes = found.shares.len();
     let (unit, per_m) = height_unit(&found.borders_m);
     Ok(html! {
         section {
@@ -291,7 +268,7 @@ fn distribution(heights_m: &[f64]) -> Outcome<Markup> {
 }
 
 fn shares(found: &HeightDistribution, unit: &str, per_m: f64) -> Result<String, DrawError> {
-    let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * CLASSES + 2);
+    let mut points: Vec<(f64, f64)> = Vec::new();
     let mut before = 0.0;
     for (border_m, share) in found
         .borders_m

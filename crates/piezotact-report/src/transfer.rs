@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use piezotact::Doubt;
 use piezotact::doubt::merged;
-use piezotact::quantity::{Band, Hertz, Quantity};
+use piezotact::quantity::{Band, Hertz, Quantity, Unit};
 use piezotact::transfer::{Distortion, TransferFunction};
 
 use super::{document, figure, figures};
@@ -30,6 +30,25 @@ pub(crate) struct Page<'a, I: Quantity, O: Quantity> {
     pub(crate) repeats: Option<(usize, f64)>,
     /// What was refused, and why.
     pub(crate) refused: Vec<String>,
+}
+
+impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
+    /// A transfer function between channels in these units: drive, response.
+    pub(crate) fn of(
+        title: String,
+        function: &'a TransferFunction<I, O>,
+        [drive_unit, response_unit]: [&Unit; 2],
+    ) -> Self {
+        Self {
+            title,
+            function,
+            unit: format!("({response_unit})/{drive_unit}"),
+            response_unit: response_unit.to_string(),
+            distortion: None,
+            repeats: None,
+            refused: Vec::new(),
+        }
+    }
 }
 
 /// The report as HTML text.
