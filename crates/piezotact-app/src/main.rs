@@ -10,7 +10,6 @@ mod manipulations;
 mod output;
 mod report;
 mod whole_doubts;
-mod wording;
 
 use std::process::ExitCode;
 

@@ -1,27 +1,17 @@
 //! `piezotact segment`: recordings cut into strokes.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::anyhow;
 use piezotact::doubt::merged;
-use piezotact_dataset::{cuts_path, cuts_text};
+use piezotact::study::Take;
+use piezotact_dataset::cuts_text;
 use serde_json::{Value, json};
 
-use super::{Take, tables, take_all};
+use super::{check_outputs, tables, take_all};
 use crate::advice::merged_text;
-use crate::cli::{Segment, Takes};
-use crate::commands::outputs;
+use crate::cli::Segment;
 use crate::failure::{Outcome, usage};
 use crate::output::{doubts_json, print, print_json, say, write_text};
 use crate::report;
-
-/// The files that are read and written, so that nothing that is read is written.
-pub(crate) fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
-    let mut read: Vec<&Path> = takes.recordings.iter().map(PathBuf::as_path).collect();
-    read.extend(takes.cuts.as_deref());
-    let written: Vec<&Path> = written.iter().filter_map(|path| path.as_deref()).collect();
-    outputs(&read, &written)
-}
 
 pub(crate) fn run(args: &Segment) -> Outcome {
     if args.write_cuts.is_some() && args.takes.recordings.len() > 1 {
@@ -57,7 +47,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
         for doubt in merged(&take.doubts()) {
             say(&format!("doubt: {}: {}", take.name, merged_text(&doubt)));
         }
-        print(&summary(take))?;
+        print(&take.cuts_text())?;
     }
     for path in [&args.write_cuts, &args.csv, &args.report]
         .into_iter()
@@ -68,44 +58,10 @@ pub(crate) fn run(args: &Segment) -> Outcome {
     Ok(())
 }
 
-fn summary(take: &Take) -> String {
-    let segmentation = &take.segmentation;
-    let mut text = format!(
-        "{}: {} stroke{}, {} rejected",
-        take.name,
-        segmentation.strokes.len(),
-        if segmentation.strokes.len() == 1 {
-            ""
-        } else {
-            "s"
-        },
-        segmentation.rejected.len()
-    );
-    let seconds = |sample: usize| take.recording.rate().duration_of(sample).0;
-    for stroke in &segmentation.strokes {
-        let (from, to) = (seconds(stroke.steady.start), seconds(stroke.steady.end));
-        text += &format!(
-            "\n  stroke    {from:9.3} – {to:9.3} s  ({:.3} s)",
-            to - from
-        );
-    }
-    for rejected in &segmentation.rejected {
-        let (from, to) = (
-            seconds(rejected.interval.start),
-            seconds(rejected.interval.end),
-        );
-        text += &format!("\n  rejected  {from:9.3} – {to:9.3} s  {}", rejected.reason);
-    }
-    if let Some(file) = &segmentation.cuts {
-        text += &format!("\n  with the cuts of {file}");
-    }
-    text
-}
-
 /// A recording's strokes and rejects.
 pub(crate) fn cuts_json(take: &Take) -> Outcome<Value> {
     let segmentation = &take.segmentation;
-    let s = |sample: usize| take.recording.rate().duration_of(sample).0;
+    let s = |sample: usize| take.seconds(sample);
     let strokes: Vec<Value> = segmentation
         .strokes
         .iter()
@@ -134,7 +90,7 @@ pub(crate) fn cuts_json(take: &Take) -> Outcome<Value> {
         })
         .collect();
     Ok(json!({
-        "file": take.path,
+        "file": take.file,
         "rate_hz": take.recording.rate(),
         "duration_s": take.recording.duration(),
         "condition": take.condition(),
@@ -145,6 +101,6 @@ pub(crate) fn cuts_json(take: &Take) -> Outcome<Value> {
         "strokes": strokes,
         "rejected": rejected,
         "doubts": doubts_json(&take.doubts())?,
-        "cuts_are_looked_for_in": cuts_path(&take.path),
+        "cuts_are_looked_for_in": take.cuts_are_looked_for_in,
     }))
 }

@@ -7,9 +7,9 @@ use anyhow::anyhow;
 use piezotact::criterion::Criterion;
 use piezotact::feature::{Moments, Receptor, Statistics};
 use piezotact::stroke::StrokeCriterion;
+use piezotact::study::Take;
 use serde::Serialize;
 
-use super::Take;
 use crate::failure::{Failure, Outcome};
 use crate::output::write_text;
 
@@ -93,7 +93,7 @@ pub(crate) fn write_cuts(path: &Path, takes: &[Take]) -> Outcome {
         Ok(())
     };
     for take in takes {
-        let s = |sample: usize| take.recording.rate().duration_of(sample).0.to_string();
+        let s = |sample: usize| take.seconds(sample).to_string();
         for stroke in &take.segmentation.strokes {
             let mut row = vec![
                 take.name.clone(),
