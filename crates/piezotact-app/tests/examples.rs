@@ -1,10 +1,7 @@
 //! The studies in `examples/`: every command runs, and prints what its README shows.
 //!
 //! `PIEZOTACT_WRITE_GOLDEN=1 cargo test --locked --workspace --test examples` writes outputs and figures again.
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test fails where it cannot go on"
-)]
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 mod support;
 

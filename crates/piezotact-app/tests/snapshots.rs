@@ -43,26 +43,62 @@ const COMMANDS: &[&str] = &[
 /// A chain of commands from a twin's recording to a verdict, a panel and a surface; its last word is the name of the snapshot. Those
 /// that print documents are run once more with `--json`.
 const CHAIN: &[(&str, &str)] = &[
-    ("twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 3 --out S4.parquet", "record"),
-    ("twin record --bench acttouch --sample S8 --participant 3 --speed 30mm/s --strokes 3 --out S8.parquet", ""),
+    (
+        "twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 3 --out S4.parquet",
+        "record",
+    ),
+    (
+        "twin record --bench acttouch --sample S8 --participant 3 --speed 30mm/s --strokes 3 --out S8.parquet",
+        "",
+    ),
     ("info S4.parquet", "info"),
     ("segment S4.parquet --report cuts.html", "segment"),
-    ("analyse S4.parquet S8.parquet --by sample --csv strokes.csv", "analyse"),
+    (
+        "analyse S4.parquet S8.parquet --by sample --csv strokes.csv",
+        "analyse",
+    ),
     ("compare S4.parquet S8.parquet --by sample", "compare"),
     ("spectrum S4.parquet --channel acceleration", "spectrum"),
-    ("manipulate S8.parquet --stroke 2 --band 50..100:+6dB --loop 2s --out texture.wav", "manipulate"),
-    ("characterise --bench twin:participant=1,seed=7 --seconds 6 --out tf.json --record raw.parquet", "characterise"),
-    ("transfer raw.parquet --drive drive --response acceleration --out again.json", "transfer"),
-    ("render texture.wav --transfer tf.json --level fit --out drive.wav", "render"),
-    ("render texture.wav --transfer tf.json --mode texture --level fit --bench twin:participant=1,seed=7 --iterations 1 --out loop.wav", "loop"),
-    ("play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet", "play"),
-    ("verify --target texture.wav --measured measured.parquet --transfer tf.json", "verify"),
+    (
+        "manipulate S8.parquet --stroke 2 --band 50..100:+6dB --loop 2s --out texture.wav",
+        "manipulate",
+    ),
+    (
+        "characterise --bench twin:participant=1,seed=7 --seconds 6 --out tf.json --record raw.parquet",
+        "characterise",
+    ),
+    (
+        "transfer raw.parquet --drive drive --response acceleration --out again.json",
+        "transfer",
+    ),
+    (
+        "render texture.wav --transfer tf.json --level fit --out drive.wav",
+        "render",
+    ),
+    (
+        "render texture.wav --transfer tf.json --mode texture --level fit --bench twin:participant=1,seed=7 --iterations 1 --out loop.wav",
+        "loop",
+    ),
+    (
+        "play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet",
+        "play",
+    ),
+    (
+        "verify --target texture.wav --measured measured.parquet --transfer tf.json",
+        "verify",
+    ),
     ("score texture.wav measured.parquet", "score"),
     ("export texture.wav --out texture.haptic", "export"),
-    ("panel run --bench twin:seed=7 --participants 1..3 --loads 0.2 --angles 20 --repeats 2 --seconds 4 --out panel", "panel_run"),
+    (
+        "panel run --bench twin:seed=7 --participants 1..3 --loads 0.2 --angles 20 --repeats 2 --seconds 4 --out panel",
+        "panel_run",
+    ),
     ("panel analyse panel", "panel_analyse"),
     ("panel average panel --out average.json", "panel_average"),
-    ("twin surface S4 --size 2mm --step 20um --out S4.sur", "surface"),
+    (
+        "twin surface S4 --size 2mm --step 20um --out S4.sur",
+        "surface",
+    ),
     ("roughness S4.sur", "roughness"),
 ];
 
