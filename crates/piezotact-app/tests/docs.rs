@@ -5,17 +5,13 @@
     reason = "a test fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/known_cuts/mod.rs"]
-mod known_cuts;
-mod support;
-
 use std::path::Path;
 
-use known_cuts::{Kind, Random, recorded, table};
+use crate::known_cuts::{Kind, Random, recorded, table};
+use crate::support::{Folder, noise, wav};
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::resample::resample;
 use piezotact_dataset::{ReadOptions, read_recording};
-use support::{Folder, noise, wav};
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

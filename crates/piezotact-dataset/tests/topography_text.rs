@@ -4,12 +4,10 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-mod support;
-
+use crate::support::{NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
 use piezotact::surface::SurfaceDoubt;
 use piezotact::surface::Topography;
 use piezotact_dataset::TopographyKind;
-use support::{NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
 
 #[test]
 fn columns_fill_a_grid_in_any_order() {

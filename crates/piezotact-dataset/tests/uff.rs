@@ -5,13 +5,11 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-mod support;
-
+use crate::shared_data;
 use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
+use crate::support::Lcg;
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
@@ -25,7 +23,6 @@ use piezotact_dataset::{
     Contents, FileKind, ReadError, ReadOptions, TransferDocument, TransferFormat, holds_transfer,
     read_recording, read_transfer, write_transfer, write_transfer_as,
 };
-use support::Lcg;
 
 fn measured(name: &str) -> Option<PathBuf> {
     shared_data::shared(&format!("data/frf/uff/{name}"))
