@@ -1,13 +1,11 @@
 //! The studies in `examples/`: every command runs, and prints what its README shows.
 //!
-//! `PIEZOTACT_WRITE_GOLDEN=1 cargo test --locked --workspace --test examples` writes outputs and figures again.
+//! `PIEZOTACT_WRITE_GOLDEN=1 cargo test --locked --workspace examples` writes outputs and figures again.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
-
-mod support;
 
 use std::path::{Path, PathBuf};
 
-use support::Folder;
+use crate::support::Folder;
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples")
