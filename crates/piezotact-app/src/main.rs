@@ -9,7 +9,6 @@ mod keeping;
 mod manipulations;
 mod output;
 mod report;
-mod whole_doubts;
 
 use std::process::ExitCode;
 

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use piezotact::feature::FeatureConfig;
 use piezotact::lineage::{BandChange, Level, WarpedLength};
 use piezotact::manipulate::{
-    DrawnPhases, JoinConfig, ManipulateError, Manipulated, Texture, Tilt, change_band, gain, looped,
-    phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, time_reversed, warp,
+    DrawnPhases, JoinConfig, ManipulateError, Manipulated, Texture, Tilt, change_band, gain,
+    looped, phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, time_reversed, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use piezotact::series::Series;

@@ -20,8 +20,8 @@ mod watch;
 pub use error::{DeviceError, ProcedureError};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
 pub use gate::{Gate, GateConfig, GateRoles, Refusal};
-pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
 pub use piezotact::statistics::random;
+pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
 pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,

@@ -7,7 +7,9 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::recording::Recording;
-use piezotact::render::{at_fitting_level, RenderConfig, RenderError, RenderedDrive, fitting, render, straight};
+use piezotact::render::{
+    RenderConfig, RenderError, RenderedDrive, at_fitting_level, fitting, render, straight,
+};
 use piezotact::run::Discard;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;

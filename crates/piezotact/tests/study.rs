@@ -1,9 +1,7 @@
 //! A study as a value: which condition counts, which recordings belong together, and what is said of them.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod known_cuts;
-
-use known_cuts::{Kind, RATE_HZ, Random, recorded};
+use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
 use piezotact::compare::CompareDoubt;
 use piezotact::discrimination::Model;
 use piezotact::doubt::DoubtKind;
@@ -92,11 +90,18 @@ fn grouped(takes: Vec<Take>, by: Option<By>) -> StudyAnalysis {
 }
 
 fn names(study: &StudyAnalysis) -> Vec<&str> {
-    study.groups.iter().map(|g| g.summary.name.as_str()).collect()
+    study
+        .groups
+        .iter()
+        .map(|g| g.summary.name.as_str())
+        .collect()
 }
 
 fn raised<K: DoubtKind>(take: &Take) -> Vec<K> {
-    take.doubts().iter().filter_map(|doubt| doubt.kind()).collect()
+    take.doubts()
+        .iter()
+        .filter_map(|doubt| doubt.kind())
+        .collect()
 }
 
 /// What a person states counts before the recording, and the recording before its name; what nobody says stays open.
@@ -163,10 +168,7 @@ fn stated_channels_count_before_guessed_ones_and_must_be_there() {
         "{missing:?}"
     );
     let three = with(&|stated| stated.tangential_force = vec!["fx".into(); 3]);
-    assert_eq!(
-        three.err(),
-        Some(StudyError::TangentialForces { found: 3 })
-    );
+    assert_eq!(three.err(), Some(StudyError::TangentialForces { found: 3 }));
     for load_n in [0.0, -0.2, f64::NAN] {
         let refused = with(&|stated| stated.condition.load_n = Some(Newtons(load_n)));
         assert!(matches!(refused, Err(StudyError::Load { .. })), "{load_n}");
@@ -235,7 +237,10 @@ fn recordings_of_one_rate_share_their_lines() {
     // 0.1 s at 5 kHz; the recording at 4 kHz keeps lines about 5 Hz apart.
     assert_eq!(segments, [500, 500, 1024]);
     let band = study.band_hz.unwrap();
-    assert!((band[0] - 10.0).abs() < 1e-9 && (band[1] - 1000.0).abs() < 1e-9, "{band:?}");
+    assert!(
+        (band[0] - 10.0).abs() < 1e-9 && (band[1] - 1000.0).abs() < 1e-9,
+        "{band:?}"
+    );
     // A stated length counts.
     let stated = StudySettings {
         segment: Some(256),
@@ -312,7 +317,10 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
         "{left_out}"
     );
     let said = study.doubts_in_words(&|doubt| doubt.to_string());
-    assert!(said.iter().any(|sentence| sentence.contains("c.csv")), "{said:?}");
+    assert!(
+        said.iter().any(|sentence| sentence.contains("c.csv")),
+        "{said:?}"
+    );
     let Trend::Samples(trend) = &comparison.trend else {
         panic!("samples are compared");
     };
@@ -349,13 +357,8 @@ fn a_study_without_strokes_says_why() {
     };
     let channels = still.recording.channels().iter().map(silent).collect();
     let rate = SampleRate::new(RATE_HZ).unwrap();
-    still.recording = Recording::new(
-        channels,
-        rate,
-        touched("S1", 30.0),
-        Provenance::default(),
-    )
-    .unwrap();
+    still.recording =
+        Recording::new(channels, rate, touched("S1", 30.0), Provenance::default()).unwrap();
     let mut done = 0;
     let takes = all([still]);
     let refused = analyse_watched(takes, &settings(Question::Groups(None)), &mut || done += 1);
@@ -364,10 +367,16 @@ fn a_study_without_strokes_says_why() {
     };
     assert_eq!(found.recordings, ["still.csv"]);
     let because = found.because.as_ref().unwrap();
-    assert!(matches!(because.kind(), Some(StrokeDoubt::NoContact { .. })));
+    assert!(matches!(
+        because.kind(),
+        Some(StrokeDoubt::NoContact { .. })
+    ));
     assert!(!found.doubts.is_empty());
     let sentence = found.sentence_with(&|_| "nothing touches".into());
-    assert_eq!(sentence, "expected strokes, found none in still.csv: nothing touches");
+    assert_eq!(
+        sentence,
+        "expected strokes, found none in still.csv: nothing touches"
+    );
     assert_eq!(done, 1);
 }
 
@@ -411,5 +420,10 @@ fn a_report_has_what_is_not_asked_as_well() {
     assert_eq!(example.samples.as_ref().unwrap().len(), stroke.steady.len());
     // Active and passive touch are what is asked: pairs and conclusions are said.
     let study = analyse(takes(), &changes(By::Touch)).unwrap();
-    assert!(study.lines().iter().any(|line| line.starts_with("S1: active and passive PSDs")));
+    assert!(
+        study
+            .lines()
+            .iter()
+            .any(|line| line.starts_with("S1: active and passive PSDs"))
+    );
 }

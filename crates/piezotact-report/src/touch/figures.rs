@@ -7,10 +7,10 @@ use piezotact::recording::Channel;
 use piezotact::statistics::LogFit;
 use piezotact::stroke::Interval;
 
-use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
-use piezotact::study::Take;
 use crate::chart::HEIGHT;
 use crate::{Draw, DrawError};
+use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+use piezotact::study::Take;
 
 const SIGNAL: Tone = Tone::Signal;
 const SECOND: Tone = Tone::Accent;

@@ -6,8 +6,8 @@ mod figures;
 use figures::Sets;
 use maud::{Markup, html};
 use piezotact::compare::{CommonLine, SpatialPeriod, Summary};
-use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::document::Words;
+use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
 use piezotact::statistics::{Direction, LogFit};
 use piezotact::study::{

@@ -249,7 +249,10 @@ impl<'a> GroupEntry<'a> {
         let summary = &group.summary;
         Self {
             summary,
-            files: study.takes_of(group).map(|take| take.name.as_str()).collect(),
+            files: study
+                .takes_of(group)
+                .map(|take| take.name.as_str())
+                .collect(),
             psd: PsdEntry {
                 unit: summary.unit.of_psd(),
                 resolution_hz: summary.psd.resolution_hz,

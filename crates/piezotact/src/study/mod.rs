@@ -4,8 +4,10 @@
 //! said of a study; texts, documents and reports show it and compute nothing.
 
 mod comparison;
+mod document;
 mod error;
 mod grouping;
+mod table;
 mod take;
 mod words;
 
@@ -14,8 +16,10 @@ use std::collections::BTreeMap;
 pub use comparison::{
     Across, BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, Trend,
 };
+pub use document::*;
 pub use error::{NoStrokes, StudyError};
 pub use grouping::{By, Group};
+pub use table::{cuts_table, strokes_table};
 pub use take::{Naming, Recorded, Stated, Take, cut};
 pub use words::doubts_in_words;
 

@@ -3,27 +3,29 @@
 pub(crate) mod analyse;
 pub(crate) mod compare;
 pub(crate) mod segment;
-mod tables;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
+use piezotact::page::Table;
 use piezotact::quantity::{Measure, Newtons, Unit};
 use piezotact::recording::{Condition, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, Breadth, By, Gesture, Question, Recorded, Stated, StudyAnalysis, StudyError,
-    StudySettings, Take,
+    StudySettings, Take, strokes_table,
 };
 use piezotact::surface::SampleSet;
 use piezotact_dataset::{cuts_path, known_naming, known_sample_sets, read_cuts, read_sample_set};
 
+use piezotact_report::touch;
+
 use super::{outputs, place, read};
-use crate::advice::text;
+use crate::advice::{OptionWords, text};
 use crate::cli::{self, Computing, Takes, TouchName};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::say;
+use crate::output::{print, say, write_text};
 use crate::report::name;
 
 impl From<cli::By> for By {
@@ -174,6 +176,44 @@ fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<StudyAnalysis> {
     let study = study::analyse_watched(takes, settings, &mut || bar.inc(1)).map_err(failed);
     bar.finish_and_clear();
     study
+}
+
+/// Writes the table and the report that are asked for, and prints the study: its document, or its doubts and lines.
+fn shown(
+    study: &StudyAnalysis,
+    computing: &Computing,
+    document: impl FnOnce() -> Outcome,
+) -> Outcome {
+    write_table(computing.csv.as_deref(), &strokes_table(&study.takes))?;
+    if let Some(path) = &computing.report {
+        write_text(path, &touch::html(study, &OptionWords)?)?;
+    }
+    if computing.json {
+        return document();
+    }
+    for doubt in study.doubts_in_words(&text) {
+        say(&format!("doubt: {doubt}"));
+    }
+    for line in study.lines() {
+        print(&line)?;
+    }
+    wrote(&[&computing.csv, &computing.report])
+}
+
+/// Writes `table` to `path`, where one is given.
+fn write_table(path: Option<&Path>, table: &Table) -> Outcome {
+    match path {
+        Some(path) => write_text(path, &piezotact_report::report::csv(table)?),
+        None => Ok(()),
+    }
+}
+
+/// Says which files were written.
+fn wrote(paths: &[&Option<PathBuf>]) -> Outcome {
+    for path in paths.iter().filter_map(|path| path.as_ref()) {
+        print(&format!("wrote {}", path.display()))?;
+    }
+    Ok(())
 }
 
 /// An error of a study as one of usage or of data, with the options that help.
