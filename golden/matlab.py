@@ -1,6 +1,6 @@
 """MATLAB files between SciPy 1.17.1 (NumPy 2.4.6) and piezotact-dataset, both ways.
 
-    UPDATE_GOLDEN=1 cargo test -p piezotact-dataset --test matlab scipy
+    UPDATE_GOLDEN=1 cargo test --workspace --test all matlab::scipy
     python3 golden/matlab.py [../shared/data/daq/mat]
 
 Reads the file that the Rust test wrote and writes one of its own for the Rust test to read. With a folder it says

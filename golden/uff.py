@@ -1,6 +1,6 @@
 """Universal files between pyuff 2.5.8 (NumPy 2.4.6) and piezotact-dataset, both ways.
 
-    UPDATE_GOLDEN=1 cargo test -p piezotact-dataset --test uff pyuff
+    UPDATE_GOLDEN=1 cargo test --workspace --test all uff::pyuff
     python3 golden/uff.py
 
 Reads the two files that the Rust test wrote, compares every number with the formula, and writes two files of its own

@@ -2,12 +2,10 @@
 //! that were made badly.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use support::Folder;
+use crate::support::{self, Folder};
 
 const BENCH: &str = "twin:participant=1,seed=7";
 

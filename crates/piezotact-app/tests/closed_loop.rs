@@ -1,9 +1,7 @@
 //! `render` in a closed loop and with its other inverses, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
-use support::{Folder, wav};
+use crate::support::{self, Folder, wav};
 
 const BENCH: &str = "twin:participant=2,seed=7";
 

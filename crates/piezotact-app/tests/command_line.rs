@@ -6,12 +6,10 @@
     reason = "a test prints what it measured, and fails where it cannot"
 )]
 
-mod support;
-
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use support::{BENCH, Folder, RENDER, noise, prepared, wav};
+use crate::support::{BENCH, Folder, RENDER, noise, prepared, wav};
 
 #[test]
 fn the_demo_ends_with_a_report_and_a_verdict() {

@@ -1,12 +1,10 @@
 //! What the program concludes, as a black box: a direction, a verdict or a number only where the data carry it.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use support::{Done, Folder, noise, shared};
+use crate::support::{Done, Folder, noise, shared};
 
 fn run(folder: &Folder, line: &str) -> Done {
     let words: Vec<&str> = line.split(' ').collect();

@@ -5,9 +5,7 @@
     reason = "a test reads files that were written"
 )]
 
-mod support;
-
-use support::Folder;
+use crate::support::{self, Folder};
 
 fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap()

@@ -5,17 +5,13 @@
     reason = "a test fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/known_cuts/mod.rs"]
-mod known_cuts;
-mod support;
-
 use std::path::Path;
 
-use known_cuts::{Kind, Random, recorded, table};
+use crate::known_cuts::{Kind, Random, recorded, table};
+use crate::support::{Folder, noise, wav};
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::resample::resample;
 use piezotact_dataset::{ReadOptions, read_recording};
-use support::{Folder, noise, wav};
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
@@ -101,9 +97,7 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
 #[test]
 fn the_readme_s_commands_for_recordings_work() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, section) = readme
-        .split_once("## From recordings to what they say")
-        .unwrap();
+    let (_, section) = readme.split_once("## Analysis of recordings").unwrap();
     let (section, _) = section.split_once("\n## ").unwrap();
     let folder = Folder::new();
     let plain = |seed| recorded(&mut Random::new(seed), &[Kind::Plain; 4]);

@@ -6,8 +6,7 @@
     reason = "a test fails where it cannot go on"
 )]
 
-mod support;
-
+use crate::support::{self, BENCH, Folder, noise, shared, wav};
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Drive, SampleRate};
 use piezotact::recording::RecordingDoubt;
@@ -15,7 +14,6 @@ use piezotact::resample::resample;
 use piezotact_dataset::haptic::{parse_hjif, read_haptic};
 use piezotact_dataset::{ReadOptions, holds_transfer, read_recording, read_transfer};
 use serde_json::Value;
-use support::{BENCH, Folder, noise, shared, wav};
 
 const SCALE: [&str; 2] = ["--scale", "20 m/s2"];
 

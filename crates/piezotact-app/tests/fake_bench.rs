@@ -1,12 +1,10 @@
 //! Commands on a scripted fake: two clocks, drop-outs, lost devices and Ctrl-C end in order, with what was acquired kept.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::{Done, Folder, noise, wav};
+use crate::support::{Done, Folder, noise, wav};
 
 const FAULTS: &str =
     "clock_ppm = 50\nchunks_s = [0.05, 0.2, 0.013]\ndrop_outs = [{ at_s = 1, samples = 25 }]\n";

@@ -6,12 +6,10 @@
     reason = "a test prints what it measured, and fails where it cannot"
 )]
 
-mod support;
-
 use std::fmt::Write as _;
 
+use crate::support::{Folder, noise, shared, wav};
 use serde_json::Value;
-use support::{Folder, noise, shared, wav};
 
 /// The kinds of doubts that say that a signal broke.
 const BROKEN: [&str; 9] = [

@@ -1,11 +1,9 @@
 //! What a command keeps of the commands before it, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::process::{Child, Stdio};
 
-use support::{Done, Folder, noise, wav};
+use crate::support::{Done, Folder, noise, wav};
 
 /// A folder with a drive, two textures of 5 s and the script of a fake without faults.
 fn prepared() -> Folder {

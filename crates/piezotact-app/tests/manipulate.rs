@@ -1,16 +1,14 @@
 //! `manipulate` as a black box: what is written, the chain that is kept, what is refused.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::f64::consts::TAU;
 
+use crate::support::{self, Folder, noise, wav};
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact_dataset::{ReadOptions, read_recording};
 use serde_json::Value;
-use support::{Folder, noise, wav};
 
 /// Two textures of 4 s at 5 kHz with their scales in sidecars: S2 has 3 m/s² rms, S13 0.6, and more at high frequencies.
 fn two_textures() -> Folder {

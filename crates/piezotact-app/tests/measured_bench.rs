@@ -1,12 +1,10 @@
 //! `--bench measured:FILE` as a black box: a rendering rehearsed on a hand that was measured before.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::f64::consts::TAU;
 
+use crate::support::{Done, Folder, noise, wav};
 use serde_json::{Value, json};
-use support::{Done, Folder, noise, wav};
 
 /// A hand of two resonances, 501 lines to 2.5 kHz, with what is stated beside them.
 fn hand(stated: Value) -> String {

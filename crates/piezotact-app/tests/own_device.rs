@@ -1,10 +1,8 @@
 //! An amplifier and an actuator of one's own, described in a file.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
+use crate::support::{Done, Folder, noise, wav};
 use serde_json::Value;
-use support::{Done, Folder, noise, wav};
 
 /// 10 V at most, at ×5 or ×20, behind a divider by two.
 const OWN: &str = r#"

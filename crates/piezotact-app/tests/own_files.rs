@@ -1,12 +1,8 @@
 //! What a laboratory reads of its own files with programs of its own: labels, criteria, and files that are no recording.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-#[path = "../../piezotact/tests/known_cuts/mod.rs"]
-mod known_cuts;
-mod support;
-
-use known_cuts::{Kind, Random, recorded, table};
-use support::Folder;
+use crate::known_cuts::{Kind, Random, recorded, table};
+use crate::support::{self, Folder};
 
 /// Strokes and rejects have their criteria, in JSON and as columns; reasons are counted by their codes.
 #[test]

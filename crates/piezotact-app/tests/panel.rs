@@ -6,17 +6,15 @@
     reason = "a test prints what it measured, and fails where it cannot go on"
 )]
 
-mod support;
-
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::support::{self, Folder, noise, shared, wav};
 use piezotact::quantity::{Degrees, Newtons};
 use piezotact::statistics::rms;
 use piezotact_dataset::{TransferDocument, read_transfer, write_transfer};
 use serde_json::Value;
-use support::{Folder, noise, shared, wav};
 
 const RUN: &str = "panel run --bench twin:seed=7 --participants 1..3 --loads 0.2,0.6 --angles 20 --repeats 2 --seconds 4 --out panel";
 

@@ -9,8 +9,7 @@
     reason = "a test prints what it measured, and fails where it cannot"
 )]
 
-mod support;
-
+use crate::support::{Folder, shared};
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate};
 use piezotact::render::{RenderConfig, RenderError, render};
 use piezotact::resample::resample;
@@ -20,7 +19,6 @@ use piezotact::statistics::{peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
 use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
-use support::{Folder, shared};
 
 const TEXTSENSE: [&str; 10] = [
     "text3_ref",

@@ -2,9 +2,7 @@
 //! exit code that means something, and nothing is written.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
-use support::{BENCH, Folder, RENDER, noise, prepared, wav};
+use crate::support::{BENCH, Folder, RENDER, noise, prepared, wav};
 
 #[test]
 fn a_file_that_cannot_be_read_is_named_with_what_to_do() {

@@ -1,9 +1,7 @@
 //! `replay` as a black box: what it prints and writes, and what it refuses.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
-use support::Folder;
+use crate::support::Folder;
 
 /// The claims of chapter 3 and the figures that have a counterpart.
 const CLAIMS: std::ops::RangeInclusive<u64> = 10..=19;

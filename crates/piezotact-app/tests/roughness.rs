@@ -4,13 +4,11 @@
 //! and with `CI=true` it fails.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use crate::support::{Folder, noise, shared};
 use serde_json::Value;
-use support::{Folder, noise, shared};
 
 fn measured(file: &str) -> Option<PathBuf> {
     shared(&format!("data/topography/{file}"))

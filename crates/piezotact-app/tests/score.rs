@@ -1,9 +1,7 @@
 //! `piezotact score` as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
-use support::{Folder, noise, wav};
+use crate::support::{self, Folder, noise, wav};
 
 /// Thirty seconds of noise from another place of the sequence for every `seed`.
 fn realisation(seed: usize, rate_hz: u32, gain: f64) -> Vec<u8> {

@@ -1,15 +1,11 @@
 //! `segment`, `analyse` and `compare` as a laboratory runs them: on its own tables, and on measured files.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-#[path = "../../piezotact/tests/known_cuts/mod.rs"]
-mod known_cuts;
-mod support;
-
 use std::fmt::Write as _;
 
-use known_cuts::{Kind, RATE_HZ, Random, Recorded, recorded, table};
+use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, recorded, table};
+use crate::support::{Folder, shared};
 use serde_json::Value;
-use support::{Folder, shared};
 
 fn plain(seed: u64, strokes: usize) -> Recorded {
     recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes])

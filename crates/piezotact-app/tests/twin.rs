@@ -1,9 +1,7 @@
 //! `twin` as a black box: recordings that analyse as they should, surfaces that measure as they should, and refusals.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
-use support::Folder;
+use crate::support::{self, Folder};
 
 const RECORD: [&str; 3] = ["twin", "record", "--bench"];
 

@@ -1,12 +1,10 @@
 //! `verify` with what its report shows beside the measurement that is judged, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-mod support;
-
 use std::f64::consts::TAU;
 
+use crate::support::{BENCH, Done, Folder, RENDER, noise, prepared, wav};
 use serde_json::Value;
-use support::{BENCH, Done, Folder, RENDER, noise, prepared, wav};
 
 const RATE_HZ: f64 = 5000.0;
 

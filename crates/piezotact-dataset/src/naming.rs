@@ -1,13 +1,13 @@
 //! Conditions that stand in the names of files: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
 use piezotact::recording::RecordingDoubt;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
 
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, Unit};
-use piezotact::recording::{Condition, Touch};
+use piezotact::recording::Touch;
+pub use piezotact::study::Naming;
 
 /// The patterns that are tried when none is given: those of public collections, strict enough to fit nothing else.
 const KNOWN: [(&str, &str); 2] = [
@@ -32,17 +32,6 @@ pub struct NamePattern {
 enum Part {
     Literal(String),
     Field { name: String, unit: String },
-}
-
-/// What a name says.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Naming {
-    /// The fields that a condition knows.
-    pub condition: Condition,
-    /// All other fields, and all fields as they were written.
-    pub labels: BTreeMap<String, String>,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
 }
 
 /// A pattern that cannot be, or a name that does not fit it.
@@ -177,7 +166,8 @@ impl NamePattern {
                 "load" | "speed" | "angle" if unit.is_empty() => {
                     naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
                         what: format!(
-                            "{{{field}}} in the name's pattern has no unit, and `{text}` is kept as a label only (write {{{field}:{}}})",
+                            "{{{field}}} in the name pattern has no unit: `{text}` is kept only as a label (write \
+                             {{{field}:{}}})",
                             match field.as_str() {
                                 "load" => "N",
                                 "speed" => "mm/s",
@@ -224,7 +214,7 @@ pub fn known_naming(path: &Path) -> Naming {
         }
         naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the name is read as one of the {collection} collection (--meta says otherwise)"
+                "the file name is read with the pattern of the {collection} collection (give another pattern with --meta)"
             ),
         }));
         return naming;

@@ -6,13 +6,11 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-mod support;
-
+use crate::shared_data;
 use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
+use crate::support::Lcg;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::envelope::EnvelopeConfig;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate, Unit, Volts};
@@ -26,7 +24,6 @@ use piezotact_dataset::{
     Contents, FileKind, ReadError, ReadOptions, holds_transfer, read_recording,
 };
 use serde_json::Value;
-use support::Lcg;
 
 /// Single precision around 1: one step is 6e-8. Upstream's own tests use the same number.
 const SINGLE: f64 = 1e-7;

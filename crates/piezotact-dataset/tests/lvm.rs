@@ -4,13 +4,11 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-mod support;
-
+use crate::shared_data;
 use piezotact::recording::RecordingDoubt;
 use std::path::{Path, PathBuf};
 
+use crate::support::Lcg;
 use piezotact::Doubt;
 use piezotact::quantity::{Measure, SampleRate, Unit};
 use piezotact::recording::Recording;
@@ -18,7 +16,6 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, estimate};
 use piezotact_dataset::lvm::parse_lvm;
 use piezotact_dataset::{FileKind, ReadError, ReadOptions, read_recording};
-use support::Lcg;
 
 fn measured(name: &str) -> Option<PathBuf> {
     shared_data::shared(&format!("data/frf/lvm/{name}"))
@@ -122,7 +119,7 @@ fn the_small_files_of_others() {
     }
     if let Some(read) = all("with_comments.lvm", &none) {
         let refused = read.unwrap_err().to_string();
-        assert!(refused.contains("state --rate"), "{refused}");
+        assert!(refused.contains("give --rate"), "{refused}");
         let stated = ReadOptions {
             rate: Some(SampleRate::new(1.0).unwrap()),
             ..ReadOptions::default()

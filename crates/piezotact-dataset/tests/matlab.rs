@@ -4,13 +4,11 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-mod support;
-
+use crate::shared_data;
 use piezotact::transfer::TransferDoubt;
 use std::path::{Path, PathBuf};
 
+use crate::support::Lcg;
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::device::{DeviceDescription, DriveSetup};
@@ -26,7 +24,6 @@ use piezotact_dataset::{
     FileKind, ReadError, ReadOptions, TransferDocument, holds_transfer, read_recording,
     read_transfer, write_transfer,
 };
-use support::Lcg;
 
 fn files() -> Vec<PathBuf> {
     let Some(folder) = shared_data::shared("data/daq/mat") else {
@@ -529,7 +526,11 @@ fn names_that_others_give() {
         (2.0, 4.0)
     );
     assert_eq!(document.coherence, [1.0; 3]);
-    assert!(document.about.doubts[0].to_string().contains("taken as 1"));
+    assert!(
+        document.about.doubts[0]
+            .to_string()
+            .contains("assumed to be 1")
+    );
     put(&[
         frf.clone(),
         column("freq", &[2.0, 4.0, 6.0]),

@@ -7,18 +7,15 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-mod support;
-
+use crate::shared_data;
 use piezotact::surface::SurfaceDoubt;
 use std::path::PathBuf;
 
+use crate::support::Lcg;
 use piezotact::Doubt;
 use piezotact::surface::{HeightMap, Topography};
 use piezotact_dataset::topography::parse_topography;
 use piezotact_dataset::{TopographyKind, TopographyOptions, read_topography, write_sur};
-use support::Lcg;
 
 /// The same formulae in other orders of summation, on heights that may be stored as 32-bit floats.
 const RTOL: f64 = 1e-6;

@@ -4,17 +4,15 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-mod support;
-
 use piezotact::recording::RecordingDoubt;
 use piezotact::surface::SurfaceDoubt;
 use std::io::{Cursor, Write as _};
 
+use crate::support::{Lcg, NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
 use md5::{Digest as _, Md5};
 use piezotact::Doubt;
 use piezotact::surface::{HeightMap, Topography};
 use piezotact_dataset::{TopographyKind, read_topography, write_sur};
-use support::{Lcg, NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
 
 fn put(file: &mut [u8], at: usize, bytes: &[u8]) {
     file[at..at + bytes.len()].copy_from_slice(bytes);

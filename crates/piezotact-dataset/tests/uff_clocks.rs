@@ -1,9 +1,7 @@
 //! Universal files whose channels have clocks of their own, and the start that their date lines say.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-#[path = "../../piezotact/tests/shared_data/mod.rs"]
-mod shared_data;
-
+use crate::shared_data;
 use std::path::{Path, PathBuf};
 
 use piezotact::quantity::{SampleRate, Seconds, Unit};

@@ -107,7 +107,9 @@ impl<'a> ReplayDocument<'a> {
                     number: chapter.number,
                     title: chapter.title,
                     measured: &chapter.measured,
-                    doubts: (chapter.doubts.iter()).map(|doubt| words.merged(doubt)).collect(),
+                    doubts: (chapter.doubts.iter())
+                        .map(|doubt| words.merged(doubt))
+                        .collect(),
                     missing: &chapter.missing,
                 })
                 .collect(),

@@ -1,4 +1,4 @@
-//! The figures of a verification report, one function for each.
+//! The figures of transfer functions and verifications, one function for each.
 
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
 use piezotact::series::Series;
@@ -6,12 +6,11 @@ use piezotact::statistics::{mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
 use piezotact::verify::{Beside, PredictedStraight, Tones, Verification};
 
-use crate::failure::Outcome;
-use crate::output::digits;
-use crate::report::verify::{Page, Straight};
+use crate::chart::{self, HEIGHT};
+use crate::verify::{Page, Straight};
+use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Tone, range};
-use piezotact_report::chart::HEIGHT;
-use piezotact_report::{Draw, DrawError};
+use piezotact::number::digits;
 
 const TARGET: Tone = Tone::Reference;
 /// The target where the measurement lies over it.
@@ -33,7 +32,10 @@ fn decibels(frequencies_hz: &[f64], powers: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The PSD of one channel, as a file of its own: `title` says what it is and how it was estimated.
-pub(crate) fn psd(
+///
+/// # Errors
+/// [`DrawError`] where it cannot be drawn.
+pub fn psd(
     title: &str,
     unit: &str,
     frequencies_hz: &[f64],
@@ -53,7 +55,7 @@ pub(crate) fn psd(
         notes: Vec::new(),
         legend: Corner::UpperRight,
     };
-    piezotact_report::chart::file(&chart, HEIGHT + 120)
+    chart::file(&chart, HEIGHT + 120)
 }
 
 /// The span of frequencies that figures of a band show: a little more on both sides.
@@ -226,7 +228,7 @@ pub(crate) fn beside_waveforms(
 pub(crate) const BEFORE_DRAWN_S: f64 = 0.5;
 
 /// The waveforms before, and that of the target, on one scale.
-pub(crate) fn before_waveforms(page: &Page<'_>) -> Outcome<(String, String)> {
+pub(crate) fn before_waveforms(page: &Page<'_>) -> Result<(String, String), DrawError> {
     let points = |series: &Series<Acceleration>| -> Vec<(f64, f64)> {
         let (rate_hz, mean) = (series.rate().hz(), mean(series.samples()));
         let drawn = (BEFORE_DRAWN_S * rate_hz) as usize;
@@ -457,7 +459,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
     unit: &str,
-) -> Outcome<Vec<String>> {
+) -> Result<Vec<String>, DrawError> {
     let (from, to) = span(band);
     let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
     // What nothing drove is not drawn.

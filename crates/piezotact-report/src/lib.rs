@@ -3,12 +3,20 @@
 mod axis;
 pub mod chart;
 pub mod criteria;
+pub mod figures;
 pub mod heatmap;
 mod image;
+pub mod manipulate;
 mod page;
+pub mod panel;
+pub mod rendering;
 pub mod report;
 pub mod roughness;
+pub mod score;
 pub mod spectrogram;
+pub mod touch;
+pub mod transfer;
+pub mod verify;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 

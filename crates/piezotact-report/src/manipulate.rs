@@ -1,23 +1,19 @@
 //! The report of a texture that was made otherwise: waveforms, spectra and levels, before and after.
 
 use maud::{Markup, html};
-use piezotact::Doubt;
+use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
 use piezotact::recording::BenchKind;
-use piezotact::series::Series;
-use piezotact::spectrum::{Spectrum, welch};
-use piezotact::statistics::standard_deviation;
+use piezotact::spectrum::Spectrum;
 
-use super::{document, figure};
-use crate::advice::merged_text;
-use crate::commands::manipulate::lines_5_hz_apart;
-use crate::failure::Outcome;
-use crate::output::digits;
+use crate::Draw;
+use crate::chart::HEIGHT;
+use crate::report::doubts_section;
+use crate::{DrawError, bench_text, document, figure};
 use piezotact::figure::{Axis, Chart, Corner, Line, Tone, range};
-use piezotact_report::Draw;
-use piezotact_report::chart::HEIGHT;
+use piezotact::number::digits;
 
 const BEFORE: Tone = Tone::Pale;
 const AFTER: Tone = Tone::Main;
@@ -29,24 +25,34 @@ const HIGHEST_HZ: f64 = 1000.0;
 const LOWEST_HZ: f64 = 10.0;
 
 /// What a report of a texture shows.
-pub(crate) struct Page<'a> {
-    pub(crate) title: String,
-    pub(crate) bench: Option<BenchKind>,
-    pub(crate) before: &'a Texture<Acceleration>,
-    pub(crate) after: &'a Texture<Acceleration>,
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// Its title.
+    pub title: String,
+    /// Which bench it comes from; absent where that is not known.
+    pub bench: Option<BenchKind>,
+    /// The texture before.
+    pub before: &'a Texture<Acceleration>,
+    /// The texture after.
+    pub after: &'a Texture<Acceleration>,
     /// Those that it took something of.
-    pub(crate) others: &'a [Texture<Acceleration>],
+    pub others: &'a [Texture<Acceleration>],
+    /// The PSDs of the texture before, of the others, and of the texture after.
+    pub spectra: &'a [Spectrum<Acceleration>],
 }
 
-/// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let waves = waveforms(page)?;
     let body = html! {
         h1 { (page.title) }
         p.soft { (bench_line(page)) }
         (numbers(page))
         (steps(page))
-        (doubts(&page.after.doubts))
+        (doubts_section(&merged(&page.after.doubts), words))
         section {
             h2 { "Waveforms" }
             (figure(&waves[0], &format!("Before{}: the first {DRAWN_S} s.", and_others(page))))
@@ -62,8 +68,8 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
 }
 
 fn bench_line(page: &Page<'_>) -> String {
-    let kind = super::bench_told(page.bench)
-        .unwrap_or("The recording does not say which bench it comes from.");
+    let kind =
+        bench_text(page.bench).unwrap_or("The recording does not say which bench it comes from.");
     format!("{kind} What is shown as after was made from it: no finger felt it on a surface.")
 }
 
@@ -75,13 +81,11 @@ fn and_others(page: &Page<'_>) -> &'static str {
     }
 }
 
-/// The rms about the mean, as in the lineage.
-fn level_of(x: &Series<Acceleration>) -> f64 {
-    standard_deviation(x.samples())
-}
-
 fn label(what: &str, texture: &Texture<Acceleration>) -> String {
-    format!("{what}, {} m/s² rms", digits(level_of(&texture.series)))
+    format!(
+        "{what}, {} m/s² rms",
+        digits(texture.series.rms_about_mean().value)
+    )
 }
 
 fn other_label(other: &Texture<Acceleration>) -> String {
@@ -92,18 +96,18 @@ fn numbers(page: &Page<'_>) -> Markup {
     let (before, after) = (&page.before.series, &page.after.series);
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     let level = |x: f64| format!("{} m/s²", digits(x));
-    let change = Decibels::from_amplitude_ratio(level_of(after) / level_of(before)).0;
+    let change = page.after.level_re_db(page.before);
     html! {
         section.verdict {
             strong { (headline(page)) }
             div.numbers {
-                (number(level(level_of(before)), "rms before"))
-                (number(level(level_of(after)), "rms after"))
+                (number(level(before.rms_about_mean().value), "rms before"))
+                (number(level(after.rms_about_mean().value), "rms after"))
                 (number(format!("{change:+.2} dB").replace('-', "−"), "change of level"))
                 (number(level(after.peak()), &format!("peak after; {} before", level(before.peak()))))
                 (number(format!("{:.2}", after.duration()), &format!("long; {:.2} before", before.duration())))
                 @for other in page.others {
-                    (number(level(level_of(&other.series)), &format!("rms of {}", other.lineage.source)))
+                    (number(level(other.series.rms_about_mean().value), &format!("rms of {}", other.lineage.source)))
                 }
             }
         }
@@ -136,20 +140,7 @@ fn steps(page: &Page<'_>) -> Markup {
     }
 }
 
-fn doubts(doubts: &[Doubt]) -> Markup {
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if doubts.is_empty() {
-                p.soft { "None: nothing had to be clamped, guessed or left out." }
-            } @else {
-                ul.doubts { @for doubt in merged(doubts) { li { (merged_text(&doubt)) } } }
-            }
-        }
-    }
-}
-
-fn waveforms(page: &Page<'_>) -> Outcome<[String; 2]> {
+fn waveforms(page: &Page<'_>) -> Result<[String; 2], DrawError> {
     let points = |texture: &Texture<Acceleration>| -> Vec<(f64, f64)> {
         let rate_hz = texture.series.rate().hz();
         let samples = texture.series.samples().iter().enumerate();
@@ -177,19 +168,26 @@ fn waveforms(page: &Page<'_>) -> Outcome<[String; 2]> {
     Ok([drawn(before)?, drawn(after)?])
 }
 
-fn spectra(page: &Page<'_>) -> Outcome<String> {
-    let line = |label: String, colour, texture: &Texture<Acceleration>| -> Outcome<Line> {
-        let psd: Spectrum<Acceleration> = welch(&texture.series, &lines_5_hz_apart(texture)?)?;
+fn spectra(page: &Page<'_>) -> Result<String, DrawError> {
+    let line = |label: String, colour, psd: &Spectrum<Acceleration>| {
         let points = psd.frequencies_hz().into_iter().zip(&psd.values);
         let points = points.skip(1).filter(|(_, v)| **v > 0.0);
         let points = points.map(|(hz, v)| (hz, Decibels::from_power(*v).0));
-        Ok(Line::new(label, colour, points.collect()))
+        Line::new(label, colour, points.collect())
     };
-    let mut lines = vec![line(label("before", page.before), BEFORE, page.before)?.thick()];
-    for other in page.others {
-        lines.push(line(other_label(other), OTHER, other)?.thin());
-    }
-    lines.push(line(label("after", page.after), AFTER, page.after)?);
+    let labels = std::iter::once((label("before", page.before), BEFORE))
+        .chain(page.others.iter().map(|other| (other_label(other), OTHER)))
+        .chain([(label("after", page.after), AFTER)]);
+    let lines = labels.zip(page.spectra).enumerate();
+    let lines: Vec<Line> = lines
+        .map(
+            |(i, ((label, tone), psd))| match (i, line(label, tone, psd)) {
+                (0, first) => first.thick(),
+                (i, other) if i <= page.others.len() => other.thin(),
+                (_, last) => last,
+            },
+        )
+        .collect();
     let nyquist = page.after.series.rate().nyquist().0;
     let (from, to) = (LOWEST_HZ.min(nyquist / 10.0), HIGHEST_HZ.min(nyquist));
     let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
@@ -201,7 +199,7 @@ fn spectra(page: &Page<'_>) -> Outcome<String> {
     );
     let mut chart = Chart::new(Axis::log("frequency, Hz", from, to), density, lines);
     chart.legend = Corner::UpperRight;
-    Ok(chart.svg(HEIGHT + 80)?)
+    chart.svg(HEIGHT + 80)
 }
 
 fn origin(page: &Page<'_>) -> Markup {

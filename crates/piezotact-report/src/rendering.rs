@@ -3,40 +3,26 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use piezotact::criterion::Outcome as Judged;
+use piezotact::correct::{CorrectedRendering as Row, RenderingSums};
+use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact::lineage::Mode;
+use piezotact::number::{difference_db, signed};
 use piezotact::quantity::Band;
-use piezotact::render::RenderedDrive;
-use piezotact::statistics::mean;
-use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
+use piezotact::verify::CLOSE_DB;
 
-use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
-use crate::advice::merged_text;
-use crate::failure::Outcome;
-use crate::output::{difference_db, headroom_text};
-use crate::wording;
-
-/// What counts as close, dB: the rms over what the inverse reaches, and the largest of its lines.
-const CLOSE_DB: (f64, f64) = (1.0, 3.0);
-
-/// One texture on one finger.
-struct Row<'a> {
-    called: &'a str,
-    level_db: f64,
-    drive: &'a RenderedDrive,
-    looped: &'a Looped,
-}
+use crate::{DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, figures};
 
 /// What a report of renderings shows, as it grows: of each what it says, not what was recorded.
-pub(crate) struct Page {
+#[derive(Debug)]
+pub struct Page {
     band: Band,
     /// How many are asked for.
     asked: usize,
     aim: Option<Mode>,
     called: Vec<String>,
     benches: BTreeSet<&'static str>,
-    figures: Vec<Figures>,
+    sums: RenderingSums,
     lines: Vec<Markup>,
     sections: Vec<Markup>,
     origins: Vec<Markup>,
@@ -44,26 +30,17 @@ pub(crate) struct Page {
     refused: Vec<(String, String)>,
 }
 
-/// The numbers of one rendering that are summed up.
-struct Figures {
-    open_db: f64,
-    closed_db: f64,
-    most_db: f64,
-    close: bool,
-    /// Whether the open loop was kept.
-    open_kept: bool,
-}
-
 impl Page {
     /// A report of renderings over `band`, of which `asked` are asked for.
-    pub(crate) fn of(band: Band, asked: usize) -> Self {
+    #[must_use]
+    pub fn of(band: Band, asked: usize) -> Self {
         Self {
             band,
             asked,
             aim: None,
             called: Vec::new(),
             benches: BTreeSet::new(),
-            figures: Vec::new(),
+            sums: RenderingSums::default(),
             lines: Vec::new(),
             sections: Vec::new(),
             origins: Vec::new(),
@@ -71,47 +48,33 @@ impl Page {
         }
     }
 
-    /// Adds a rendering.
-    pub(crate) fn add(
-        &mut self,
-        called: &str,
-        level_db: f64,
-        drive: &RenderedDrive,
-        looped: &Looped,
-    ) -> Outcome {
-        let row = Row {
-            called,
-            level_db,
-            drive,
-            looped,
-        };
-        self.aim = drive.aim;
-        self.called.push(called.into());
-        let bench = looped.recording.about.provenance.bench;
+    /// Adds a rendering, with doubts in `words`.
+    ///
+    /// # Errors
+    /// [`DrawError`] where a figure cannot be drawn.
+    pub fn add(&mut self, row: &Row<'_>, words: &dyn Words) -> Result<(), DrawError> {
+        self.aim = row.drive.aim;
+        self.called.push(row.called.into());
         self.benches
-            .insert(bench_told(bench).unwrap_or(UNKNOWN_BENCH));
-        self.figures.push(Figures {
-            open_db: looped.iterations[0].verification.judged_error_db(),
-            closed_db: looped.told().judged_error_db(),
-            most_db: looped.told().error_db_max_achievable(),
-            close: is_close(&row),
-            open_kept: looped.kept.is_open(),
-        });
-        self.lines.push(line(&row));
-        self.sections.push(one(&row)?);
+            .insert(bench_text(row.bench).unwrap_or(UNKNOWN_BENCH));
+        self.sums.add(row);
+        self.lines.push(line(row));
+        self.sections.push(one(row, words)?);
+        let steps = &row.drive.about.provenance.steps;
         self.origins.push(html! {
-            tr { th { (called) } td { ol { @for step in &drive.about.provenance.steps { li { (step) } } } } }
+            tr { th { (row.called) } td { ol { @for step in steps { li { (step) } } } } }
         });
         Ok(())
     }
 
     /// Adds one that could not be rendered.
-    pub(crate) fn refuse(&mut self, called: &str, why: String) {
+    pub fn refuse(&mut self, called: &str, why: String) {
         self.refused.push((called.into(), why));
     }
 
-    /// The report as HTML text.
-    pub(crate) fn html(&self) -> String {
+    /// The report as HTML.
+    #[must_use]
+    pub fn html(&self) -> String {
         let title = match self.called.as_slice() {
             [only] if self.asked == 1 => format!("Rendering of {only} in a closed loop"),
             _ => format!(
@@ -133,26 +96,8 @@ impl Page {
     }
 }
 
-/// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
-fn got_worse(row: &Row<'_>) -> bool {
-    let gain = row.looped.gain.as_ref();
-    !row.looped.kept.is_open()
-        && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Judged::NotMet)
-}
-
-fn is_close(row: &Row<'_>) -> bool {
-    let v = row.looped.told();
-    row.looped.confirmed.is_some()
-        && !got_worse(row)
-        && v.judged_error_db() <= CLOSE_DB.0
-        && v.error_db_max_achievable() <= CLOSE_DB.1
-}
-
 fn summary(page: &Page) -> Markup {
-    let close = page.figures.iter().filter(|figures| figures.close).count();
-    let of = |of: fn(&Figures) -> f64| -> Vec<f64> { page.figures.iter().map(of).collect() };
-    let (open, closed, most) = (of(|f| f.open_db), of(|f| f.closed_db), of(|f| f.most_db));
-    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let (sums, close) = (&page.sums, page.sums.close);
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     let within = format!(
         "within {} dB rms and {} dB on every line",
@@ -163,11 +108,7 @@ fn summary(page: &Page) -> Markup {
         (1, _) => format!("It did not come {within} of its target, over what is reached"),
         (all, _) => format!("{close} of {all} came {within} of their target, over what is reached"),
     };
-    let kept = page
-        .figures
-        .iter()
-        .filter(|figures| figures.open_kept)
-        .count();
+    let kept = sums.open_kept;
     html! {
         section class=(if close == page.asked { "verdict" } else { "verdict failed" }) {
             strong { (told) "." }
@@ -175,18 +116,18 @@ fn summary(page: &Page) -> Markup {
                 p { @if page.asked == 1 { "The open loop is kept: correcting came no closer beyond the spread of the measurements." } @else { (format!("In {kept} of {} the open loop is kept: correcting came no closer beyond the spread of the measurements.", page.asked)) } }
             }
             div.numbers {
-                @match page.figures.as_slice() {
-                    [] => {}
-                    [only] => {
-                        (number(format!("{:.2} dB", only.open_db), "rms error open"))
-                        (number(format!("{:.2} dB", only.closed_db), if only.open_kept { "rms error of the open loop, measured once more" } else { "rms error closed" }))
-                        (number(format!("{:.1} dB", only.most_db), "error of one line, largest"))
+                @match sums.count {
+                    0 => {}
+                    1 => {
+                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error open"))
+                        (number(format!("{:.2} dB", sums.closed_db_mean), if kept > 0 { "rms error of the open loop, measured once more" } else { "rms error closed" }))
+                        (number(format!("{:.1} dB", sums.line_db_largest), "error of one line, largest"))
                     }
                     _ => {
-                        (number(format!("{:.2} dB", mean(&open)), "rms error open, mean"))
-                        (number(format!("{:.2} dB", mean(&closed)), "rms error kept, mean"))
-                        (number(format!("{:.2} dB", largest(&closed)), "rms error kept, largest"))
-                        (number(format!("{:.1} dB", largest(&most)), "error of one line, largest"))
+                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error open, mean"))
+                        (number(format!("{:.2} dB", sums.closed_db_mean), "rms error kept, mean"))
+                        (number(format!("{:.2} dB", sums.closed_db_largest), "rms error kept, largest"))
+                        (number(format!("{:.1} dB", sums.line_db_largest), "error of one line, largest"))
                     }
                 }
             }
@@ -226,60 +167,40 @@ fn table(page: &Page) -> Markup {
 }
 
 fn line(row: &Row<'_>) -> Markup {
-    let open = &row.looped.iterations[0].verification;
-    let closed = row.looped.told();
-    let width = |bands: &[Band]| bands.iter().map(|b| b.high().0 - b.low().0).sum::<f64>();
-    let band = row.drive.config.inverse.band;
-    let reached = width(&row.drive.coverage.reached) / width(&[band]);
+    let (open, closed) = (row.open, row.closed);
     html! {
         tr {
             td { (row.called) }
             td.n { (format!("{:+.1}", row.level_db).replace('-', "−").replace("+0.0", "0")) }
-            td class=(if is_close(row) { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
+            td class=(if row.is_close { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
             td.n { (then(open.error_db_max_achievable(), closed.error_db_max_achievable(), 1)) }
             td.n { (difference_db(closed.level_error_db)) }
             td.n { (then(open.waveform_correlation, closed.waveform_correlation, 3)) }
-            td.n { (format!("{:.0} %", reached * 100.0)) }
-            td.n { (format!("{:.2} %", closed.clipped_fraction.max(row.looped.iterations[row.looped.best].held) * 100.0)) }
+            td.n { (format!("{:.0} %", row.reached_share() * 100.0)) }
+            td.n { (format!("{:.2} %", row.share_at_limit() * 100.0)) }
             td.n { (gain(row)) }
-            td.n { (row.looped.best) }
+            td.n { (row.best) }
             td { (kept(row)) }
-            td { (ended(&row.looped.end)) @if row.looped.confirmed.is_none() { ", not measured once more" } }
+            td { (row.ended) @if !row.is_confirmed { ", not measured once more" } }
         }
     }
 }
 
 /// How much closer the best corrected drive came, with what the spread of measurements leaves.
 fn gain(row: &Row<'_>) -> String {
-    let Some(gain) = &row.looped.gain else {
+    let Some((found, [low, high])) = row.gain_db else {
         return "–".into();
     };
-    let [aim, _] = &gain.criteria;
-    match (aim.found, aim.interval) {
-        (Some(found), Some([low, high])) => {
-            let [found, low, high] = [found, low, high].map(|db| wording::signed(db, 2));
-            format!("{found} ({low} to {high})")
-        }
-        _ => "–".into(),
-    }
+    let [found, low, high] = [found, low, high].map(|db| signed(db, 2));
+    format!("{found} ({low} to {high})")
 }
 
 /// Which drive is kept, in two words.
 fn kept(row: &Row<'_>) -> &'static str {
-    match row.looped.kept {
-        kept if kept.is_open() => "open loop",
-        _ if got_worse(row) => "corrected, spectrum worse",
+    match row {
+        row if row.is_open_kept => "open loop",
+        row if row.got_worse => "corrected, spectrum worse",
         _ => "corrected",
-    }
-}
-
-/// Why a loop ended, in two words: the doubts say the rest.
-fn ended(end: &LoopEnd) -> &'static str {
-    match end {
-        LoopEnd::Done => "as asked",
-        LoopEnd::NoBetter => "no better",
-        LoopEnd::Worse => "worse",
-        LoopEnd::Broken(_) => "broken off",
     }
 }
 
@@ -309,8 +230,7 @@ fn refused(page: &Page) -> Markup {
     }
 }
 
-fn one(row: &Row<'_>) -> Outcome<Markup> {
-    let open = &row.looped.iterations[0].verification;
+fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
     let bands: Vec<String> = row
         .drive
         .coverage
@@ -322,14 +242,14 @@ fn one(row: &Row<'_>) -> Outcome<Markup> {
         section {
             h2 { (row.called) }
             p {
-                (format!("{}. ", headroom_text(&row.drive.headroom)))
-                (format!("{}. ", capital(&row.looped.kept.to_string())))
+                (format!("{}. ", row.drive.headroom.text()))
+                (format!("{}. ", capital(&row.kept)))
                 @if bands.is_empty() { "Nothing of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
-            (figure(&figures::open_and_closed(open, row.looped.told())?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
-            (figure(&figures::error(row.looped.told())?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
+            (figure(&figures::open_and_closed(row.open, row.closed)?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
+            (figure(&figures::error(row.closed)?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
             @if !row.drive.about.doubts.is_empty() {
-                ul.doubts { @for doubt in merged(&row.drive.about.doubts) { li { (merged_text(&doubt)) } } }
+                ul.doubts { @for doubt in merged(&row.drive.about.doubts) { li { (words.merged(&doubt)) } } }
             }
         }
     })

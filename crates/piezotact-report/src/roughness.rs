@@ -10,7 +10,7 @@ use piezotact::surface::{
 };
 
 use crate::chart::HEIGHT;
-use crate::report::drawn_doubts;
+use crate::report::doubts_section;
 use crate::{Draw, DrawError, document, figure, file_name};
 
 const SURFACE: Tone = Tone::Signal;
@@ -36,7 +36,7 @@ pub fn html(surface: &EvaluatedSurface, words: &dyn Words) -> Result<String, Dra
         h1 { (title) }
         p.soft { (surface.format) ": " (surface.roughness.size_text()) "." }
         (numbers(surface))
-        section { h2 { "Doubts" } (drawn_doubts(&surface.doubts.merged(), words)) }
+        (doubts_section(&surface.doubts.merged(), words))
         (figures)
         (table(surface))
     };

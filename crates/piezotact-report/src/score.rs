@@ -1,17 +1,18 @@
 //! The report of a score: whether a finger could tell, and where.
 
 use maud::{Markup, html};
-use piezotact::criterion::{Limit, Outcome as Judged};
-use piezotact::doubt::merged;
+use piezotact::criterion::Outcome as Judged;
+use piezotact::document::Words;
+use piezotact::page::limit_text;
 use piezotact::quantity::{Decibels, Hertz};
 use piezotact::recording::Recording;
-use piezotact::score::{BandScore, Difference, Extent, Score, ScoreCriterion, Verdict};
+use piezotact::score::{BandScore, Difference, Extent, Score, Verdict};
 
-use super::{document, figure};
-use crate::advice::merged_text;
+use crate::chart::HEIGHT;
+use crate::report::doubts_section;
+use crate::{Draw, DrawError};
+use crate::{document, figure};
 use piezotact::figure::{Axis, Chart, Line, Mark, Tone, range};
-use piezotact_report::chart::HEIGHT;
-use piezotact_report::{Draw, DrawError};
 
 const REFERENCE: Tone = Tone::Reference;
 const TEST: Tone = Tone::Main;
@@ -19,14 +20,21 @@ const THRESHOLD: Tone = Tone::Second;
 const UNFELT: Tone = Tone::Pale;
 
 /// What a report of a score shows.
-pub(crate) struct Page<'a> {
-    pub(crate) names: [&'a str; 2],
-    pub(crate) recordings: [&'a Recording; 2],
-    pub(crate) score: &'a Score,
+#[derive(Clone, Copy, Debug)]
+pub struct Page<'a> {
+    /// The names of A, the reference, and of B.
+    pub names: [&'a str; 2],
+    /// Their recordings.
+    pub recordings: [&'a Recording; 2],
+    /// The score.
+    pub score: &'a Score,
 }
 
-/// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Result<String, DrawError> {
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let s = page.score;
     let title = format!("Score of {} against {}", page.names[1], page.names[0]);
     let body = html! {
@@ -34,7 +42,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, DrawError> {
         p.soft { "A, the reference: " (page.names[0]) ". B, what is compared with it: " (page.names[1]) "." }
         (verdict(s))
         (criteria(s))
-        (doubts(s))
+        (doubts_section(&s.doubts.merged(), words))
         section {
             h2 { "What both hold, and what of it is felt" }
             (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))
@@ -80,30 +88,6 @@ fn verdict(s: &Score) -> Markup {
     }
 }
 
-/// What is judged, in words.
-pub(crate) fn criterion_name(what: ScoreCriterion) -> &'static str {
-    match what {
-        ScoreCriterion::JustNoticeableDifference => {
-            "score below the just-noticeable difference (75 % correct)"
-        }
-        ScoreCriterion::DifferenceWithin => "score within what halves of one recording differ by",
-        ScoreCriterion::ShortTimeSpread => "difference of the spread of short-time levels (0.1 s)",
-        ScoreCriterion::LoudestMoment => {
-            "loudest 0.1 s re the detection threshold, where neither reaches it as a whole"
-        }
-    }
-}
-
-/// A limit in `unit`, with the range in which nothing is decided.
-pub(crate) fn limit_text(limit: Limit, unit: &str) -> String {
-    match limit {
-        Limit::AtMost { met, not_met } | Limit::AtLeast { not_met, met } if met < not_met => {
-            format!("{met:.2} {unit}; up to {not_met:.2} {unit} not decided")
-        }
-        limit => format!("{:.2} {unit}", limit.value()),
-    }
-}
-
 fn criteria(s: &Score) -> Markup {
     html! {
         section {
@@ -112,7 +96,7 @@ fn criteria(s: &Score) -> Markup {
                 tr { th { "criterion" } th.n { "found" } th.n { "95 %" } th { "limit" } th { "outcome" } }
                 @for c in &s.criteria {
                     tr {
-                        td { (criterion_name(c.what)) }
+                        td { (c.what) }
                         td.n { (c.found.map_or("–".into(), |v| format!("{v:.2} {}", c.unit))) }
                         td.n { (c.interval.map_or("–".into(), |[low, high]| format!("{low:.2}–{high:.2}"))) }
                         td { (limit_text(c.limit, &c.unit)) }
@@ -121,19 +105,6 @@ fn criteria(s: &Score) -> Markup {
                 }
             }
             p.soft { "Below the just-noticeable difference: the first criterion is met, and those of short-time levels are not broken. Distinguishable: neither the first nor that of the halves is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
-        }
-    }
-}
-
-fn doubts(s: &Score) -> Markup {
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if s.doubts.is_empty() {
-                p.soft { "None: nothing had to be clamped, guessed or left out." }
-            } @else {
-                ul.doubts { @for doubt in merged(&s.doubts) { li { (merged_text(&doubt)) } } }
-            }
         }
     }
 }

@@ -1,14 +1,13 @@
 //! The report of one transfer function.
 
 use maud::{Markup, html};
-use piezotact::Doubt;
+use piezotact::document::Words;
 use piezotact::doubt::merged;
-use piezotact::quantity::{Band, Hertz, Quantity, Unit};
+use piezotact::quantity::{Band, Quantity, Unit};
 use piezotact::transfer::{Distortion, TransferFunction};
 
-use super::{document, figure, figures};
-use crate::advice::merged_text;
-use crate::failure::Outcome;
+use crate::report::drawn_doubts_and;
+use crate::{DrawError, bench_text, document, figure, figures};
 
 /// What magnitude, phase and coherence say.
 pub(crate) const CAPTIONS: [&str; 3] = [
@@ -18,23 +17,28 @@ pub(crate) const CAPTIONS: [&str; 3] = [
 ];
 
 /// What a report of a transfer function shows.
-pub(crate) struct Page<'a, I: Quantity, O: Quantity> {
-    pub(crate) title: String,
-    pub(crate) function: &'a TransferFunction<I, O>,
+#[derive(Clone, Debug)]
+pub struct Page<'a, I: Quantity, O: Quantity> {
+    /// Its title.
+    pub title: String,
+    /// The transfer function.
+    pub function: &'a TransferFunction<I, O>,
     /// The unit of its values.
-    pub(crate) unit: String,
+    pub unit: String,
     /// The unit of the response.
-    pub(crate) response_unit: String,
-    pub(crate) distortion: Option<&'a Distortion>,
+    pub response_unit: String,
+    /// Noise and distortion; absent where nothing told them apart.
+    pub distortion: Option<&'a Distortion>,
     /// How many repeats there are, and how far the two that differ most lie apart, dB rms.
-    pub(crate) repeats: Option<(usize, f64)>,
+    pub repeats: Option<(usize, f64)>,
     /// What was refused, and why.
-    pub(crate) refused: Vec<String>,
+    pub refused: Vec<String>,
 }
 
 impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
     /// A transfer function between channels in these units: drive, response.
-    pub(crate) fn of(
+    #[must_use]
+    pub fn of(
         title: String,
         function: &'a TransferFunction<I, O>,
         [drive_unit, response_unit]: [&Unit; 2],
@@ -51,12 +55,16 @@ impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
     }
 }
 
-/// The report as HTML text.
-pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome<String> {
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html<I: Quantity, O: Quantity>(
+    page: &Page<'_, I, O>,
+    words: &dyn Words,
+) -> Result<String, DrawError> {
     let function = page.function;
-    let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()))?;
-    let shown = function.driven.unwrap_or(whole);
-    let judged = Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown);
+    let (shown, judged) = (function.shown_band(), function.felt_band());
     let figures = figures::transfer(function, shown, &page.unit)?;
     let distortion = page
         .distortion
@@ -66,7 +74,10 @@ pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome
         h1 { (page.title) }
         p.soft { (bench_line(function)) }
         (numbers(page, judged))
-        (doubts(&function.about.doubts, &page.refused))
+        section {
+            h2 { "Doubts" }
+            (drawn_doubts_and(&merged(&function.about.doubts), &page.refused, words))
+        }
         section {
             h2 { "Transfer function" }
             @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
@@ -86,29 +97,12 @@ pub(crate) fn render<I: Quantity, O: Quantity>(page: &Page<'_, I, O>) -> Outcome
 }
 
 fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
-    let kind = super::bench_told(function.about.provenance.bench)
+    let kind = bench_text(function.about.provenance.bench)
         .unwrap_or("The recording does not say which bench it comes from.");
     match function.about.condition.to_string() {
         nothing if nothing.is_empty() => kind.into(),
         known => format!("{kind} Measured with {known}."),
     }
-}
-
-/// The median of half the width of the confidence limits over the lines of `band`, dB.
-fn usual_reach_db<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    band: Band,
-) -> Option<f64> {
-    let limits = function.confidence()?;
-    let mut reach: Vec<f64> = function
-        .lines_in(band)
-        .map(|(line, _)| {
-            // A lower limit of 0 is infinitely far below.
-            10.0 * (limits.high[line] / limits.low[line].max(0.0)).log10()
-        })
-        .collect();
-    reach.sort_by(f64::total_cmp);
-    reach.get(reach.len() / 2).copied()
 }
 
 fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Markup {
@@ -118,7 +112,7 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
         section.verdict {
             strong { (format!("{:?} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
             div.numbers {
-                @if let Some(reach_db) = usual_reach_db(function, judged) {
+                @if let Some(reach_db) = function.median_reach_db(judged) {
                     @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
                     (number(reach, &format!("95 % confidence of the median line over {judged}")))
                 }
@@ -147,22 +141,6 @@ fn linear_words(distortion: &Distortion) -> String {
             -level_db
         ),
         _ => "At the level of this drive no distortion stands out of the noise.".into(),
-    }
-}
-
-fn doubts(doubts: &[Doubt], refused: &[String]) -> Markup {
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if doubts.is_empty() && refused.is_empty() {
-                p.soft { "None: nothing had to be clamped, guessed or left out." }
-            } @else {
-                ul.doubts {
-                    @for doubt in merged(doubts) { li { (merged_text(&doubt)) } }
-                    @for refusal in refused { li { (refusal) } }
-                }
-            }
-        }
     }
 }
 

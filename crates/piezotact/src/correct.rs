@@ -8,10 +8,12 @@ mod answer;
 mod crest;
 mod doubt;
 mod heard;
+mod summary;
 
 pub use doubt::{LoopDoubt, LoopStop, MishapDoubt};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
+pub use summary::{CorrectedRendering, RenderingSums};
 
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;

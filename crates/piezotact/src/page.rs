@@ -264,7 +264,7 @@ pub fn limit_text(limit: Limit, unit: &str) -> String {
         Limit::AtLeast { met, not_met } if not_met < met => {
             format!("at least {value}; from there to {other} not decided")
         }
-        Limit::AtMost { met: 0.0, .. } => "none".into(),
+        Limit::AtMost { met: 0.0, .. } if unit.is_empty() => "none".into(),
         Limit::AtMost { .. } => format!("at most {value}"),
         Limit::AtLeast { .. } => format!("at least {value}"),
         Limit::Within { reach } if reach < ROUNDING => "no difference".into(),

@@ -162,6 +162,14 @@ impl Band {
         }
     }
 
+    /// The band from 0 Hz to `high`, which is above zero and finite.
+    pub(crate) fn up_to(high: Hertz) -> Self {
+        Self {
+            low_hz: 0.0,
+            high_hz: high.0.max(f64::MIN_POSITIVE),
+        }
+    }
+
     /// The lower end.
     #[must_use]
     pub fn low(self) -> Hertz {

@@ -17,8 +17,8 @@ mod periodic;
 mod related;
 mod repeats;
 
-pub(crate) use bundle::level_db;
 pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
+pub(crate) use bundle::level_db;
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
@@ -42,7 +42,7 @@ use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
-use crate::quantity::{Band, Quantity, SampleRate, Unit};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
@@ -396,6 +396,34 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .map(|(line, h)| if driven(line) { *h } else { Complex::default() })
             .collect();
         fourier::RealTransform::new(2 * (self.response.len() - 1)).inverse(bins)
+    }
+
+    /// The band, Hz, that was driven, or all of it where that is not known.
+    #[must_use]
+    pub fn shown_band(&self) -> Band {
+        let whole = Band::up_to(Hertz(self.highest_hz()));
+        self.driven.unwrap_or(whole)
+    }
+
+    /// The part of [`Self::shown_band`] from 20 Hz on, Hz, in which textures are felt; all of it where it ends below.
+    #[must_use]
+    pub fn felt_band(&self) -> Band {
+        let shown = self.shown_band();
+        Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown)
+    }
+
+    /// The median of half the width of the 95 % confidence limits over the lines of `band`, dB; infinite where most have no lower
+    /// limit, `None` where none are known.
+    #[must_use]
+    pub fn median_reach_db(&self, band: Band) -> Option<f64> {
+        let limits = self.confidence()?;
+        let of = |(line, _): (usize, f64)| {
+            // A lower limit of 0 is infinitely far below.
+            10.0 * (limits.high[line] / limits.low[line].max(0.0)).log10()
+        };
+        let mut reach: Vec<f64> = self.lines_in(band).map(of).collect();
+        reach.sort_by(f64::total_cmp);
+        reach.get(reach.len() / 2).copied()
     }
 
     /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.

@@ -5,8 +5,7 @@
     reason = "a test prints what it measured, and fails where it cannot go on"
 )]
 
-mod studies;
-
+use crate::studies::{Change, Random, sample, spectrum, spectrum_apart};
 use piezotact::compare::{
     AcrossSamples, DiscriminationConfig, Sampled, Telling, Texture, Withheld, discriminate,
 };
@@ -17,7 +16,6 @@ use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::{holm, permutation_test};
 use piezotact::{Doubt, Series};
 use serde::Deserialize;
-use studies::{Change, Random, sample, spectrum, spectrum_apart};
 
 fn config() -> DiscriminationConfig {
     DiscriminationConfig::usual(Model::over(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()))

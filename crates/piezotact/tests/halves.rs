@@ -6,14 +6,11 @@
     reason = "a test reads measured files, prints what it measured, and fails where it cannot go on"
 )]
 
-mod shared_data;
-mod vibrations;
-
+use crate::shared_data::shared;
+use crate::vibrations::{RATE_HZ, Random, config, humps, read_wav, scored, texture};
 use piezotact::Series;
 use piezotact::quantity::{Acceleration, SampleRate};
 use piezotact::score::{ScoreConfig, ScoreError, Verdict, score};
-use shared_data::shared;
-use vibrations::{RATE_HZ, Random, config, humps, read_wav, scored, texture};
 
 /// The halves of `x`.
 fn halves(x: &[f64], rate_hz: f64) -> [Series<Acceleration>; 2] {

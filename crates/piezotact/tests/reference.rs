@@ -9,8 +9,7 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-mod shared_data;
-
+use crate::shared_data::shared;
 use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
@@ -21,7 +20,6 @@ use piezotact::spectrum::SpectrumDoubt;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
 use piezotact::transfer::TransferDoubt;
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
-use shared_data::shared;
 
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;

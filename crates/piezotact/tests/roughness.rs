@@ -8,11 +8,10 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-mod shared_data;
-
 use piezotact::surface::SurfaceDoubt;
 use std::f64::consts::{PI, TAU};
 
+use crate::shared_data::shared;
 use piezotact::surface::{
     ArealConfig, ArealRoughness, Cutoff, Ends, Form, HeightMap, HeightProfile, ProfileConfig,
     ProfileFilter, ProfileRoughness, ProfileStandard, ShortWaves, SurfaceError, areal_roughness,
@@ -20,7 +19,6 @@ use piezotact::surface::{
 };
 use proptest::prelude::*;
 use serde::Deserialize;
-use shared_data::shared;
 
 const STANDARDS: [ProfileStandard; 2] = [ProfileStandard::Iso4287, ProfileStandard::Iso21920];
 

@@ -7,15 +7,16 @@
     reason = "a test reads measured files, prints what it measured, and fails where it cannot go on"
 )]
 
-mod shared_data;
-mod vibrations;
-
 use piezotact::score::ScoreDoubt;
 use piezotact::spectrum::SpectrumDoubt;
 use piezotact::verify::VerifyDoubt;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use crate::shared_data::shared;
+use crate::vibrations::{
+    RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, series, texture,
+};
 use piezotact::Doubt;
 use piezotact::Series;
 use piezotact::discrimination::DiscriminationDoubt;
@@ -25,10 +26,6 @@ use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
 use piezotact::score::{Extent, How, LiteratureConfig, ScoreConfig, ScoreError, Verdict, score};
 use rustfft::num_complex::Complex;
 use serde::Deserialize;
-use shared_data::shared;
-use vibrations::{
-    RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, series, texture,
-};
 
 /// The same magnitudes with other phases.
 fn twin(x: &Series<Acceleration>, seed: u64) -> Series<Acceleration> {

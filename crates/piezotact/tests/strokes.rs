@@ -5,13 +5,11 @@
     reason = "a test fails where it cannot go on, and reports what it measured"
 )]
 
-mod known_cuts;
-
 use piezotact::stroke::ForceDoubt;
 use piezotact::stroke::StrokeDoubt;
 use std::collections::BTreeMap;
 
-use known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
+use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
 use piezotact::Doubt;
 use piezotact::criterion::Outcome;
 use piezotact::quantity::{Newtons, SampleRate};

@@ -2,6 +2,7 @@
 
 mod layers;
 mod options;
+mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -105,6 +106,7 @@ pub(crate) fn run() -> Result<()> {
     options::check(&root, &mut findings)?;
     licences(&root, &metadata, &mut findings)?;
     files(&root, &mut findings)?;
+    tests::check(&root, &metadata, &mut findings)?;
     decisions(&root, &mut findings)?;
     if findings.0.is_empty() {
         println!("tidy: all invariants hold");

@@ -15,13 +15,14 @@ use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
     RunFolder, TransferDocument, TransferFormat, keep_before, read_transfer, write_transfer,
 };
+use piezotact_report::transfer;
 
 use super::{has_ending, outputs, recording_files, run_plan};
+use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{self, Keeper, Place, Raw, Shown, runs_of};
 use crate::output::{print, print_document, say, say_merged, write_text};
-use crate::report::transfer;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     if let Some(record) = &args.record {
@@ -55,7 +56,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
             refused: done.refused.iter().map(ToString::to_string).collect(),
             ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
         };
-        write_text(report, &transfer::render(&page)?)?;
+        write_text(report, &transfer::html(&page, &OptionWords)?)?;
     }
     let found = (args.band, distortion.as_ref());
     let document = CharacteriseDocument::of(&done, found, &args.out);

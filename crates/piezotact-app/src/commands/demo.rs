@@ -8,19 +8,23 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
 use piezotact::recording::{About, Annotations, Recording};
-use piezotact::render::{Overload, RenderConfig, RenderError, RenderedDrive, render};
+use piezotact::render::{
+    Overload, RenderConfig, RenderError, RenderedDrive, at_fitting_level, render,
+};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{
-    DemoDocument, JudgedVerification, Measured, Verification, VerifyConfig, verify,
+    DemoDocument, DriveSource, JudgedVerification, Measured, Verification, VerifyConfig,
+    drive_beside, tones, verify,
 };
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
+use piezotact_report::verify::{Page, ShownDrive, Straight, html};
 use piezotact_twin::{Participant, TwinParameters, record_texture};
 
 use super::characterise::characterise;
@@ -28,13 +32,13 @@ use super::play::play;
 use super::render::{lineage, write_drive};
 use super::run_plan;
 use super::verify::verdict;
+use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::keeping::Place;
 use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
 use crate::report;
-use crate::report::verify::{Found, Page, ShownDrive, Straight};
 
 const FINGER: Finger = Finger {
     load: Some(0.2),
@@ -107,6 +111,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let page = Page {
         title: "A texture rendered end to end".into(),
         verification: &verification,
+        tones: tones(&verification)?,
         target: &recorded,
         function: Some(&function),
         texture: &target,
@@ -114,17 +119,21 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         drive: Some(ShownDrive {
             series: &drive.drive,
             limit,
-            found: Found::Rendered,
+            beside: drive_beside(
+                &verification,
+                (&drive.drive, DriveSource::Rendered),
+                Some(&rendering),
+            ),
         }),
         rendering: Some(&rendering),
         provenance: &measured.about.provenance,
         condition: &measured.about.condition,
         predicted: None,
-        also: &[],
-        before: &[],
+        also: Vec::new(),
+        before: Vec::new(),
         straight: Some(&straight),
     };
-    write_text(&path, &report::verify::render(&page)?)?;
+    write_text(&path, &html(&page, &OptionWords)?)?;
     let result = DemoDocument {
         report: &report::name(&path),
         verification: JudgedVerification::of(&verification),
@@ -226,22 +235,17 @@ fn rendered(
         steep: Overload::Refuse,
         ..RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?)
     };
-    let (drive, level) = match render(target, function, &config) {
-        Err(
-            RenderError::ExceedsFullScale { fits_at, .. }
-            | RenderError::ExceedsSlew { fits_at, .. },
-        ) => {
-            say(&format!(
-                "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
-                -fits_at.0
-            ));
-            (
-                render(&target.clone().amplified(fits_at), function, &config)?,
-                fits_at,
-            )
-        }
-        other => (other?, Decibels(0.0)),
-    };
+    let (level, drive) = at_fitting_level(
+        |level| render(&target.clone().amplified(level), function, &config),
+        RenderError::fits_at,
+    );
+    let drive = drive?;
+    if level.0 < 0.0 {
+        say(&format!(
+            "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
+            -level.0
+        ));
+    }
     let mut drive = drive;
     let softer = target.clone().amplified(level);
     drive.about.provenance.lineage = Some(lineage(

@@ -9,9 +9,7 @@ use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::Condition;
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact_dataset::document::{
-    InfoDocument, RecordingInfo, TransferInfo, clock_summaries,
-};
+use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
 
 use super::read;

@@ -7,28 +7,30 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::feature::{FeatureConfig, vibrations};
+use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
 use piezotact::lineage::{Level, Lineage, Operation, Step};
-use piezotact::manipulate::{ManipulateDocument, ManipulateError, Texture};
+use piezotact::manipulate::{ManipulateDocument, ManipulateError, Texture, spectra_of};
 use piezotact::quantity::{Acceleration, Measure, Quantity, Seconds, Unit};
 use piezotact::recording::{About, Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::Series;
-use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::peak;
+use piezotact::study::Take;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_report::manipulate::{Page, html};
 
-use super::touch::{Take, take_all};
+use super::touch::take_all;
 use super::{outputs, read, texture};
+use crate::advice::OptionWords;
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
 use crate::failure::{Failure, Outcome, usage};
 use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
 use crate::output::{digits_that_count, print, print_document, say_merged, write_text};
-use crate::report::{self, name};
+use crate::report::name;
 
 /// Shorter than a period of 100 Hz nothing is a texture.
 const SHORTEST: Seconds = Seconds(0.01);
@@ -77,14 +79,16 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     let about = About::new(condition, provenance);
     write(&args.out, &after, &about, annotations)?;
     if let Some(path) = &args.report {
-        let page = report::manipulate::Page {
+        let shown = std::iter::once(&before).chain(&others).chain([&after]);
+        let page = Page {
             title: format!("{}, made otherwise", name(&args.input)),
             bench: about.provenance.bench,
             before: &before,
             after: &after,
             others: &others,
+            spectra: &spectra_of(shown)?,
         };
-        write_text(path, &report::manipulate::render(&page)?)?;
+        write_text(path, &html(&page, &OptionWords)?)?;
     }
     let document = ManipulateDocument::of(&before, &after, &about.condition, &args.out);
     if args.json {
@@ -341,12 +345,6 @@ fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> 
     };
     let stroke = chosen(args.of_stroke, "--of-stroke").or(chosen(args.stroke, "--stroke"));
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
-}
-
-/// The usual segments of strokes, which other figures have as well.
-pub(crate) fn lines_5_hz_apart(of: &Texture<Acceleration>) -> Outcome<WelchConfig> {
-    let length = of.series.samples().len();
-    Ok(FeatureConfig::usual(of.series.rate(), &[length], None)?.welch)
 }
 
 fn refused(path: &Path, error: ManipulateError) -> Failure {

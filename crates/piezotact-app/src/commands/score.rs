@@ -4,16 +4,17 @@ use std::fmt::Write as _;
 
 use anyhow::anyhow;
 use piezotact::discrimination::Model;
+use piezotact::page::limit_text;
 use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::score::{
-    self, BandScore, LiteratureConfig, ScoreConfig, ScoreDocument, ScoreError,
-};
+use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreDocument, ScoreError};
 use piezotact::series::Series;
 use piezotact_dataset::{ReadOptions, read_contact_map};
+use piezotact_report::score::{Page, html};
 
 use super::{inspected, outputs, rate_option, read, texture};
+use crate::advice::OptionWords;
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_doubts, write_text};
@@ -36,12 +37,12 @@ pub(crate) fn run(args: &Score) -> Outcome {
     let score = scored(args, &reference, &test)?;
     if let Some(path) = &args.report {
         let names = [report::name(&args.reference), report::name(&args.test)];
-        let page = report::score::Page {
+        let page = Page {
             names: [&names[0], &names[1]],
             recordings: [&reference.recording, &test.recording],
             score: &score,
         };
-        write_text(path, &report::score::render(&page)?)?;
+        write_text(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
         return print_document(&ScoreDocument::of(&score));
@@ -216,9 +217,9 @@ fn criteria(score: &score::Score) -> String {
         .map(|c| {
             format!(
                 "criterion: {}: {}, limit {}",
-                report::score::criterion_name(c.what),
+                c.what,
                 c.outcome.word(),
-                report::score::limit_text(c.limit, &c.unit)
+                limit_text(c.limit, &c.unit)
             )
         })
         .collect();

@@ -9,17 +9,16 @@ use piezotact::quantity::{Hertz, Uncalibrated};
 use piezotact::recording::Channel;
 use piezotact::series::Series;
 use piezotact::spectrum::{
-    Averaging, Cells, EstimateError, SpectrogramConfig, SpectrumDocument, WelchConfig,
-    spectrogram, welch,
+    Averaging, Cells, EstimateError, SpectrogramConfig, SpectrumDocument, WelchConfig, spectrogram,
+    welch,
 };
+use piezotact_report::figures;
 
 use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{
-    document_text, print, print_or_write, say_doubts, say_merged, write_text,
-};
-use crate::report::{figures, name};
+use crate::output::{document_text, print, print_or_write, say_doubts, say_merged, write_text};
+use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
     let written: Vec<&Path> = args

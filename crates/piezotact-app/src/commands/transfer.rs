@@ -11,12 +11,13 @@ use piezotact::transfer::{
     BetweenConfig, BetweenError, EstimateDocument, Estimator, TransferError, between_channels,
 };
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
+use piezotact_report::transfer::{Page, html};
 
 use super::{outputs, read};
+use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_merged, write_text};
-use crate::report::transfer::{Page, render};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
     let written: Vec<&Path> = std::iter::once(&args.out)
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     if let Some(report) = &args.report {
         let title = format!("Transfer function: {} → {}", args.drive, args.response);
         let page = Page::of(title, &found.function, units.each_ref());
-        write_text(report, &render(&page)?)?;
+        write_text(report, &html(&page, &OptionWords)?)?;
     }
     let document = EstimateDocument::of(&found.function, units.each_ref(), &args.out);
     if args.json {

@@ -167,9 +167,8 @@ impl Found {
         let recorded = self.judged.drive.as_ref();
         let recorded = recorded.map(|(drive, limit)| (drive, *limit, DriveSource::Recorded));
         let stated = self.stated.as_ref();
-        let stated = stated.map(|(rendering, drive)| {
-            (drive, rendering.headroom.limit, DriveSource::Rendered)
-        });
+        let stated = stated
+            .map(|(rendering, drive)| (drive, rendering.headroom.limit, DriveSource::Rendered));
         let (drive, limit, source) = recorded.or(stated)?;
         let judged = &self.judged;
         let beside = drive_beside(

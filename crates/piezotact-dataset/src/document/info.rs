@@ -6,9 +6,7 @@ use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::document::Content;
 use piezotact::doubt::{DoubtKind as _, Merged, merged};
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Seconds, Unit};
-use piezotact::recording::{
-    Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt,
-};
+use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{CoherenceSummary, Distortion, Estimator};
@@ -120,7 +118,9 @@ pub fn clock_summaries(recording: &Recording) -> Vec<ClockSummary> {
             rate_hz: clock.rate_hz,
             start_s: clock.start_s,
             samples: channels.first().map_or(0, |channel| channel.samples.len()),
-            channels: (channels.iter()).map(|channel| channel.name.clone()).collect(),
+            channels: (channels.iter())
+                .map(|channel| channel.name.clone())
+                .collect(),
         }
     };
     recording.clocks().iter().map(of).collect()
@@ -200,11 +200,7 @@ impl<'a> TransferInfo<'a> {
     ///
     /// # Errors
     /// [`ReadError`] where its columns are no transfer function.
-    pub fn of(
-        file: &'a Path,
-        document: &TransferDocument,
-        band: Band,
-    ) -> Result<Self, ReadError> {
+    pub fn of(file: &'a Path, document: &TransferDocument, band: Band) -> Result<Self, ReadError> {
         // Read as what it says it is, so that what is wrong with it is found here.
         let mut read = document.clone();
         (read.drive_unit, read.response_unit) = (Drive::UNIT, Acceleration::UNIT);

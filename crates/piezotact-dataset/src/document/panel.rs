@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use piezotact::document::Content;
-use piezotact::panel::{ArtefactDocument, Cell, Cleaning, Filing, PanelAnalysis};
+use piezotact::panel::{ArtefactDocument, Cell, Cleaning, Filing, PanelAnalysis, PanelKind};
 use serde::Serialize;
 
-use crate::{PanelEntry, PanelFolder, PanelKind};
+use crate::{PanelEntry, PanelFolder};
 
 /// Transfer functions that were filed in a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,14 +1,12 @@
 //! The figures of a report on a panel, one function for each.
 
-use piezotact::panel::PanelDoubt;
-use piezotact::panel::{Cell, CellAverage, CellSpread, PanelAnalysis};
+use piezotact::panel::{Cell, CellAverage, CellSpread, Cleaning, PanelAnalysis, PanelDoubt};
 use piezotact::quantity::{Band, Decibels, Degrees, Newtons, Quantity, Unit};
 use piezotact::transfer::{BundleAverage, TransferFunction};
 
-use super::{Cleaning, Function, Page};
-use crate::failure::Outcome;
+use super::{Function, Page};
+use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
-use piezotact_report::{Draw, DrawError};
 
 const HEIGHT: u32 = 400;
 /// One among many.
@@ -250,7 +248,10 @@ fn example(page: &Page<'_>, cells: &[(String, Cell)]) -> Option<(String, Vec<Lin
     Some((who.clone(), coloured(lines.collect())))
 }
 
-fn drawn_example(page: &Page<'_>, cells: &[(String, Cell)]) -> Outcome<Option<(String, String)>> {
+fn drawn_example(
+    page: &Page<'_>,
+    cells: &[(String, Cell)],
+) -> Result<Option<(String, String)>, DrawError> {
     if cells.len() < 2 {
         return Ok(None);
     }
@@ -262,7 +263,10 @@ fn drawn_example(page: &Page<'_>, cells: &[(String, Cell)]) -> Outcome<Option<(S
 }
 
 /// The counterpart of figures 22, 70a and 74.
-pub(super) fn person_by_load(page: &Page<'_>, angle_deg: f64) -> Outcome<Option<(String, String)>> {
+pub(super) fn person_by_load(
+    page: &Page<'_>,
+    angle_deg: f64,
+) -> Result<Option<(String, String)>, DrawError> {
     let there = |cell: &&Cell| (cell.angle_deg.0 - angle_deg).abs() < 1e-9;
     let cells = page.said.cells.iter().filter(there);
     let cells: Vec<(String, Cell)> = cells.map(|cell| (cell.load_n.to_string(), *cell)).collect();
@@ -270,7 +274,10 @@ pub(super) fn person_by_load(page: &Page<'_>, angle_deg: f64) -> Outcome<Option<
 }
 
 /// The counterpart of figure 75.
-pub(super) fn person_by_angle(page: &Page<'_>, load_n: f64) -> Outcome<Option<(String, String)>> {
+pub(super) fn person_by_angle(
+    page: &Page<'_>,
+    load_n: f64,
+) -> Result<Option<(String, String)>, DrawError> {
     let there = |cell: &&Cell| (cell.load_n.0 - load_n).abs() < 1e-9;
     let cells = page.said.cells.iter().filter(there);
     let cells: Vec<(String, Cell)> = cells
@@ -294,7 +301,7 @@ pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String
 }
 
 /// The counterpart of figure 78: the person and cell with most measurements, in the cell that is judged if it can be.
-pub(super) fn repeats(page: &Page<'_>) -> Outcome<Option<(String, String, String)>> {
+pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)>, DrawError> {
     let judged = page.said.judged();
     let groups = page.said.participants.iter().flat_map(|who| {
         let cells = page.said.cells.iter();
@@ -370,7 +377,7 @@ pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<S
 }
 
 /// The learning curve of the cell that is judged, and its caption.
-pub(super) fn learning(said: &PanelAnalysis) -> Outcome<Option<(String, String)>> {
+pub(super) fn learning(said: &PanelAnalysis) -> Result<Option<(String, String)>, DrawError> {
     let judged = said.judged();
     let found = said
         .learning
@@ -410,13 +417,16 @@ pub(super) fn learning(said: &PanelAnalysis) -> Outcome<Option<(String, String)>
         "At {}, {how}; bars: 95 % over people left out. For more people to gain less than {} dB: {}.",
         curve.cell,
         curve.within_db,
-        super::enough_text(curve)
+        curve.enough_text()
     );
     Ok(Some((chart.svg(HEIGHT)?, caption)))
 }
 
 /// The counterpart of figure 71: the control, and a finger before and after.
-pub(super) fn artefact(page: &Page<'_>, cleaning: &Cleaning) -> Outcome<(String, Option<String>)> {
+pub(super) fn artefact(
+    page: &Page<'_>,
+    cleaning: &Cleaning,
+) -> Result<(String, Option<String>), DrawError> {
     let band = page.said.config.band;
     let control = Line::new("", MEAN, levels(&cleaning.control, band));
     let y = around(
@@ -427,7 +437,7 @@ pub(super) fn artefact(page: &Page<'_>, cleaning: &Cleaning) -> Outcome<(String,
     let window = cleaning.artefact.window_hz;
     chart.shaded.push((window.low().0, window.high().0));
     let after: Option<&Function> = page.panel.entries().first().map(|entry| &entry.function);
-    let both = match (&cleaning.before, after) {
+    let both = match (&cleaning.example_before, after) {
         (Some(before), Some(after)) => Some(over_frequency(
             band,
             unit(page),

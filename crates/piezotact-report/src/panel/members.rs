@@ -4,13 +4,12 @@ use std::cmp::Ordering;
 
 use maud::{Markup, html};
 use piezotact::criterion::{Criterion, Limit, Outcome as Judged};
-use piezotact::panel::{Member, MemberRule};
+use piezotact::page::limit_text;
+use piezotact::panel::{JudgedFiling, Member, MemberRule};
 use piezotact::run::{Attempt, RunCriterion};
-use piezotact_dataset::PanelEntry;
 
 use super::{Page, plural};
-use crate::report::criteria::{found, named_list, outcome};
-use piezotact::page::limit_text;
+use crate::criteria::{found, named_list, outcome};
 
 /// As many measurements are listed one by one.
 const LISTED: usize = 12;
@@ -53,7 +52,7 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
                     @for one in &partly { tr { td { (one.participant) } td { (named_list(&one.criteria)) } } }
                 }
             }
-            (accepted(&page.folder.accepted()))
+            (accepted(&page.accepted))
         }
     }
 }
@@ -107,7 +106,7 @@ fn by_rule(members: &[Member]) -> Markup {
 }
 
 /// What was judged while measuring: every rule at its worst among the accepted, and what was asked for again.
-fn accepted(entries: &[&PanelEntry]) -> Markup {
+fn accepted(entries: &[JudgedFiling<'_>]) -> Markup {
     if entries.is_empty() {
         return html! {};
     }
@@ -118,7 +117,7 @@ fn accepted(entries: &[&PanelEntry]) -> Markup {
                 .map(move |attempt| (*entry, attempt))
         })
     };
-    let refused: Vec<(&PanelEntry, &Attempt)> = attempts(false).collect();
+    let refused: Vec<(JudgedFiling<'_>, &Attempt)> = attempts(false).collect();
     let rules = [
         RunCriterion::Force,
         RunCriterion::Coherence,

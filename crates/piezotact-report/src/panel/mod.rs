@@ -7,47 +7,46 @@ mod tables;
 
 use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
-use piezotact::doubt::merged;
+use piezotact::document::Words;
 use piezotact::panel::{
-    Artefact, AverageRule, Cell, CellPenalties, Dip, FallsWithLoad, Filing, LearningCurve, Panel,
-    PanelAnalysis,
+    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelKind,
 };
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
-use piezotact::statistics::Direction;
 use piezotact::transfer::{BundleAverage, TransferFunction};
-use piezotact_dataset::{PanelFolder, PanelKind};
 
-use super::{broad_document, figure};
-use crate::advice::merged_text;
-use crate::failure::Outcome;
-use crate::wording;
+use crate::report::doubts_section;
+use crate::{DrawError, bench_text, broad_document, figure};
 
 type Function = TransferFunction<Uncalibrated, Uncalibrated>;
 
 /// What a report on a panel shows.
-pub(crate) struct Page<'a> {
-    pub(crate) said: &'a PanelAnalysis,
-    pub(crate) panel: &'a Panel<Uncalibrated, Uncalibrated>,
-    pub(crate) folder: &'a PanelFolder,
-    pub(crate) drive_unit: &'a Unit,
-    pub(crate) response_unit: &'a Unit,
-    pub(crate) cleaning: Option<&'a Cleaning>,
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// What it says.
+    pub said: &'a PanelAnalysis,
+    /// Its transfer functions.
+    pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
+    /// What they are of; absent where nothing says it.
+    pub kind: Option<PanelKind>,
+    /// Which bench measured it; absent where nothing says it.
+    pub bench: Option<&'a str>,
+    /// The measurements that were judged when they were made.
+    pub accepted: Vec<JudgedFiling<'a>>,
+    /// The unit of the drive.
+    pub drive_unit: &'a Unit,
+    /// The unit of the response.
+    pub response_unit: &'a Unit,
+    /// What a control measurement took away; absent without one.
+    pub cleaning: Option<&'a Cleaning>,
 }
 
-/// What a control measurement took away.
-pub(crate) struct Cleaning {
-    pub(crate) control: Function,
-    pub(crate) artefact: Artefact,
-    /// Every measurement, at the artefact, before and after.
-    pub(crate) dips: Vec<(Filing, Dip, Dip)>,
-    /// The first measurement of the panel as it was.
-    pub(crate) before: Option<Function>,
-}
-
-/// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
-    let title = match page.folder.index.kind {
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
+    let title = match page.kind {
         Some(PanelKind::Device) => "The device under many fingers",
         Some(PanelKind::Finger) => "Many fingers",
         _ => "A panel of transfer functions",
@@ -63,7 +62,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
         (average(page)?)
         (artefact(page)?)
         (members::section(page))
-        (doubts(page.said))
+        (doubts_section(&page.said.doubts.merged(), words))
         (origin(page))
     };
     Ok(broad_document(title, &body))
@@ -82,7 +81,7 @@ fn bench_line(page: &Page<'_>) -> String {
         .map(|entry| entry.function.about.provenance.bench)
         .collect();
     let first = kinds.first().copied().flatten();
-    let bench = super::bench_told(first)
+    let bench = bench_text(first)
         .filter(|_| kinds.iter().all(|kind| *kind == first))
         .unwrap_or("Not every measurement says whether it comes from a twin, from hardware or through a measured transfer function.");
     let loads: Vec<String> = page.panel.loads_n().iter().map(f64::to_string).collect();
@@ -100,92 +99,6 @@ fn bench_line(page: &Page<'_>) -> String {
         plural(said.measurements, "measurement"),
         said.config.band
     )
-}
-
-/// Whether the average will do, in a word.
-pub(crate) fn will_do_word(outcome: Judged) -> &'static str {
-    match outcome {
-        Judged::Met => "yes",
-        Judged::NotMet => "no",
-        Judged::NotDecided => "not decided",
-    }
-}
-
-/// The share of people within the criterion, with its interval and how many would decide.
-pub(crate) fn share_text(costs: &CellPenalties) -> String {
-    let verdict = &costs.verdict;
-    let n = costs.people.len();
-    let within = (verdict.share_within * n as f64).round();
-    let rule = verdict
-        .criteria
-        .iter()
-        .find(|c| c.what == AverageRule::ShareWithin);
-    let interval = match rule.and_then(|rule| rule.interval) {
-        Some([low, high]) => format!(
-            "95 %: {} to {} of people like them",
-            percent(low),
-            percent(high)
-        ),
-        None => "from too few people for an interval".into(),
-    };
-    format!("{within:.0} of {n} are ({interval})")
-}
-
-/// How many people would decide, where it is not decided.
-pub(crate) fn needed_text(costs: &CellPenalties) -> Option<String> {
-    let verdict = &costs.verdict;
-    let driven = |c: &&piezotact::criterion::Criterion<AverageRule>| c.what == AverageRule::Driven;
-    let driven = verdict.criteria.iter().find(driven).map(|c| c.outcome);
-    match (verdict.outcome, verdict.people_needed) {
-        (Judged::NotDecided, _) if driven != Some(Judged::Met) => {
-            Some("Not everybody was driven over all of the band.".into())
-        }
-        (Judged::NotDecided, Some(needed)) => Some(format!(
-            "If further people scatter as these {} do, {needed} would decide it.",
-            costs.people.len()
-        )),
-        (Judged::NotDecided, None) => Some(
-            "Not even 300 people who scatter as these do would decide it: they lie too close to the criterion.".into(),
-        ),
-        _ => None,
-    }
-}
-
-/// How many people are enough, with its interval.
-pub(crate) fn enough_text(curve: &LearningCurve) -> String {
-    let measured = curve.points.len() + 1;
-    let (Some(found), Some([low, high])) = (curve.enough.found, curve.enough.interval) else {
-        return format!("how many people are enough is not decided from {measured}");
-    };
-    let range = format!("{found:.0} people (95 %: {low:.0} to {high:.0})");
-    match curve.enough.outcome {
-        Judged::Met => format!("{range} are enough, {measured} were measured"),
-        Judged::NotMet => format!("{range} are needed, {measured} were measured"),
-        Judged::NotDecided => {
-            format!("whether {measured} people are enough is not decided: it takes {range}")
-        }
-    }
-}
-
-/// Whether people lie closer together under load.
-pub(crate) fn falls_text(falls: &FallsWithLoad) -> String {
-    let Some(p) = falls.p_value else {
-        return format!(
-            "whether it changes with load is not decided from {} people",
-            falls.people
-        );
-    };
-    let numbers = format!(
-        "{} dB from the lightest to the heaviest load ({} over {} people)",
-        wording::signed(falls.change_db, 1),
-        wording::p_text(p),
-        falls.people
-    );
-    match falls.direction {
-        Direction::Falls => format!("it falls with load: {numbers}"),
-        Direction::Rises => format!("it rises with load: {numbers}"),
-        Direction::NotShown => format!("no trend with load shown: {numbers}"),
-    }
 }
 
 /// Which average, in words.
@@ -292,8 +205,8 @@ fn verdict_reason(cell: Cell, costs: &CellPenalties) -> String {
         "{held}. Asked for: the interval within {} dB rms, and {} of people within it; {}. {}",
         criterion.db_rms,
         percent(criterion.least_share),
-        share_text(costs),
-        needed_text(costs).unwrap_or_default()
+        costs.share_text(),
+        costs.needed_text().unwrap_or_default()
     )
 }
 
@@ -325,7 +238,7 @@ fn falling(said: &PanelAnalysis) -> Markup {
     html! {
         @for falls in &said.falls {
             p {
-                "Largest deviation at " (falls.angle_deg.0) "°: " (falls_text(falls))
+                "Largest deviation at " (falls.angle_deg.0) "°: " (falls.text())
                 @if let (Some(every), Some(overall)) = (falls.share, falls.share_overall) {
                     "; of draws of half of these people it falls at every step in " (percent(every))
                     ", and from the lightest to the heaviest load in " (percent(overall))
@@ -341,7 +254,7 @@ fn titled(title: &str, svg: &str, caption: &str) -> Markup {
     html! { div { h3 { (title) } (figure(svg, caption)) } }
 }
 
-fn spread(page: &Page<'_>) -> Outcome<Markup> {
+fn spread(page: &Page<'_>) -> Result<Markup, DrawError> {
     let said = page.said;
     let mut bundles = Vec::new();
     for spread in &said.spreads {
@@ -376,7 +289,7 @@ fn spread(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn load(page: &Page<'_>) -> Outcome<Markup> {
+fn load(page: &Page<'_>) -> Result<Markup, DrawError> {
     let said = page.said;
     if said.load_steps.is_empty() {
         return Ok(html! {});
@@ -405,7 +318,7 @@ fn load(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn angle(page: &Page<'_>) -> Outcome<Markup> {
+fn angle(page: &Page<'_>) -> Result<Markup, DrawError> {
     let said = page.said;
     if said.angle_effects.is_empty() {
         return Ok(html! {});
@@ -429,7 +342,7 @@ fn angle(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn repeats(page: &Page<'_>) -> Outcome<Markup> {
+fn repeats(page: &Page<'_>) -> Result<Markup, DrawError> {
     let said = page.said;
     let found = &said.repeatability;
     let drawn = figures::repeats(page)?;
@@ -451,7 +364,7 @@ fn repeats(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn average(page: &Page<'_>) -> Outcome<Markup> {
+fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
     let said = page.said;
     let Some(cell) = said.judged() else {
         return Ok(html! {});
@@ -482,12 +395,12 @@ fn average(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn artefact(page: &Page<'_>) -> Outcome<Markup> {
+fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
     let Some(cleaning) = page.cleaning else {
         return Ok(html! {});
     };
     let drawn = figures::artefact(page, cleaning)?;
-    let dip = |select: fn(&(Filing, Dip, Dip)) -> f64| {
+    let dip = |select: fn(&CleanedDip) -> f64| {
         let values: Vec<f64> = cleaning.dips.iter().map(select).collect();
         let low = values.iter().copied().fold(f64::MAX, f64::min);
         let high = values.iter().copied().fold(f64::MIN, f64::max);
@@ -510,25 +423,12 @@ fn artefact(page: &Page<'_>) -> Outcome<Markup> {
             }
             table.second {
                 tr { th { "over all measurements" } th.n { "before" } th.n { "after" } }
-                tr { td { "lowest line near the dip, Hz" } td.n { (dip(|d| d.1.at_hz)) } td.n { (dip(|d| d.2.at_hz)) } }
-                tr { td { "depth below the line between 15–25 % below and above it, dB" } td.n { (dip(|d| d.1.depth_db)) } td.n { (dip(|d| d.2.depth_db)) } }
-                tr { td { "largest departure from that line within 15 %, dB" } td.n { (dip(|d| d.1.largest_db)) } td.n { (dip(|d| d.2.largest_db)) } }
+                tr { td { "lowest line near the dip, Hz" } td.n { (dip(|d| d.before.at_hz)) } td.n { (dip(|d| d.after.at_hz)) } }
+                tr { td { "depth below the line between 15–25 % below and above it, dB" } td.n { (dip(|d| d.before.depth_db)) } td.n { (dip(|d| d.after.depth_db)) } }
+                tr { td { "largest departure from that line within 15 %, dB" } td.n { (dip(|d| d.before.largest_db)) } td.n { (dip(|d| d.after.largest_db)) } }
             }
         }
     })
-}
-
-fn doubts(said: &PanelAnalysis) -> Markup {
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if said.doubts.is_empty() {
-                p.soft { "None: nothing had to be clamped, guessed or left out." }
-            } @else {
-                ul.doubts { @for doubt in merged(&said.doubts) { li { (merged_text(&doubt)) } } }
-            }
-        }
-    }
 }
 
 fn origin(page: &Page<'_>) -> Markup {
@@ -539,7 +439,7 @@ fn origin(page: &Page<'_>) -> Markup {
         section {
             h2 { "How it was measured and analysed" }
             table {
-                @if let Some(bench) = &page.folder.index.bench { tr { th { "bench" } td { (bench) } } }
+                @if let Some(bench) = page.bench { tr { th { "bench" } td { (bench) } } }
                 @if let Some(function) = first {
                     tr { th { "first measurement" } td { (function.about.provenance.source) ol { @for step in &function.about.provenance.steps { li { (step) } } } } }
                     tr { th { "transfer functions" } td { (format!("{:?}, {} lines every {:.2} Hz, from {} to {}", function.estimator, function.response().len(), function.resolution_hz(), page.drive_unit, page.response_unit)) } }

@@ -5,7 +5,7 @@ use piezotact::panel::{AverageRule, CellPenalties, LearningCurve, PairDistances,
 use piezotact::statistics::{Direction, PairedDifference};
 use piezotact::transfer::BundleAverage;
 
-use super::{averaging_word, percent, will_do_word};
+use super::{averaging_word, percent};
 
 fn test(paired: Option<PairedDifference>, mean_db: f64) -> String {
     paired.map_or(format!("{mean_db:+.2}"), |p| {
@@ -217,7 +217,7 @@ pub(super) fn averages(said: &PanelAnalysis) -> Markup {
                             td.n { (format!("{:.1}", costs.mean_db_max)) }
                             td { (costs.worst.participant) (format!(": {:.1} dB rms", costs.worst.db_rms)) }
                             td.n { (within(costs)) }
-                            td { (will_do_word(costs.verdict.outcome)) }
+                            td { (costs.verdict.outcome.answer()) }
                             td.n { (costs.verdict.people_needed.map_or("–".to_owned(), |n| n.to_string())) }
                             td.n { (curve.filter(|c| c.averaging == averaging).and_then(enough).unwrap_or("–".to_owned())) }
                         }

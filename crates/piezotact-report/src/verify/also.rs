@@ -1,37 +1,40 @@
 //! Further measurements of the same target beside the one that is judged.
 
 use maud::{Markup, html};
-use piezotact::Doubt;
-use piezotact::doubt::merged;
+use piezotact::document::Words;
+use piezotact::doubt::Merged;
+use piezotact::number::difference_db;
 use piezotact::verify::Verification;
 
 use super::Page;
-use crate::advice::merged_text;
-use crate::failure::Outcome;
-use crate::output::difference_db;
-use crate::report::{figure, figures};
+use crate::{DrawError, figure, figures};
 
 /// A measurement with the name that it has in the report.
-pub(crate) struct Also<'a> {
-    pub(crate) label: &'a str,
-    pub(crate) verification: &'a Verification,
+#[derive(Clone, Debug)]
+pub struct Also<'a> {
+    /// Its name.
+    pub label: &'a str,
+    /// What was found.
+    pub verification: &'a Verification,
     /// What is doubted of it alone.
-    pub(crate) doubts: Vec<&'a Doubt>,
+    pub doubts: Vec<Merged>,
     /// Whether it says how it was rendered.
-    pub(crate) rendering: Told,
+    pub rendering: Stated,
 }
 
 /// Whether a measurement says how the drive was rendered that played.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Told {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stated {
+    /// It says how.
     Rendering,
+    /// It says nothing.
     Nothing,
 }
 
-fn row(label: &str, v: &Verification, told: Told) -> Markup {
-    let level = match told {
-        Told::Rendering => format!("{:+.1} dB", v.level_db).replace('-', "−"),
-        Told::Nothing => "not said".into(),
+fn row(label: &str, v: &Verification, stated: Stated) -> Markup {
+    let level = match stated {
+        Stated::Rendering => format!("{:+.1} dB", v.level_db).replace('-', "−"),
+        Stated::Nothing => "not said".into(),
     };
     html! {
         tr {
@@ -48,12 +51,14 @@ fn row(label: &str, v: &Verification, told: Told) -> Markup {
     }
 }
 
-pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
+pub(super) fn section(page: &Page<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
     if page.also.is_empty() {
         return Ok(html! {});
     }
     let v = page.verification;
-    let told = page.rendering.map_or(Told::Nothing, |_| Told::Rendering);
+    let stated = page
+        .rendering
+        .map_or(Stated::Nothing, |_| Stated::Rendering);
     let figure = figure(
         &figures::all_spectra(page)?,
         &format!(
@@ -78,15 +83,15 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
                         th.n { "samples at a limit" }
                         th { "verdict by itself" }
                     }
-                    (row(page.measured, v, told))
-                    @for also in page.also { (row(also.label, also.verification, also.rendering)) }
+                    (row(page.measured, v, stated))
+                    @for also in &page.also { (row(also.label, also.verification, also.rendering)) }
                 }
             }
             (figure)
             h3 { "Doubts about them" }
-            @for also in page.also {
+            @for also in &page.also {
                 p { b { (also.label) } @if also.doubts.is_empty() { ": none beside those about the target." } }
-                @if !also.doubts.is_empty() { ul.doubts { @for doubt in merged(also.doubts.iter().copied()) { li { (merged_text(&doubt)) } } } }
+                @if !also.doubts.is_empty() { ul.doubts { @for doubt in &also.doubts { li { (words.merged(doubt)) } } } }
             }
         }
     })

@@ -7,15 +7,18 @@ use piezotact::series::Series;
 use piezotact::verify::Changed;
 
 use super::Page;
-use crate::failure::Outcome;
-use crate::output::{difference_db, digits};
-use crate::report::{figure, figures};
+use crate::{DrawError, figure, figures};
+use piezotact::number::{difference_db, digits};
 
 /// A texture that the target was made from, or that it took something of.
-pub(crate) struct Before<'a> {
-    pub(crate) label: &'a str,
-    pub(crate) series: &'a Series<Acceleration>,
-    pub(crate) changed: &'a Changed,
+#[derive(Clone, Copy, Debug)]
+pub struct Before<'a> {
+    /// Its name.
+    pub label: &'a str,
+    /// The texture, m/s².
+    pub series: &'a Series<Acceleration>,
+    /// What it differs by from the target.
+    pub changed: &'a Changed,
 }
 
 /// What was done to the texture before it was rendered: the target says it, or else the drive that was rendered from it.
@@ -39,7 +42,7 @@ fn place_in(lineage: Option<&Lineage>, label: &str) -> &'static str {
     }
 }
 
-pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
+pub(super) fn section(page: &Page<'_>) -> Result<Markup, DrawError> {
     if page.before.is_empty() {
         return Ok(html! {});
     }
@@ -64,7 +67,7 @@ pub(super) fn section(page: &Page<'_>) -> Outcome<Markup> {
                         th.n { "level, after over before" }
                         th.n { (format!("shape apart, dB rms over {band}")) }
                     }
-                    @for before in page.before {
+                    @for before in &page.before {
                         tr {
                             td { (before.label) }
                             td { (place_in(lineage, before.label)) }

@@ -1,55 +1,43 @@
 //! The drive: beside the texture that it was made of, and below what the device can do.
 
 use maud::{Markup, html};
-use piezotact::quantity::{Drive, Seconds};
+use piezotact::quantity::Drive;
 use piezotact::series::Series;
-use piezotact::verify::{Beside, beside};
+use piezotact::verify::{Beside, DriveBeside, DriveSource};
 
 use super::Page;
-use crate::failure::Outcome;
-use crate::output::{digits, headroom_text};
-use crate::report::{figure, figures};
+use crate::{DrawError, figure, figures};
+use piezotact::number::digits;
 
 /// The drive that is shown.
-#[derive(Clone, Copy)]
-pub(crate) struct ShownDrive<'a> {
-    pub(crate) series: &'a Series<Drive>,
+#[derive(Clone, Debug)]
+pub struct ShownDrive<'a> {
+    /// Its samples, full scale = 1.
+    pub series: &'a Series<Drive>,
     /// The level at which the device clips.
-    pub(crate) limit: f64,
-    pub(crate) found: Found,
+    pub limit: f64,
+    /// The drive beside the texture.
+    pub beside: DriveBeside,
 }
 
-/// Where a drive comes from, which says on whose clock it is.
-#[derive(Clone, Copy)]
-pub(crate) enum Found {
-    /// Recorded beside the measurement.
-    Recorded,
-    /// As it was rendered.
-    Rendered,
-}
-
-/// How long the drive begins before the texture, and why so long.
-fn lead(page: &Page<'_>, found: Found) -> (Seconds, &'static str) {
-    match (found, page.rendering) {
-        (Found::Rendered, Some(rendering)) => (
-            rendering.config.modelling_delay,
-            "the modelling delay that it was rendered with",
-        ),
-        _ => (
-            Seconds(page.verification.delay_s),
-            "the delay of the measurement that it was recorded beside, which is the modelling delay and the start of the devices",
-        ),
+/// Why a drive begins so long before the texture.
+fn reason(source: DriveSource) -> &'static str {
+    match source {
+        DriveSource::Rendered => "the modelling delay that it was rendered with",
+        DriveSource::Recorded => {
+            "the delay of the measurement that it was recorded beside, which is the modelling delay and the start of the devices"
+        }
     }
 }
 
 /// The texture and its drive: spectra and waveforms.
-pub(super) fn beside_texture(page: &Page<'_>) -> Outcome<Markup> {
-    let Some(shown) = page.drive else {
+pub(super) fn beside_texture(page: &Page<'_>) -> Result<Markup, DrawError> {
+    let Some(shown) = &page.drive else {
         return Ok(html! {});
     };
-    let (lead, why) = lead(page, shown.found);
+    let (lead, why) = (shown.beside.lead, reason(shown.beside.lead_from));
     let title = "Texture and drive";
-    let both: Beside = match beside(page.verification, shown.series, lead) {
+    let both: &Beside = match &shown.beside.found {
         Ok(both) => both,
         Err(error) => {
             return Ok(html! { section { h2 { (title) } p.soft { "Not shown: " (error) } } });
@@ -61,14 +49,14 @@ pub(super) fn beside_texture(page: &Page<'_>) -> Outcome<Markup> {
             h2 { (title) }
             p { "Where the device answers strongly the drive is weak, and where it answers weakly the drive is strong: the drive has another shape than the texture that comes of it." }
             (figure(
-                &figures::beside_spectra(v, &both)?,
+                &figures::beside_spectra(v, both)?,
                 &format!(
                     "PSDs of the texture and of the drive that was made of it, each over its own mean square within {}, since their units differ: {} m/s² rms and {} of full scale rms.",
                     v.band_hz, digits(both.target_rms), digits(both.drive_rms)
                 ),
             ))
             (figure(
-                &figures::beside_waveforms(v, &both)?,
+                &figures::beside_waveforms(v, both)?,
                 &format!(
                     "The same 150 ms as above, both limited to {} and over their rms. The drive is moved back by {:.1} ms: {why}.",
                     v.band_hz, lead.0 * 1e3
@@ -79,13 +67,13 @@ pub(super) fn beside_texture(page: &Page<'_>) -> Outcome<Markup> {
 }
 
 /// The drive below its limit.
-pub(super) fn headroom(page: &Page<'_>) -> Outcome<Markup> {
-    let Some(shown) = page.drive else {
+pub(super) fn headroom(page: &Page<'_>) -> Result<Markup, DrawError> {
+    let Some(shown) = &page.drive else {
         return Ok(html! {});
     };
-    let as_it_was = match shown.found {
-        Found::Recorded => "as it was played",
-        Found::Rendered => "as it was rendered",
+    let as_it_was = match shown.beside.source {
+        DriveSource::Recorded => "as it was played",
+        DriveSource::Rendered => "as it was rendered",
     };
     Ok(html! {
         section {
@@ -93,7 +81,7 @@ pub(super) fn headroom(page: &Page<'_>) -> Outcome<Markup> {
             @if let Some(rendering) = page.rendering {
                 @let headroom = &rendering.headroom;
                 p { (format!(
-                    "The drive as computed: {}.", headroom_text(headroom)
+                    "The drive as computed: {}.", headroom.text()
                 )) }
                 p {
                     "Achievable: "

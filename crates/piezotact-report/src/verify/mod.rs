@@ -6,67 +6,80 @@ mod drive;
 mod straight;
 
 use maud::{Markup, html};
-use piezotact::doubt::merged;
+use piezotact::document::Words;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{Condition, Provenance, Recording};
+use piezotact::render::Rendering;
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyError, tones};
-use piezotact_dataset::sidecar::Rendering;
+use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyError};
 
-use super::criteria::outcome;
-use super::{UNKNOWN_BENCH, bench_told, document, figure, figures, transfer};
-use crate::advice::merged_text;
-use crate::failure::Outcome;
+use crate::criteria::outcome;
+use crate::report::doubts_section;
+use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, transfer};
 
-pub(crate) use also::{Also, Told};
-pub(crate) use before::Before;
-pub(crate) use drive::{Found, ShownDrive};
+pub use also::{Also, Stated};
+pub use before::Before;
+pub use drive::ShownDrive;
 
 /// What a verification report shows.
-pub(crate) struct Page<'a> {
-    pub(crate) title: String,
-    pub(crate) verification: &'a Verification,
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// Its title.
+    pub title: String,
+    /// What was found.
+    pub verification: &'a Verification,
+    /// The amplitude spectra of target and measurement.
+    pub tones: Tones,
     /// The texture as it was recorded.
-    pub(crate) target: &'a Recording,
-    pub(crate) function: Option<&'a TransferFunction<Drive, Acceleration>>,
+    pub target: &'a Recording,
+    /// The transfer function that it was rendered through; absent where it is not shown.
+    pub function: Option<&'a TransferFunction<Drive, Acceleration>>,
     /// The texture as it is compared, at its own level.
-    pub(crate) texture: &'a Series<Acceleration>,
+    pub texture: &'a Series<Acceleration>,
     /// What the measurement is called.
-    pub(crate) measured: &'a str,
-    pub(crate) drive: Option<ShownDrive<'a>>,
-    pub(crate) rendering: Option<&'a Rendering>,
-    pub(crate) provenance: &'a Provenance,
-    pub(crate) condition: &'a Condition,
+    pub measured: &'a str,
+    /// The drive; absent where none was recorded or stated.
+    pub drive: Option<ShownDrive<'a>>,
+    /// How the drive was made; absent where nothing says it.
+    pub rendering: Option<&'a Rendering>,
+    /// Where the measurement comes from.
+    pub provenance: &'a Provenance,
+    /// Who touched how.
+    pub condition: &'a Condition,
     /// What the transfer function says that would come of sending the texture straight to the device.
-    pub(crate) predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
+    pub predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
     /// Further measurements of the same target.
-    pub(crate) also: &'a [Also<'a>],
+    pub also: Vec<Also<'a>>,
     /// The textures before the target was made of them.
-    pub(crate) before: &'a [Before<'a>],
+    pub before: Vec<Before<'a>>,
     /// The negative control: the texture sent straight to the device.
-    pub(crate) straight: Option<&'a Straight<Verification>>,
+    pub straight: Option<&'a Straight<Verification>>,
 }
 
 /// The texture sent straight to the device, without its transfer function.
-pub(crate) struct Straight<T> {
+#[derive(Clone, Debug)]
+pub struct Straight<T> {
     /// One unit of texture as full scale.
-    pub(crate) as_it_stands: T,
+    pub as_it_stands: T,
     /// Turned down until nothing clips.
-    pub(crate) turned_down: T,
+    pub turned_down: T,
 }
 
-/// The report as HTML text.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let body = html! {
         h1 { (page.title) }
         p.soft { (bench_line(page)) }
         (verdict(page))
-        (doubts(page))
+        (doubts_section(&page.verification.doubts.merged(), words))
         (spectra(page)?)
         (waveform(page)?)
-        (also::section(page)?)
+        (also::section(page, words)?)
         (before::section(page)?)
         (drive::beside_texture(page)?)
         (transfer_function(page)?)
@@ -79,7 +92,7 @@ pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
 }
 
 fn bench_line(page: &Page<'_>) -> String {
-    let kind = bench_told(page.provenance.bench).unwrap_or(UNKNOWN_BENCH);
+    let kind = bench_text(page.provenance.bench).unwrap_or(UNKNOWN_BENCH);
     let seed = page
         .provenance
         .seed
@@ -172,30 +185,16 @@ fn estimator_line(v: &Verification) -> String {
     )
 }
 
-fn doubts(page: &Page<'_>) -> Markup {
-    let doubts = &page.verification.doubts;
-    html! {
-        section {
-            h2 { "Doubts" }
-            @if doubts.is_empty() {
-                p.soft { "None: nothing had to be clamped, guessed or left out." }
-            } @else {
-                ul.doubts { @for doubt in merged(doubts) { li { (merged_text(&doubt)) } } }
-            }
-        }
-    }
-}
-
-fn spectra(page: &Page<'_>) -> Outcome<Markup> {
+fn spectra(page: &Page<'_>) -> Result<Markup, DrawError> {
     let v = page.verification;
-    let tones = tones(v)?;
+    let tones = &page.tones;
     Ok(html! {
         section {
             h2 { "Spectrum: what was meant and what was felt" }
             (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: what is judged."))
             (figure(&figures::error(v)?, "Error of every line of the band. Red: the limit that its rms is judged by; single lines may cross it."))
             p.soft { (estimator_line(v)) }
-            (figure(&figures::amplitudes(v, &tones)?, &amplitudes_line(v, &tones)))
+            (figure(&figures::amplitudes(v, tones)?, &amplitudes_line(v, tones)))
         }
     })
 }
@@ -214,7 +213,7 @@ fn amplitudes_line(v: &Verification, tones: &Tones) -> String {
     )
 }
 
-fn waveform(page: &Page<'_>) -> Outcome<Markup> {
+fn waveform(page: &Page<'_>) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Waveform" }
@@ -224,7 +223,7 @@ fn waveform(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn transfer_function(page: &Page<'_>) -> Outcome<Markup> {
+fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
     let Some(function) = page.function else {
         return Ok(html! {});
     };

@@ -4,15 +4,14 @@ use maud::{Markup, html};
 use piezotact::verify::{PredictedStraight, Verification, VerifyError};
 
 use super::Straight;
-use crate::failure::Outcome;
-use crate::output::digits;
-use crate::report::{figure, figures};
+use crate::{DrawError, figure, figures};
+use piezotact::number::digits;
 
 /// The negative control, measured.
 pub(super) fn measured(
     rendered: &Verification,
     straight: &Straight<Verification>,
-) -> Outcome<Markup> {
+) -> Result<Markup, DrawError> {
     let row = |what: &str, v: &Verification, error_db: f64| {
         html! {
             tr {
@@ -43,7 +42,7 @@ pub(super) fn measured(
 pub(super) fn predicted(
     rendered: &Verification,
     predicted: &Result<PredictedStraight, VerifyError>,
-) -> Outcome<Markup> {
+) -> Result<Markup, DrawError> {
     let title = "The texture sent straight to the device (computed, not measured)";
     let predicted = match predicted {
         Ok(predicted) => predicted,

@@ -22,9 +22,11 @@ pub use looping::*;
 pub use spectral::*;
 
 use crate::doubt::Doubt;
+use crate::feature::{FeatureConfig, FeatureError};
 use crate::lineage::{Lineage, Operation, Step};
-use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, SampleRate};
 use crate::series::Series;
+use crate::spectrum::{Spectrum, welch};
 use crate::statistics::{mean, standard_deviation};
 
 /// Less than this share of the power may leave the band without being said.
@@ -58,7 +60,33 @@ pub struct Texture<Q: Quantity> {
     pub doubts: Vec<Doubt>,
 }
 
+/// The PSDs of `textures`, in the unit of `Q` squared per Hz: Hann windows, lines about 5 Hz apart, overlapping by half.
+///
+/// Formula: that of [`welch`].
+///
+/// Source: as [`FeatureConfig::usual`].
+///
+/// # Errors
+/// [`FeatureError`] for a texture of fewer than eight samples.
+pub fn spectra_of<'a, Q: Quantity>(
+    textures: impl IntoIterator<Item = &'a Texture<Q>>,
+) -> Result<Vec<Spectrum<Q>>, FeatureError> {
+    let of = |texture: &Texture<Q>| {
+        let length = texture.series.samples().len();
+        let usual = FeatureConfig::usual(texture.series.rate(), &[length], None)?;
+        welch(&texture.series, &usual.welch).map_err(FeatureError::Estimate)
+    };
+    textures.into_iter().map(of).collect()
+}
+
 impl<Q: Quantity> Texture<Q> {
+    /// Its level, rms about the mean, relative to `other`, dB.
+    #[must_use]
+    pub fn level_re_db(&self, other: &Self) -> f64 {
+        let [own, other] = [self, other].map(|texture| texture.series.rms_about_mean().value);
+        Decibels::from_amplitude_ratio(own / other).0
+    }
+
     /// A texture as it was recorded, called `source`.
     #[must_use]
     pub fn of(source: impl Into<String>, series: Series<Q>) -> Self {

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Artefact, ArtefactConfig, ControlError, Dip, Entry, Filing, Panel, PanelError, artefact_of};
+use super::{
+    Artefact, ArtefactConfig, ControlError, Dip, Entry, Filing, Panel, PanelError, artefact_of,
+};
 use crate::quantity::Uncalibrated;
 use crate::transfer::TransferFunction;
 

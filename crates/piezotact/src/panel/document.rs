@@ -2,15 +2,51 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::{CleanedDip, Cleaning, PanelAnalysis};
+use super::{CleanedDip, Cleaning, Filing, PanelAnalysis};
 use crate::document::Content;
 use crate::doubt::{Merged, merged};
 use crate::page::{Cell, Column, Table};
-use crate::quantity::{Band, Quantity};
+use crate::quantity::{Band, Quantity, Unit};
 use crate::recording::{Condition, Provenance};
+use crate::run::Attempt;
 use crate::transfer::{BundleAverage, TransferFunction};
+
+/// What a panel's transfer functions are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PanelKind {
+    /// A device with a finger on it: from the digital drive.
+    Device,
+    /// A finger alone: from the force on it.
+    Finger,
+    /// Something else.
+    Other,
+}
+
+impl PanelKind {
+    /// What transfer functions from `drive_unit` are of.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of(drive_unit: &Unit) -> Self {
+        match drive_unit {
+            Unit::FullScale => Self::Device,
+            Unit::Newton => Self::Finger,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// A measurement of a panel with what was judged when it was made.
+#[derive(Clone, Copy, Debug)]
+pub struct JudgedFiling<'a> {
+    /// Who, how, which time.
+    pub filing: &'a Filing,
+    /// The attempts at it.
+    pub attempts: &'a [Attempt],
+}
 
 /// An artefact of the bench that was taken out of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]

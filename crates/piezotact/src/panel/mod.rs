@@ -16,6 +16,7 @@ mod membership;
 mod placement;
 mod random;
 mod repeat;
+mod sentences;
 mod spread;
 mod together;
 mod trend;
@@ -27,7 +28,7 @@ pub use average::{
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
-pub use document::{ArtefactDocument, PanelAverageDocument};
+pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
 pub use membership::{Attendance, Member, MemberRule, ParticipantRule};

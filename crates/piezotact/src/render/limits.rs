@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::device::{DriveSetup, GainName};
 use crate::doubt::Doubt;
+use crate::number::digits;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::Series;
 use crate::statistics::{peak, rms};
@@ -36,6 +37,24 @@ pub struct Headroom {
 }
 
 impl Headroom {
+    /// How far the drive stays below what limits it, in words.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let Some(headroom_db) = self.headroom_db else {
+            return "the drive is silence: it lies below what any converter plays".into();
+        };
+        let side = if headroom_db >= 0.0 { "below" } else { "above" };
+        format!(
+            "peak {} of full scale, {:.1} dB {side} {} at {:.3}",
+            digits(self.peak),
+            headroom_db.abs(),
+            self.limited_by,
+            self.limit
+        )
+    }
+
     /// Whether the amplifier of `setup` cannot follow the steepest slope.
     #[must_use]
     pub fn slew_doubt(&self, setup: Option<&DriveSetup>) -> Option<Doubt> {

@@ -95,7 +95,10 @@ pub fn judged_measurement(
         clipping,
     };
     let mut verification = with_felt_difference(verify(&texture, compared, &config)?);
-    let known = [&measured.recording.about.doubts, &target.recording.about.doubts];
+    let known = [
+        &measured.recording.about.doubts,
+        &target.recording.about.doubts,
+    ];
     verification = verification.with_known_losses(known[0], known[1]);
     // What clipped is said by the verification, with what was measured of it.
     doubts.retain(|doubt| match doubt.kind() {

@@ -9,8 +9,8 @@ mod document;
 mod doubt;
 mod excitation;
 mod felt;
-mod measurement;
 pub mod literature;
+mod measurement;
 mod verdict;
 mod waveform;
 
@@ -22,10 +22,10 @@ use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
 pub use felt::with_felt_difference;
+pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
 };
-pub use literature::{Literature, LiteratureConfig};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 

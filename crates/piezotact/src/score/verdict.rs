@@ -46,6 +46,21 @@ pub enum ScoreCriterion {
     LoudestMoment,
 }
 
+impl fmt::Display for ScoreCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::JustNoticeableDifference => {
+                "score below the just-noticeable difference (75 % correct)"
+            }
+            Self::DifferenceWithin => "score within what halves of one recording differ by",
+            Self::ShortTimeSpread => "difference of the spread of short-time levels (0.1 s)",
+            Self::LoudestMoment => {
+                "loudest 0.1 s re the detection threshold, where neither reaches it as a whole"
+            }
+        })
+    }
+}
+
 /// Whether `what` is among `criteria` and is not met.
 pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriterion) -> bool {
     let mut all = criteria.iter();

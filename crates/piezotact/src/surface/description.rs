@@ -33,7 +33,11 @@ pub fn length_text(length_m: f64) -> String {
 /// Two lengths in one unit.
 fn both(x_m: f64, y_m: f64) -> String {
     let (unit, per_m) = unit_for(x_m.max(y_m));
-    format!("{} × {} {unit}", short_number(x_m * per_m), short_number(y_m * per_m))
+    format!(
+        "{} × {} {unit}",
+        short_number(x_m * per_m),
+        short_number(y_m * per_m)
+    )
 }
 
 /// Four digits that count, without zeros that say nothing.

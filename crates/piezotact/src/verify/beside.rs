@@ -3,6 +3,7 @@
 use super::align::in_band;
 use super::{Verification, VerifyError};
 use crate::quantity::{Drive, SampleRate, Seconds};
+use crate::render::Rendering;
 use crate::resample::resample;
 use crate::series::Series;
 use crate::spectrum::WelchPlan;
@@ -80,4 +81,49 @@ pub fn beside(
         target: verification.target.iter().map(|v| v / target_rms).collect(),
         drive: moved.iter().map(|v| v / drive_rms).collect(),
     })
+}
+/// Where a drive comes from, which says on whose clock it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveSource {
+    /// Recorded beside the measurement.
+    Recorded,
+    /// As it was rendered.
+    Rendered,
+}
+
+/// A texture beside its drive, with the time by which the drive begins earlier.
+#[derive(Clone, Debug)]
+pub struct DriveBeside {
+    /// Where the drive comes from.
+    pub source: DriveSource,
+    /// How long the drive begins before the texture.
+    pub lead: Seconds,
+    /// What that time follows from: the rendering, or the delay of the measurement.
+    pub lead_from: DriveSource,
+    /// The two on one time, or why they cannot be compared.
+    pub found: Result<Beside, VerifyError>,
+}
+
+/// The texture of `verification` beside a drive from `source`, which was made as `rendering` says.
+///
+/// Formula: [`beside`], with the modelling delay of the rendering as the lead of a drive as it was rendered, else with the delay of
+/// the measurement, s.
+///
+/// Source: as [`beside`].
+#[must_use]
+pub fn drive_beside(
+    verification: &Verification,
+    (drive, source): (&Series<Drive>, DriveSource),
+    rendering: Option<&Rendering>,
+) -> DriveBeside {
+    let (lead, lead_from) = match (source, rendering) {
+        (DriveSource::Rendered, Some(made)) => (made.config.modelling_delay, source),
+        _ => (Seconds(verification.delay_s), DriveSource::Recorded),
+    };
+    DriveBeside {
+        source,
+        lead,
+        lead_from,
+        found: beside(verification, drive, lead),
+    }
 }

@@ -8,6 +8,7 @@ mod alike;
 mod beside;
 mod changed;
 mod clock;
+mod close;
 mod config;
 mod document;
 mod doubt;
@@ -21,12 +22,14 @@ mod tones;
 mod verdict;
 
 pub(crate) use align::align;
-pub use beside::{Beside, beside};
+pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
+pub use close::CLOSE_DB;
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
 pub use document::{
-    DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome, VerifyDocument,
+    DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome,
+    VerifyDocument,
 };
 pub use doubt::VerifyDoubt;
 pub use error::VerifyError;

@@ -42,7 +42,10 @@ pub(super) fn of(path: &Path) -> Outcome<Option<Kept<'_>>> {
 }
 
 fn panel(folder: &Path, index: &Path) -> Outcome<Kept<'static>> {
-    let info = PanelIndexInfo::of(index, format!("piezotact panel analyse {}", folder.display()))?;
+    let info = PanelIndexInfo::of(
+        index,
+        format!("piezotact panel analyse {}", folder.display()),
+    )?;
     Ok(Kept {
         text: format!(
             "{}\n  the index of a panel of {} transfer function(s)\n  read it with `{}`",

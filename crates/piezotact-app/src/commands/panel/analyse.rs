@@ -10,15 +10,14 @@ use piezotact::panel::{
 use piezotact::quantity::Uncalibrated;
 use piezotact_dataset::document::PanelAnalysisDocument;
 use piezotact_dataset::{PanelFolder, function_of_any_unit, panel_of, read_transfer};
+use piezotact_report::panel::{Page, html};
 use piezotact_report::report;
 
+use crate::advice::OptionWords;
 use crate::cli::panel::Analyse;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
 use crate::output::{counted, print, print_document, say_doubts, write_text};
-use crate::report::panel::{
-    Page, enough_text, falls_text, needed_text, render, share_text,
-};
 
 type AnyPanel = Panel<Uncalibrated, Uncalibrated>;
 
@@ -39,12 +38,14 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
         let page = Page {
             said: &said,
             panel: &panel,
-            folder: &folder,
+            kind: folder.index.kind,
+            bench: folder.index.bench.as_deref(),
+            accepted: folder.judged(),
             drive_unit: &contents.drive_unit,
             response_unit: &contents.response_unit,
             cleaning: cleaning.as_ref(),
         };
-        write_text(path, &render(&page)?)?;
+        write_text(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
         let document = PanelAnalysisDocument::of(&said, &folder, cleaning.as_ref());
@@ -129,7 +130,7 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             "maximum deviation at {}°: {}; {}",
             falls.angle_deg.0,
             each.join(", "),
-            falls_text(falls)
+            falls.text()
         ));
     }
     if let Some((cell, costs)) = said
@@ -145,17 +146,17 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             costs.mean_db_rms,
             costs.verdict.criterion.db_rms,
             costs.verdict.criterion.least_share * 100.0,
-            share_text(costs),
+            costs.share_text(),
             costs.worst.participant,
             costs.worst.db_rms
         ));
-        lines.extend(needed_text(costs));
+        lines.extend(costs.needed_text());
         let curve = said.learning.iter().find(|curve| curve.cell.is(cell));
         lines.extend(curve.map(|curve| {
             format!(
                 "for more people in the average to gain less than {} dB: {}",
                 curve.within_db,
-                enough_text(curve)
+                curve.enough_text()
             )
         }));
     }

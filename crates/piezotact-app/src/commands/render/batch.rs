@@ -3,19 +3,20 @@
 use anyhow::anyhow;
 use piezotact_bench::ProcedureError;
 use piezotact_bench::document::{RefusedRendering, RenderBatchDocument, RenderDocument};
+use piezotact_report::rendering::Page;
 
 use super::{Done, Job, folder_of};
+use crate::advice::OptionWords;
 use crate::cli::Render;
 use crate::failure::{Failure, Outcome, sentence};
 use crate::keeping::{self, Raw};
 use crate::output::{print, print_document, say, write_text};
-use crate::report;
 
 /// The jobs of a command, as they are done.
 pub(super) struct Batch<'a> {
     args: &'a Render,
     jobs: &'a [Job<'a>],
-    page: report::rendering::Page,
+    page: Page,
     renderings: Vec<RenderDocument>,
     refused: Vec<RefusedRendering>,
     /// What is said of closed loops that did not come to their end.
@@ -28,7 +29,7 @@ impl<'a> Batch<'a> {
         Self {
             args,
             jobs,
-            page: report::rendering::Page::of(args.band, jobs.len()),
+            page: Page::of(args.band, jobs.len()),
             renderings: Vec::new(),
             refused: Vec::new(),
             unfinished: Vec::new(),
@@ -77,7 +78,8 @@ impl<'a> Batch<'a> {
         };
         let looped = &corrected.looped;
         if self.args.report.is_some() {
-            (self.page).add(&job.called, done.level_db, &done.drive, looped)?;
+            let summary = looped.summary(&job.called, done.level_db, &done.drive);
+            self.page.add(&summary, &OptionWords)?;
         }
         if let Some(said) = &looped.failed {
             let kept = format!("{said}; {} holds the best drive so far", job.out.display());
@@ -159,9 +161,7 @@ impl<'a> Batch<'a> {
         }
         match self.refused.len() {
             0 => Ok(()),
-            some if some == all => {
-                Err(Failure::Data(anyhow!("none of {all} could be rendered")))
-            }
+            some if some == all => Err(Failure::Data(anyhow!("none of {all} could be rendered"))),
             some => Err(Failure::Data(anyhow!(
                 "{some} of {all} could not be rendered; the others were written"
             ))),

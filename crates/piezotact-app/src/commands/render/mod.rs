@@ -29,7 +29,7 @@ use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{self, Purpose, go_on, runs_of};
-use crate::output::{headroom_text, print, say_doubts};
+use crate::output::{print, say_doubts};
 use crate::report::name;
 use batch::Batch;
 use looped::Corrected;
@@ -228,13 +228,13 @@ impl Job<'_> {
         };
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
-            Level::Fit => match asked.at(&texture, 0.0) {
-                Err(Refused {
-                    fits_at: Some(fits_at),
-                    ..
-                }) if fits_at.0 > SOFTEST_DB => (fits_at.0, asked.at(&texture, fits_at.0)),
-                other => (0.0, other),
-            },
+            Level::Fit => {
+                let (level, first) = render::at_fitting_level(
+                    |level| asked.at(&texture, level.0),
+                    |refused| refused.fits_at.filter(|level| level.0 > SOFTEST_DB),
+                );
+                (level.0, first)
+            }
         };
         let (mut drive, corrected) = first.map_err(|refused| refused.failure)?;
         let doubts = contents.recording.about.doubts.iter();
@@ -464,7 +464,7 @@ impl Done {
         print(&format!(
             "wrote {}{level}: {}; achievable {bands}",
             self.out.display(),
-            headroom_text(&drive.headroom),
+            drive.headroom.text(),
         ))
     }
 

@@ -33,7 +33,8 @@ pub(crate) fn run(args: &Surface) -> Outcome {
         .height_map(&patch, args.seed, &sample.name)
         .map_err(usage::<SurfaceError>)?;
     write_sur(&args.out, &map)?;
-    let document = TwinSurfaceDocument::of(&map, (sample, &parameters), (step_m, args.seed), &args.out);
+    let document =
+        TwinSurfaceDocument::of(&map, (sample, &parameters), (step_m, args.seed), &args.out);
     if args.json {
         return print_document(&document);
     }

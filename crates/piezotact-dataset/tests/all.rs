@@ -1,0 +1,17 @@
+//! Every test of files, in one program: it is linked once and runs on all cores.
+
+mod files_of_before;
+mod haptic;
+mod haptic_limits;
+mod lvm;
+mod matlab;
+mod npy;
+#[path = "../../piezotact/tests/shared_data/mod.rs"]
+mod shared_data;
+mod sidecar;
+mod support;
+mod topography;
+mod topography_formats;
+mod topography_text;
+mod uff;
+mod uff_clocks;

@@ -1,0 +1,24 @@
+//! Every test of the science, in one program: it is linked once and runs on all cores.
+
+mod clocks;
+mod conjugate_trap;
+mod correct;
+mod correct_parts;
+mod discrimination;
+mod doubts;
+mod golden_values;
+mod halves;
+mod integrity;
+mod known_cuts;
+mod manipulate;
+mod reference;
+mod related;
+mod roughness;
+mod score;
+mod shared_data;
+mod strokes;
+mod studies;
+mod study;
+mod touch_golden;
+mod transfer;
+mod vibrations;
