@@ -10,6 +10,7 @@ pub mod manipulate;
 mod page;
 pub mod panel;
 pub mod rendering;
+pub mod replay;
 pub mod report;
 pub mod roughness;
 pub mod score;

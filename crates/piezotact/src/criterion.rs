@@ -157,6 +157,21 @@ pub struct Criterion<W> {
     pub outcome: Outcome,
 }
 
+impl<W> Criterion<W> {
+    /// The same rule, called `what`.
+    #[must_use]
+    pub fn called<V>(self, what: V) -> Criterion<V> {
+        Criterion {
+            what,
+            unit: self.unit,
+            found: self.found,
+            interval: self.interval,
+            limit: self.limit,
+            outcome: self.outcome,
+        }
+    }
+}
+
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

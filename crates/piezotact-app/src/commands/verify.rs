@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         print_document(&found.document())?;
     } else {
         found.say()?;
-        for path in &args.report {
+        if let Some(path) = &args.report {
             print(&format!("report: {}", path.display()))?;
         }
         print(&found.judged.found.verification.sentence())?;

@@ -1,11 +1,6 @@
-//! Reports: one HTML file that holds everything it shows.
-
-pub(crate) mod replay;
+//! Names of files as reports and messages give them.
 
 use std::path::Path;
-
-pub(crate) use piezotact_report::broad_document;
-use piezotact_report::criteria;
 
 /// A file's name without its folder.
 pub(crate) fn name(path: &Path) -> String {
