@@ -38,7 +38,7 @@ pub struct FindingDocument<'a> {
     pub holds_if: Option<&'static str>,
     /// What was measured, with its unit.
     pub measured: &'a str,
-    /// "holds", "does_not_hold" or "not_yet".
+    /// `holds`, `does_not_hold` or `not_yet`.
     pub verdict: &'static str,
     /// Why it does not hold, or what brings it.
     pub reason: Option<String>,

@@ -34,6 +34,10 @@ pub struct Section {
 /// A piece of a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a page has few blocks, and most of what is large in it are figures"
+)]
 pub enum Block {
     /// A conclusion, with its outcome as a colour.
     Conclusion {
