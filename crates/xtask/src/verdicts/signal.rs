@@ -1,4 +1,4 @@
-//! What the benchmark computes with, independent of what it judges: whole-signal transforms, draws, signals at other times.
+//! Signal processing of the benchmark, independent of the code under test: whole-signal transforms, random draws, interpolation.
 
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
