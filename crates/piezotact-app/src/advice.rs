@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use piezotact::Doubt;
+use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
 
@@ -52,6 +53,19 @@ pub(crate) fn text(doubt: &Doubt) -> String {
 /// Doubts of one kind in words.
 pub(crate) fn merged_text(doubts: &Merged) -> String {
     doubts.text_with(&text)
+}
+
+/// Doubts in the words of the command line.
+pub(crate) struct OptionWords;
+
+impl Words for OptionWords {
+    fn doubt(&self, doubt: &Doubt) -> String {
+        text(doubt)
+    }
+
+    fn advice(&self, advice: &Advice) -> String {
+        words(advice)
+    }
 }
 
 /// The options that help with an error of the science.

@@ -25,11 +25,11 @@ pub(crate) use score::{Feeling, Score};
 pub(crate) use twin::Replay;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
-/// device, and says how close it came.
+/// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done, and a verification passed; 1 something is wrong with the data or the device; 2 the command\nis not valid; a verification was done and 3 is not passed, 4 is passed in part, 5 is not decided."
+    after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done (a verification: passed); 1 error in the data or the device; 2 invalid command;\nverification: 3 not passed, 4 passed in part, 5 not decided."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -38,15 +38,15 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Runs the whole loop on the digital twin and writes a report.
+    /// Runs the complete chain on the digital twin (record, characterise, render, play, verify) and writes a report.
     #[command(after_help = "Example:\n  piezotact demo --out demo --seed 7")]
     Demo(Demo),
-    /// Says what is in a recording: channels, units, rate, length, doubts.
+    /// Shows the contents of a file: channels, units, sampling rate, duration, doubts.
     #[command(
         after_help = "Example:\n  piezotact info measured.parquet\n  piezotact info texture.wav --scale \"200 m/s2\" --json"
     )]
     Info(Info),
-    /// Estimates the power spectral density of one channel, as a whole or over time.
+    /// Estimates the power spectral density (PSD) of one channel, averaged or over time.
     #[command(
         after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
     )]
@@ -61,37 +61,37 @@ pub(crate) enum Command {
         after_help = "Example:\n  piezotact transfer bench.csv --drive drive --response nail --gain B3 --volts-per-full-scale 1.41 --out tf.json"
     )]
     Transfer(Transfer),
-    /// Makes a texture otherwise on purpose: level, spectrum, phases, length; and keeps what was done.
+    /// Manipulates a texture (level, spectrum, phases, duration) and stores every operation with the result.
     #[command(
-        after_help = "Operations are done in the order in which they are given, and stand in OUT.wav.json; `piezotact info` shows them.\n\nExample:\n  piezotact manipulate S2.wav --rms-of S13.wav --out S2inv.wav --report S2inv.html\n  piezotact manipulate S8.parquet --stroke 2 --band 50..100:+6dB --tilt 3dB/oct@200Hz --loop 10s --out S8b.wav\n  piezotact manipulate S8.wav --gain -3dB --shift 20Hz --warp 1.25:keep-length --out S8c.wav\n  piezotact manipulate S8.wav --spectrum-of S1.wav --randomise-phases --seed 7 --out S8d.wav"
+        after_help = "Operations are applied in the order given and stored in OUT.wav.json; `piezotact info` shows them.\n\nExample:\n  piezotact manipulate S2.wav --rms-of S13.wav --out S2inv.wav --report S2inv.html\n  piezotact manipulate S8.parquet --stroke 2 --band 50..100:+6dB --tilt 3dB/oct@200Hz --loop 10s --out S8b.wav\n  piezotact manipulate S8.wav --gain -3dB --shift 20Hz --warp 1.25:keep-length --out S8c.wav\n  piezotact manipulate S8.wav --spectrum-of S1.wav --randomise-phases --seed 7 --out S8d.wav"
     )]
     Manipulate(manipulate::Manipulate),
-    /// Computes the drive that makes a resting finger feel a texture.
+    /// Computes the drive that reproduces a texture on a resting finger.
     #[command(
         after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --mode texture --bench twin:participant=1,seed=7 --out drive.wav"
     )]
     Render(Render),
-    /// Plays a drive on a bench and records what the finger does.
+    /// Plays a drive on a bench and records the response of the finger.
     #[command(
         after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet\n  piezotact play drive.wav --bench measured:hand.json,seed=7 --record rehearsed.parquet"
     )]
     Play(Play),
-    /// Says how close a measurement came to its target.
+    /// Verifies how close a measurement is to its target.
     #[command(
         after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html\n  piezotact verify --target S7.wav --measured own.parquet --also averaged.parquet --transfer tf.json --report report.html\n  piezotact verify --target S2inv.wav --measured measured.parquet --before S2.wav --before S13.wav --report report.html"
     )]
     Verify(Verify),
-    /// Says whether a finger could tell two vibrations apart, in just-noticeable differences.
+    /// Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
     #[command(
-        after_help = "The score does not depend on which realisation of a texture was recorded; it is the largest difference in\nspectrum, level and low-high balance, over the detection threshold, in JND. It is below the just-noticeable\ndifference (75 % of judgements correct) when all of its 95 % interval is below 1 JND, distinguishable when all of it is above\nthe published range (2.5 dB), and else not decided. The exit code is 0 whatever the verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+        after_help = "The score is the largest difference in spectrum, level and balance of low and high frequencies, above the detection\nthreshold, in JND. It does not depend on which realisation of a texture was recorded. Verdict: below the just-noticeable\ndifference (75 % of judgements correct) when the whole 95 % interval is below 1 JND; distinguishable when the whole\ninterval is above the published range (2.5 dB); otherwise not decided. The exit code is 0 for every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
     )]
     Score(Score),
-    /// Cuts recordings into strokes and says what was rejected, and why.
+    /// Cuts recordings into strokes and lists what was rejected, with the reason.
     #[command(
-        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts\n\nCuts in RECORDING.cuts, beside the recording, can be edited and count from then on."
+        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts\n\nThe file RECORDING.cuts, beside the recording, can be edited by hand; all commands then apply it."
     )]
     Segment(Segment),
-    /// Says what the strokes of recordings hold: vibration, spectra, friction; per stroke and averaged.
+    /// Computes vibration, spectral and friction features of the strokes, for each stroke and averaged.
     #[command(
         after_help = "Example:\n  piezotact analyse S*.parquet --by sample --report chapter3.html --csv strokes.csv\n  piezotact analyse bench/*.csv --meta '{participant}_{sample}_{speed:mm/s}mmps' --ridge 0.545mm --json"
     )]
@@ -103,21 +103,21 @@ pub(crate) enum Command {
     Compare(Compare),
     /// Computes the roughness of a measured profile or height map.
     #[command(
-        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none nothing but the mean height is taken away, unless --form says otherwise.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
+        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
     Roughness(Roughness),
-    /// Measures, files, analyses and averages transfer functions of a panel of people.
+    /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(panel::Panel),
-    /// Writes a texture, a drive or a transfer function as a file for other devices and programs, and says what it loses.
+    /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.
     #[command(
-        after_help = "By the ending: .wav (32-bit float at 48 kHz, with a sidecar), .hjif (MPEG haptics), .haptic (clips for consumer\ndevices), .ahap (Apple), .uff (universal file). A .haptic clip becomes .ahap as its makers convert it.\n\nExample:\n  piezotact export texture.wav --scale \"200 m/s2\" --out texture.haptic\n  piezotact export drive.wav --transfer tf.json --out drive.hjif\n  piezotact export tf.json --out tf.uff"
+        after_help = "The file extension selects the format: .wav (32-bit float at 48 kHz, with a sidecar), .hjif (MPEG haptics), .haptic (clips for consumer\ndevices), .ahap (Apple), .uff (universal file). A .haptic clip is converted to .ahap as NiceVibrations does.\n\nExample:\n  piezotact export texture.wav --scale \"200 m/s2\" --out texture.haptic\n  piezotact export drive.wav --transfer tf.json --out drive.hjif\n  piezotact export tf.json --out tf.uff"
     )]
     Export(Export),
-    /// Records, maps and describes the digital twin: samples, people and benches without hardware.
+    /// Simulates recordings and surfaces with the digital twin: samples, participants and benches without hardware.
     Twin(twin::Twin),
-    /// Measures the thesis again on the digital twin, and says which of its claims hold there.
+    /// Repeats the measurements of the thesis on the digital twin and reports which of its claims hold there.
     #[command(
-        after_help = "A claim that does not hold is a finding, not a failure: the exit code is 0 all the same.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+        after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
     )]
     Replay(Replay),
 }
@@ -127,21 +127,21 @@ pub(crate) enum Command {
 pub(crate) struct Takes {
     #[arg(required = true, help = format!("Recordings ({})", recording_formats()))]
     pub(crate) recordings: Vec<PathBuf>,
-    /// How the names of the files say conditions, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'. Fields:
-    /// sample, participant, load, speed, angle, touch (active or passive); others are kept as labels.
+    /// Pattern that reads the conditions from the file names, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'.
+    /// Fields: sample, participant, load, speed, angle, touch (active or passive); other fields are kept as labels.
     #[arg(long, value_name = "PATTERN")]
     pub(crate) meta: Option<NamePattern>,
-    /// How the finger met the surface, whatever the recordings say.
+    /// Active or passive touch; overrides what the recordings state.
     #[arg(long, value_enum)]
     pub(crate) touch: Option<TouchName>,
-    /// The normal force that was asked for, in N, whatever the recordings say; where nothing says it, 0.2 N sets
-    /// the thresholds.
+    /// The nominal normal force, in N; overrides what the recordings state. If it is stated nowhere, the thresholds
+    /// are those for 0.2 N.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The sliding speed, such as "30 mm/s", whatever the recordings say.
+    /// The sliding speed, such as "30 mm/s"; overrides what the recordings state.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) speed: Option<Measure>,
-    /// The channels that vibrate, separated by commas.
+    /// The vibration channels, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) vibration: Vec<String>,
     /// The channel of the normal force.
@@ -153,10 +153,10 @@ pub(crate) struct Takes {
     /// The channel of the speed or position of the surface.
     #[arg(long, value_name = "NAME")]
     pub(crate) motion: Option<String>,
-    /// Takes contacts as strokes also where the finger rests, or sticks and slips (when cut by force).
+    /// Also accepts contacts without sliding, or with stick-slip, as strokes (if strokes are cut by force).
     #[arg(long)]
     pub(crate) every_contact: bool,
-    /// A file of cuts for one recording; without it, RECORDING.cuts beside each recording counts.
+    /// A file of cuts for one recording; by default, RECORDING.cuts beside each recording is applied.
     #[arg(long, value_name = "FILE")]
     pub(crate) cuts: Option<PathBuf>,
     #[command(flatten)]
@@ -175,10 +175,10 @@ pub(crate) enum TouchName {
 pub(crate) struct Segment {
     #[command(flatten)]
     pub(crate) takes: Takes,
-    /// Writes the strokes and rejects of one recording as a file of cuts to be edited.
+    /// Writes the strokes and the rejected parts of one recording as a file of cuts that can be edited.
     #[arg(long, value_name = "FILE")]
     pub(crate) write_cuts: Option<PathBuf>,
-    /// Writes a table, one row for each stroke and each reject.
+    /// Writes a table, one row for each stroke and each rejected part.
     #[arg(long, value_name = "TABLE.csv")]
     pub(crate) csv: Option<PathBuf>,
     /// Writes a report: the signals with their cuts.
@@ -200,24 +200,24 @@ pub(crate) enum By {
     Participant,
     /// Active or passive touch.
     Touch,
-    /// Each recording by itself.
+    /// Each recording separately.
     File,
 }
 
 /// How features are computed.
 #[derive(Debug, Args)]
 pub(crate) struct Computing {
-    /// What takes the gesture away: a high-pass at this frequency in Hz, or none. Unless stated, 5 Hz for
-    /// accelerations, and none for signals of another or an unknown quantity.
+    /// Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5 Hz
+    /// for accelerations, none for signals of another or an unknown quantity.
     #[arg(long, value_name = "HZ|none", value_parser = gesture_filter)]
     pub(crate) high_pass: Option<GestureFilter>,
-    /// Samples in a segment of the PSDs; unless stated, lines are about 5 Hz apart.
+    /// Samples in a segment of the PSDs; by default, the frequency resolution is about 5 Hz.
     #[arg(long, value_name = "SAMPLES")]
     pub(crate) segment: Option<usize>,
-    /// The wavelength of the finger's ridges, such as 0.545mm.
+    /// The spatial period of the fingerprint ridges, such as 0.545mm.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) ridge: Option<Measure>,
-    /// A sample set of your own (TOML) beside the two that come with the program.
+    /// Your own sample set (TOML), in addition to the two built-in sets.
     #[arg(long, value_name = "SET.toml")]
     pub(crate) set: Option<PathBuf>,
     /// Writes a tidy table, one row for each stroke.
@@ -252,7 +252,7 @@ fn gesture_filter(text: &str) -> Result<GestureFilter, String> {
 pub(crate) struct Analyse {
     #[command(flatten)]
     pub(crate) takes: Takes,
-    /// What the averages run over; unless stated, the sample where all recordings name one, or else each file.
+    /// The grouping for the averages; default: by sample if all recordings name one, otherwise by file.
     #[arg(long, value_enum)]
     pub(crate) by: Option<By>,
     #[command(flatten)]
@@ -263,7 +263,7 @@ pub(crate) struct Analyse {
 pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) takes: Takes,
-    /// What is compared.
+    /// The factor that is compared.
     #[arg(long, value_enum)]
     pub(crate) by: By,
     #[command(flatten)]
@@ -277,7 +277,7 @@ pub(crate) struct Demo {
     /// The folder for everything the demo writes.
     #[arg(long, default_value = "piezotact-demo")]
     pub(crate) out: PathBuf,
-    /// Draws the participant, the placements of the finger, and the noise.
+    /// Seed of the random participant, finger placements and noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Prints the result as JSON.
@@ -288,18 +288,19 @@ pub(crate) struct Demo {
 /// What a person adds to what a recording says of itself.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
-    /// What a sample of 1 stands for, such as "200 m/s2": full scale of a WAV file without a sidecar
-    /// FILE.json, or plain numbers of a table.
+    /// The physical value of a sample of 1, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
+    /// FILE.json, or for table columns without units.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,
-    /// The rate of a table without a time column, or at which a haptic file is played (unless stated that of HJIF curves,
-    /// or 8000), in Hz.
+    /// The sampling rate, in Hz, of a table without a time column, or the rate at which a haptic file is played (default: the
+    /// rate of the HJIF curves, otherwise 8000).
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
 }
 
 /// A whole sidecar, and the kinds of file that `info` explains.
-const SIDECAR: &str = r#"A sidecar NAME.wav.json, NAME.npy.json or NAME.npz.json says what the file beside it cannot; all may be left out:
+const SIDECAR: &str = r#"A sidecar NAME.wav.json, NAME.npy.json or NAME.npz.json states what the file beside it cannot.
+Every entry is optional:
   {
     "full_scale": {"value": 200, "unit": "m/s2"},
     "channels": ["acc", "fz"],
@@ -326,22 +327,22 @@ pub(crate) struct Info {
 pub(crate) struct Spectrum {
     /// A recording.
     pub(crate) file: PathBuf,
-    /// Where --json or --csv go instead of standard output.
+    /// The file to which --json or --csv is written instead of standard output.
     #[arg(requires = "form", conflicts_with_all = ["svg", "spectrogram"])]
     pub(crate) out: Option<PathBuf>,
-    /// The channel; not needed when there is one, or one of acceleration.
+    /// The channel; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// Samples in a segment; unless stated 1024, and about 0.1 s for --spectrogram.
+    /// Samples in a segment; default 1024, and about 0.1 s for --spectrogram.
     #[arg(long, value_name = "SAMPLES")]
     pub(crate) segment: Option<usize>,
-    /// The share of a segment that the next one repeats; unless stated 0.5, and 0.875 for --spectrogram.
+    /// Overlap of consecutive segments, as a fraction of a segment; default 0.5, and 0.875 for --spectrogram.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) overlap: Option<f64>,
     /// hann, hamming, blackman, blackman-harris, flat-top or rectangular.
     #[arg(long, default_value = "hann")]
     pub(crate) window: Window,
-    /// Takes the median of the segments instead of their mean: robust against single disturbances.
+    /// Averages the segments by their median instead of their mean: robust against isolated disturbances.
     #[arg(long, conflicts_with = "spectrogram")]
     pub(crate) median: bool,
     #[command(flatten)]
@@ -358,7 +359,7 @@ pub(crate) struct Spectrum {
     /// Writes a figure of the PSD over time.
     #[arg(long, group = "form", value_name = "OUT.svg")]
     pub(crate) spectrogram: Option<PathBuf>,
-    /// How far up --spectrogram goes, in Hz; unless stated half the rate, or 1000 where that is less.
+    /// The highest frequency of --spectrogram, in Hz; default: half the sampling rate, but at most 1000.
     #[arg(
         long,
         value_name = "HZ",
@@ -382,7 +383,7 @@ pub(crate) enum StandardName {
 pub(crate) enum FilterName {
     /// The Gaussian filter of ISO 16610.
     Gauss,
-    /// Nothing.
+    /// No filter.
     None,
 }
 
@@ -390,38 +391,38 @@ pub(crate) enum FilterName {
 pub(crate) struct Roughness {
     #[arg(help = format!("A profile or a height map ({})", topography_formats()))]
     pub(crate) file: PathBuf,
-    /// Which standard says what is averaged along a profile; iso4287 unless stated.
+    /// The standard that defines the averages along a profile; default iso4287.
     #[arg(long, value_enum)]
     pub(crate) standard: Option<StandardName>,
-    /// The cut-off λc of a profile, such as 2.5mm; unless stated, the rule of ISO 4288 chooses it. On a map,
-    /// the nesting index of the L-filter; unless stated there is no L-filter.
+    /// The cut-off λc of a profile, such as 2.5mm; by default chosen by the rule of ISO 4288. On a height map, the
+    /// nesting index of the L-filter; by default there is no L-filter.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     pub(crate) cutoff: Option<f64>,
-    /// Chooses the cut-off by the mean width of the profile elements, as ISO 4288 asks for turned,
+    /// Chooses the cut-off by the mean width of the profile elements (RSm), as ISO 4288 requires for turned,
     /// planed and other periodic profiles.
     #[arg(long, conflicts_with = "cutoff")]
     pub(crate) periodic: bool,
-    /// What separates roughness from waviness.
+    /// The filter that separates roughness from waviness.
     #[arg(long, value_enum, default_value = "gauss")]
     pub(crate) filter: FilterName,
-    /// The form that is taken away first: mean, level (least-squares line or plane) or poly2 … poly10. Level
-    /// unless stated; mean with --filter none.
+    /// The form that is removed first: mean, level (least-squares line or plane) or poly2 … poly10. Default: level,
+    /// or mean with --filter none.
     #[arg(long, value_parser = form)]
     pub(crate) form: Option<Form>,
-    /// What is taken away at the short end: iso (λs by ISO 3274), none, or a length such as 8um. Unless
-    /// stated, iso for a profile and none for a map.
+    /// The S-filter, which removes short wavelengths: iso (λs of ISO 3274), none, or a length such as 8um. Default:
+    /// iso for a profile and none for a height map.
     #[arg(long, value_name = "iso|none|LENGTH", value_parser = short_waves, allow_hyphen_values = true)]
     pub(crate) s_filter: Option<ShortWaves>,
-    /// The unit of the coordinates in a text that names none, such as mm.
+    /// The unit of the coordinates in a text file without units, such as mm.
     #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
     pub(crate) x_unit: Option<f64>,
-    /// The unit of the heights in a text that names none, such as um.
+    /// The unit of the heights in a text file without units, such as um.
     #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
     pub(crate) z_unit: Option<f64>,
-    /// The step between points in a text without coordinates, such as 0.5um.
+    /// The spacing of the points in a text file without coordinates, such as 0.5um.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     pub(crate) step: Option<f64>,
-    /// Writes a profile with its mean line and its roughness profile.
+    /// Writes the primary profile, its mean line and its roughness profile as a table.
     #[arg(long, value_name = "PROFILE.csv")]
     pub(crate) csv: Option<PathBuf>,
     /// Writes a report.

@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
+use piezotact::document::{Content, Document, complete_doubts};
 use piezotact::doubt::{Merged, merged};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::quantity::Seconds;
 use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
-use crate::advice::merged_text;
+use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Outcome};
 
 /// Prints `text` and a line end on standard output.
@@ -31,6 +32,11 @@ pub(crate) fn print(text: &str) -> Outcome {
     }
 }
 
+/// Prints the document of `content` as readable JSON, with every doubt in it whole.
+pub(crate) fn print_document(content: &impl Content) -> Outcome {
+    print_json(&Document::of(content))
+}
+
 /// Prints `value` as readable JSON, with every doubt in it whole.
 pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
     print(&json_text(value)?)
@@ -39,7 +45,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
 /// `value` as readable JSON for people's own programs: every doubt in it has all its keys.
 pub(crate) fn json_text(value: &impl Serialize) -> Outcome<String> {
     let mut value = serde_json::to_value(value)?;
-    crate::whole_doubts::complete(&mut value);
+    complete_doubts(&mut value, &OptionWords);
     Ok(serde_json::to_string_pretty(&value)?)
 }
 
@@ -76,35 +82,15 @@ pub(crate) fn headroom_text(headroom: &Headroom) -> String {
     )
 }
 
-/// Doubts as JSON, those of one kind as one: the first with how often it was `seen`, the sentence as `text`, and where there
-/// are several the `ranges` of their numbers, the files they are `of` and the `subjects` they are about.
+/// Doubts as JSON, those of one kind as one: the first with how often it was `seen`, and where there are several the `ranges`
+/// of their numbers, the files they are `of` and the `subjects` they are about.
 pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
     merged_json(&merged(doubts))
 }
 
 /// As [`doubts_json`].
 pub(crate) fn merged_json(doubts: &[Merged]) -> Outcome<Value> {
-    let mut values = Vec::with_capacity(doubts.len());
-    for one in doubts {
-        let mut value = serde_json::to_value(&one.doubt)?;
-        if let Some(fields) = value.as_object_mut() {
-            fields.insert("text".into(), json!(merged_text(one)));
-            if !one.ranges.is_empty() {
-                let ranges = one.ranges.iter();
-                let ranges: Map<String, Value> = ranges
-                    .map(|range| (range.field.clone(), json!([range.low, range.high])))
-                    .collect();
-                fields.insert("ranges".into(), Value::Object(ranges));
-            }
-            for (name, names) in [("of", &one.about), ("subjects", &one.subjects)] {
-                if !names.is_empty() {
-                    fields.insert(name.into(), json!(names));
-                }
-            }
-        }
-        values.push(value);
-    }
-    Ok(Value::Array(values))
+    Ok(serde_json::to_value(doubts)?)
 }
 
 /// Says on standard error what is being done. When nobody can hear it the work still goes on.

@@ -97,9 +97,7 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
 #[test]
 fn the_readme_s_commands_for_recordings_work() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, section) = readme
-        .split_once("## From recordings to what they say")
-        .unwrap();
+    let (_, section) = readme.split_once("## Analysis of recordings").unwrap();
     let (section, _) = section.split_once("\n## ").unwrap();
     let folder = Folder::new();
     let plain = |seed| recorded(&mut Random::new(seed), &[Kind::Plain; 4]);

@@ -110,7 +110,7 @@ pub fn check_place(path: &Path) -> Result<(), WriteError> {
             let name = path.file_name().unwrap_or_default();
             return Err(WriteError::content(
                 path,
-                "a name that the file system takes",
+                "a name that the file system accepts",
                 format!("one of {} bytes", name.len()),
                 "give a shorter one",
             ));

@@ -29,7 +29,8 @@ pub fn read_contact_map(path: &Path) -> Result<ContactMap, ReadError> {
     let wrong = |found: String| {
         ReadError::content(
             path,
-            "a nail-to-skin map: a header such as `frequency (Hz),skin over nail (dB)` or `frequency (Hz),ratio`, and two numbers a row",
+            "a nail-to-skin map: a header such as `frequency (Hz),skin over nail (dB)` or `frequency (Hz),ratio`, and two \
+                 numbers per row",
             found,
             "write one row for each frequency, lowest first",
         )
@@ -60,7 +61,7 @@ pub fn read_contact_map(path: &Path) -> Result<ContactMap, ReadError> {
         ReadError::content(
             path,
             "a nail-to-skin map",
-            "one that cannot be",
+            "invalid values",
             error.to_string(),
         )
     })

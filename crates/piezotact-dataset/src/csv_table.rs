@@ -251,7 +251,7 @@ pub(crate) fn choose_rate(
                 Ok(_) => {}
                 Err(error) => doubts.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
-                        "the time column was not believed, the stated rate was ({error})"
+                        "the time column was not used; the stated rate was used ({error})"
                     ),
                 })),
             }
@@ -326,13 +326,14 @@ pub(crate) fn recording_of_clocks(
         };
         doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "channel `{first}`{others} names no unit and is taken as plain numbers (write `{first} (m/s2)` in the header, or say what 1 stands for with --scale)"
+                "channel `{first}`{others} has no unit and is read as numbers without unit (write `{first} (m/s2)` in the \
+                 header, or give the value of 1 with --scale)"
             ),
         }));
     }
     if let (Some(scale), false) = (&options.scale, scaled) {
         doubts.push(Doubt::from(RecordingDoubt::Guessed {
-            what: format!("the scale {scale} was not used, every channel names its unit"),
+            what: format!("the scale {scale} was not used: every channel has a unit"),
         }));
     }
     let provenance = Provenance {
@@ -373,7 +374,7 @@ pub(crate) fn rate_of(
     if let Some(at) = steps.iter().position(|step| *step <= 0.0) {
         return Err(ReadError::content(
             path,
-            format!("`{}` to rise from row to row", time.name),
+            format!("`{}` to increase from row to row", time.name),
             format!("{} after {}", time.values[at + 1], time.values[at]),
             "sort the rows, or give --rate",
         ));
@@ -387,9 +388,9 @@ pub(crate) fn rate_of(
     {
         return Err(ReadError::content(
             path,
-            format!("`{}` to rise in steps of about {usual}", time.name),
+            format!("`{}` to increase in steps of about {usual}", time.name),
             format!("a step from {} to {}", time.values[at], time.values[at + 1]),
-            "rows are missing or the clock changed: cut the recording there, or state --rate to read it as if it were even",
+            "rows are missing or the clock changed: cut the recording there, or give --rate to read it as evenly sampled",
         ));
     }
     let mean = (time.values[time.values.len() - 1] - time.values[0]) / steps.len() as f64;
@@ -413,7 +414,7 @@ pub(crate) fn rate_of(
             };
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
-                    "`{}` names no unit and is read as {unit} (mean step {mean:.4})",
+                    "`{}` has no unit and is read as {unit} (mean step {mean:.4})",
                     time.name
                 ),
             }));

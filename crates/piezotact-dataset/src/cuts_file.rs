@@ -104,7 +104,8 @@ pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate) -> String {
     }));
     lines.sort();
     let mut text = String::from(
-        "# Times in s. A `stroke FROM TO` takes the place of what the rule found there; `leave-out FROM TO why`\n# leaves out every stroke that it meets. What no line meets stays as the rule found it.\n",
+        "# Times in s. `stroke FROM TO` replaces the automatic cuts that it overlaps; `leave-out FROM TO why`\n# rejects every \
+         stroke that it overlaps. Automatic cuts that no line overlaps are kept.\n",
     );
     for (_, line) in lines {
         let _never_fails = writeln!(text, "{line}");

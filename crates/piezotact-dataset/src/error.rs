@@ -106,7 +106,7 @@ impl ReadError {
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The operating system refuses it.
-    #[error("cannot write {}: {source}; check the folder and the space left", path.display())]
+    #[error("cannot write {}: {source}; check the folder and the free disk space", path.display())]
     Io {
         /// The file.
         path: PathBuf,

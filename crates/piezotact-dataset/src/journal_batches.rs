@@ -23,7 +23,7 @@ pub(crate) struct Batches<R> {
 
 /// The start document of a journal as it is stored, and what follows it; the reason where there is none.
 pub(crate) fn open<R: Read>(mut reader: R) -> Result<(String, Batches<R>), String> {
-    let header = header(&mut reader).ok_or("a journal whose first message is not whole")?;
+    let header = header(&mut reader).ok_or("a journal whose first message is incomplete")?;
     let Some(Message::Schema(schema)) = Message::of(&header) else {
         return Err("a journal that does not begin with its schema".into());
     };

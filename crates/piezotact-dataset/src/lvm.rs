@@ -299,7 +299,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
                     fields.len()
                 ),
                 format!("one more, `{}`, in row {at}", extra.escape_debug()),
-                "check which sign separates columns and which decimals",
+                "check the column separator and the decimal sign",
             )),
         }
     }
@@ -341,9 +341,9 @@ fn join(
         let differs = |found: String| {
             ReadError::content(
                 path,
-                "segments of the same channels that follow each other without a gap",
+                "consecutive segments of the same channels without a gap",
                 format!("{found} in segment {}", k + 1),
-                "save every segment as a file of its own",
+                "save every segment in a separate file",
             )
         };
         if next.fields.len() != whole.fields.len() {
@@ -421,12 +421,13 @@ fn promises(segment: &Segment, doubts: &mut Vec<Doubt>) {
     match promised {
         Some(promised) if promised < rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the header promises {promised} samples and {rows} follow: all were read as one signal, though nothing says that there is no gap every {promised}"
+                "the header states {promised} samples and {rows} follow: all were read as one continuous signal, although \
+                 there may be a gap after every {promised}"
             ),
         })),
         Some(promised) if promised > rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the header promises {promised} samples and {rows} follow: the file was cut, what is there was read"
+                "the header states {promised} samples and {rows} follow: the file is truncated, the available samples were read"
             ),
         })),
         _ => {}
@@ -490,10 +491,10 @@ fn assemble(
             path,
             match several {
                 true => "channels of one rate in all segments",
-                false => "channels of one rate, as one is stated",
+                false => "channels of one rate, because one rate is given",
             },
-            format!("channels of {} clocks", groups.len()),
-            "save channels of different rates as files of their own",
+            format!("channels on {} sampling clocks", groups.len()),
+            "save channels of different rates in separate files",
         ));
     }
     let longest = groups.iter().flat_map(|group| &group.columns);
@@ -510,9 +511,10 @@ fn assemble(
         if let Some(short) = short.or((longest != Some(rows)).then_some(&first.columns[0])) {
             return Err(ReadError::content(
                 path,
-                format!("{expected} numbers in every channel of one clock"),
+                format!("{expected} numbers in every channel on one sampling clock"),
                 format!("{} of `{}`", short.values.len(), short.name),
-                "the file was cut short or the channels differ in length: cut the rows without them, or save them as files of their own",
+                "the file was cut short or the channels differ in length: remove the incomplete rows, or save the channels in \
+                 separate files",
             ));
         }
     }
@@ -662,7 +664,7 @@ fn coarse(step: f64, written: &str) -> Option<Doubt> {
     let whole = (rate - rate.round()).abs() < 1e-6 * rate;
     (share > 1e-4 && !whole).then(|| Doubt::from(RecordingDoubt::Guessed {
         what: format!(
-            "Delta_X is written as {written}: the rate of {rate:.2} Hz is known to {:.2} % only (--rate states it)",
+            "Delta_X is written as {written}: the rate of {rate:.2} Hz is only known to {:.2} % (give it with --rate)",
             100.0 * share
         ),
     }))

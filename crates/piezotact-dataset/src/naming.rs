@@ -177,7 +177,8 @@ impl NamePattern {
                 "load" | "speed" | "angle" if unit.is_empty() => {
                     naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
                         what: format!(
-                            "{{{field}}} in the name's pattern has no unit, and `{text}` is kept as a label only (write {{{field}:{}}})",
+                            "{{{field}}} in the name pattern has no unit: `{text}` is kept only as a label (write \
+                             {{{field}:{}}})",
                             match field.as_str() {
                                 "load" => "N",
                                 "speed" => "mm/s",
@@ -224,7 +225,7 @@ pub fn known_naming(path: &Path) -> Naming {
         }
         naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the name is read as one of the {collection} collection (--meta says otherwise)"
+                "the file name is read with the pattern of the {collection} collection (give another pattern with --meta)"
             ),
         }));
         return naming;

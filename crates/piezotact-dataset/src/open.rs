@@ -210,7 +210,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         endings: &["ahap"],
         sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Ahap)),
         read: |file, _| {
-            let what = "an AHAP file, whose intensities and sharpnesses stand for no vibration in particular";
+            let what = "an AHAP file, whose intensity and sharpness do not define a vibration";
             let todo = "give the .haptic clip or the recording that it was made from";
             Err(none(file, what, todo.into()))
         },
@@ -352,8 +352,8 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 "the samples that {} was written for",
                 sidecar_path(path).display()
             ),
-            "others: an overwrite was interrupted, or another program changed them",
-            "write the file again; where the sidecar still holds of these samples, remove `samples` from it",
+            "other samples: an overwrite was interrupted, or another program changed them",
+            "write the file again; or, if the sidecar is valid for these samples, remove `samples` from it",
         ));
     }
     let count = wav.channels.len();
@@ -446,7 +446,7 @@ fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
             path,
             "samples",
             "none",
-            "it was stopped before its first second: record again",
+            "it was stopped during its first second: record again",
         ));
     }
     for (channel, clock) in contents.recording.channels_with_clocks() {

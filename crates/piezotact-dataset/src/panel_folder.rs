@@ -181,7 +181,7 @@ impl PanelFolder {
                 "make one with `piezotact panel run` or `piezotact panel add`",
             ));
         }
-        let todo = "put back a copy, or move it away and file the transfer functions again with `piezotact panel add`";
+        let todo = "restore a copy, or move it away and add the transfer functions again with `piezotact panel add`";
         let wrong =
             |expected: &str, found: String| ReadError::content(&path, expected, found, todo);
         let bytes = std::fs::read(&path).map_err(|error| ReadError::io(&path, &error))?;
@@ -194,7 +194,7 @@ impl PanelFolder {
                 &path,
                 format!("the format \"{FORMAT}\""),
                 format!("\"{}\"", index.format),
-                "read it with the newer program that wrote it",
+                "read it with a newer version of the program",
             ));
         }
         if index.format != FORMAT {
@@ -280,7 +280,7 @@ impl PanelFolder {
                 &path,
                 expected,
                 found,
-                "keep transfer functions of different quantities in panels of their own",
+                "keep transfer functions of different quantities in separate panels",
             )
         })?;
         let file = self.free_name(filing);
@@ -357,9 +357,9 @@ impl PanelFolder {
         {
             return Err(WriteError::content(
                 &path,
-                "a folder without measurements, or with the index of its own",
+                "an empty folder, or a folder with the index of its measurements",
                 format!("no index, but {first}"),
-                "file what is there with `piezotact panel add` in a panel of its own, or give another folder",
+                "add these measurements to a separate panel with `piezotact panel add`, or give another folder",
             ));
         }
         match &self.index.bench {
@@ -367,9 +367,9 @@ impl PanelFolder {
                 let [begun, now] = differing(other, bench);
                 return Err(WriteError::content(
                     &path,
-                    format!("to go on with {begun}, as it was begun"),
+                    format!("to continue the campaign with {begun}, as it was started"),
                     now,
-                    "measure as before, or give another folder",
+                    "use the same settings as before, or give another folder",
                 ));
             }
             Some(other) if other != bench => self.index.planned.clear(),
@@ -382,11 +382,11 @@ impl PanelFolder {
             return Err(WriteError::content(
                 &path,
                 format!(
-                    "to go on with {} as it was when the panel was begun",
+                    "to continue with {} as it was when the panel was started",
                     changed.file
                 ),
-                "another content of that file",
-                "put the file back as it was, or give another folder",
+                "changed contents of that file",
+                "restore the earlier file, or give another folder",
             ));
         }
         self.index.bench = Some(bench.to_owned());
@@ -469,8 +469,8 @@ impl PanelFolder {
         }
         Err(WriteError::content(
             &self.path.join(PANEL_INDEX),
-            "a panel that was opened to write to",
-            "one that was opened to read",
+            "a panel that was opened for writing",
+            "one that was opened for reading",
             "report this",
         ))
     }
@@ -544,7 +544,7 @@ impl PanelFolder {
                 &index_path,
                 "measurements",
                 "none",
-                "measure with `piezotact panel run` or file some with `piezotact panel add`",
+                "measure with `piezotact panel run` or add transfer functions with `piezotact panel add`",
             ));
         };
         let units = self.document(first)?;
@@ -565,7 +565,7 @@ impl PanelFolder {
                         first.file
                     ),
                     told(&document.drive_unit, &document.response_unit),
-                    "keep transfer functions of different quantities in panels of their own",
+                    "keep transfer functions of different quantities in separate panels",
                 ));
             }
             entries.push(Entry {
@@ -599,7 +599,7 @@ impl PanelFolder {
                 &path,
                 format!("the transfer function of {}", entry.filing),
                 "no file",
-                format!("put it back, or take it out of {PANEL_INDEX} and measure or add it again"),
+                format!("restore it, or remove it from {PANEL_INDEX} and measure or add it again"),
             ));
         }
         read_transfer(&path)

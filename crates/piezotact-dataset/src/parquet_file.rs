@@ -204,7 +204,7 @@ impl Reader {
         for group in 0..self.inner.num_row_groups() {
             let group = self.inner.get_row_group(group)?;
             if !group.metadata().columns().iter().all(has_a_place) {
-                let text = "a column that begins before the file does";
+                let text = "a column with an offset outside the file";
                 return Err(ParquetError::General(text.into()).into());
             }
             for (k, numbers) in all.iter_mut().enumerate() {

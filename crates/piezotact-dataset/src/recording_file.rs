@@ -50,7 +50,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
             path,
             "the journal of a recording",
             found,
-            "it was interrupted before its first line, or is damaged: nothing can be read from it",
+            "it was interrupted before its start document, or is damaged: nothing can be read from it",
         )
     };
     let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
@@ -65,7 +65,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
                 StartDocument::FORMAT_WITH_CLOCKS
             ),
             format!("format {}", start.format),
-            "read it with the newer program that wrote it",
+            "read it with a newer version of the program",
         ));
     }
     let mut samples = vec![Vec::new(); start.channels.len()];
@@ -73,7 +73,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
     for chunk in chunks {
         if chunk.len() != samples.len() {
             return Err(damaged(format!(
-                "{} columns for the {} channels of its start",
+                "{} columns for the {} channels of its start document",
                 chunk.len(),
                 samples.len()
             )));
@@ -130,7 +130,7 @@ fn read_with_documents(
     let damaged = |error: &dyn std::fmt::Display| {
         ReadError::content(
             path,
-            "a whole Parquet file",
+            "a complete Parquet file",
             format!("one that cannot be read ({error})"),
             "it was cut short or damaged: copy it again",
         )
@@ -179,7 +179,10 @@ fn read_with_documents(
     if samples.len() != start.channels.len() {
         return Err(ReadError::content(
             path,
-            format!("{} channels, as its start says", start.channels.len()),
+            format!(
+                "{} channels, as its start document states",
+                start.channels.len()
+            ),
             format!("{}", samples.len()),
             "the file is damaged: copy it again",
         ));
@@ -264,7 +267,7 @@ fn foreign_start(
             path,
             "SI units in the columns' metadata",
             format!("another in `{name}`"),
-            "convert that column to m/s², N or V before it is written",
+            "convert that column to m/s², N or V before writing the file",
         ));
     }
     Ok(StartDocument {

@@ -109,7 +109,7 @@ fn parse(path: &Path, text: &str) -> Result<SampleSet, ReadError> {
             && departure.abs() > ROUNDING
         {
             return Err(wrong(
-                "a wavelength that is dot diameter + gap to 1 %",
+                "a wavelength equal to dot diameter + gap within 1 %",
                 format!(
                     "one that differs by {:.1} % for {}",
                     departure * 100.0,

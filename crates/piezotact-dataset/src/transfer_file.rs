@@ -195,7 +195,7 @@ pub(crate) fn checked_step_hz(path: &Path, document: &TransferDocument) -> Resul
     let even = |(k, f): (usize, &f64)| (f - k as f64 * step_hz).abs() <= 1e-3 * step_hz;
     if !(step_hz > 0.0 && last.is_finite() && document.frequency_hz.iter().enumerate().all(even)) {
         return Err(wrong(
-            "frequencies that rise evenly from 0 Hz".into(),
+            "equally spaced frequencies from 0 Hz".into(),
             format!("{} to {last} Hz", document.frequency_hz[0]),
         ));
     }
@@ -235,7 +235,7 @@ pub(crate) fn from_lines(
             path,
             "two lines or more, with a frequency for each",
             format!("{count} frequencies, {} lines", response.len()),
-            "export the transfer function whole",
+            "export the complete transfer function",
         ));
     }
     if let Some(bad) = frequency_hz.iter().find(|f| !f.is_finite()) {
@@ -257,7 +257,7 @@ pub(crate) fn from_lines(
     if let Some((k, found)) = uneven {
         return Err(ReadError::content(
             path,
-            format!("frequencies that rise in even steps of {step} Hz"),
+            format!("frequencies equally spaced by {step} Hz"),
             format!("{found} Hz in line {k}"),
             "export the transfer function on a uniform axis",
         ));
@@ -269,14 +269,14 @@ pub(crate) fn from_lines(
                 || "the file holds no coherence".into(),
                 |found| {
                     format!(
-                        "the coherence has {} lines, not {count}, and is not used",
+                        "the coherence has {} frequency lines instead of {count} and is not used",
                         found.len()
                     )
                 },
             );
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
-                    "{why}: it is taken as 1 everywhere, and nothing can say where the transfer function is to be trusted"
+                    "{why}: it is assumed to be 1 everywhere, and the reliability of the transfer function is unknown"
                 ),
             }));
             vec![1.0; count]
@@ -286,7 +286,7 @@ pub(crate) fn from_lines(
     if (first - below * step).abs() > 1e-2 * step || below < 0.0 || below > count as f64 {
         return Err(ReadError::content(
             path,
-            "lines from 0 Hz, or from a multiple of their step not far above it",
+            "frequency lines from 0 Hz, or from a low multiple of their spacing",
             format!("from {first} Hz in steps of {step} Hz"),
             "export it from 0 Hz",
         ));
@@ -296,7 +296,7 @@ pub(crate) fn from_lines(
     if below > 0 {
         doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the lines below {first} Hz are not in the file: they are taken as 0, with coherence 0"
+                "the frequency lines below {first} Hz are not in the file: they are set to 0, with coherence 0"
             ),
         }));
         let step = last / (below + count - 1) as f64;

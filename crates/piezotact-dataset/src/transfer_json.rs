@@ -141,14 +141,14 @@ impl TransferDocument {
         ] {
             if *found == Unit::Other(String::new()) {
                 unstated.push(Doubt::from(RecordingDoubt::Guessed {
-                    what: format!("the {what} of the transfer function names no unit and is taken to be in {expected}"),
+                    what: format!("the {what} of the transfer function has no unit and is assumed to be in {expected}"),
                 }));
             } else if expected != *found {
                 return Err(ReadError::content(
                     path,
                     format!("a transfer function whose {what} is in {expected}"),
                     format!("{found}"),
-                    "take the transfer function of the device that will play",
+                    "use the transfer function of the device that will play the drive",
                 ));
             }
         }
@@ -163,7 +163,7 @@ impl TransferDocument {
                     path,
                     format!("{lines} values in `{what}`, as in `frequency_hz`"),
                     format!("{found}"),
-                    "export the transfer function whole",
+                    "export the complete transfer function",
                 ));
             }
         }
@@ -180,7 +180,7 @@ impl TransferDocument {
             return Err(ReadError::content(
                 path,
                 format!(
-                    "frequencies that rise evenly from 0 Hz, {} Hz in line {k}",
+                    "equally spaced frequencies from 0 Hz, {} Hz in line {k}",
                     k as f64 * resolution_hz
                 ),
                 format!("{found} Hz"),
@@ -253,7 +253,7 @@ pub(crate) fn parse_json(path: &Path, bytes: &[u8]) -> Result<TransferDocument, 
     refuse_newer(path, bytes)?;
     let document: TransferDocument = match std::str::from_utf8(bytes) {
         Ok(text) => serde_json::from_str(text).map_err(|error| not_one(&error.to_string()))?,
-        Err(_) => return Err(not_one("a file that is no text")),
+        Err(_) => return Err(not_one("a file that is not text")),
     };
     let load = document.about.condition.load_n;
     match load.filter(|load| !(0.0..=1e3).contains(&load.0)) {

@@ -57,7 +57,7 @@ pub(crate) fn refuse_newer(path: &Path, text: &[u8]) -> Result<(), ReadError> {
                 path,
                 format!("a file of format {FORMAT} or before"),
                 format!("format {format}"),
-                "read it with the newer program that wrote it",
+                "read it with a newer version of the program",
             ))
         }
         _ => Ok(()),

@@ -202,7 +202,7 @@ fn samples_in<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Layout, &'a [u8]), Re
                 }
                 if !size.is_multiple_of(frame) {
                     return Err(wrong(
-                        &format!("whole frames of {frame} bytes"),
+                        &format!("complete frames of {frame} bytes"),
                         format!("{size} bytes of samples"),
                         "the file is damaged: export it again",
                     ));
@@ -211,7 +211,7 @@ fn samples_in<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Layout, &'a [u8]), Re
                     return Err(wrong(
                         "samples",
                         "none".into(),
-                        "check that the recording was not stopped at once",
+                        "check that the recording was not stopped immediately",
                     ));
                 }
                 return Ok((layout, &bytes[body..body + size]));
@@ -365,7 +365,7 @@ fn prepare_wav(
         return Err(wrong(
             "channels of equal length",
             format!("{} channels", channels.len()),
-            "write them apart",
+            "write them to separate files",
         ));
     }
     let width = channels.len() * format.bytes();

@@ -218,7 +218,7 @@ fn files_of_the_future_are_named() {
     };
     let said = read_transfer(&newer("tf.json")).unwrap_err().to_string();
     assert!(
-        said.contains("found format 99; read it with the newer program"),
+        said.contains("found format 99; read it with a newer version"),
         "{said}"
     );
     // What is no number is no version of ours either.
@@ -238,7 +238,7 @@ fn files_of_the_future_are_named() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("found format 99; read it with the newer program"),
+        said.contains("found format 99; read it with a newer version"),
         "{said}"
     );
     let index = std::fs::read_to_string(file("panel").join("panel.json")).unwrap();
@@ -246,7 +246,7 @@ fn files_of_the_future_are_named() {
     std::fs::write(folder.path().join("panel.json"), index).unwrap();
     let said = PanelFolder::open(folder.path()).unwrap_err().to_string();
     assert!(
-        said.contains("piezotact panel 2") && said.contains("newer program"),
+        said.contains("piezotact panel 2") && said.contains("newer version"),
         "{said}"
     );
 }

@@ -119,7 +119,7 @@ fn the_small_files_of_others() {
     }
     if let Some(read) = all("with_comments.lvm", &none) {
         let refused = read.unwrap_err().to_string();
-        assert!(refused.contains("state --rate"), "{refused}");
+        assert!(refused.contains("give --rate"), "{refused}");
         let stated = ReadOptions {
             rate: Some(SampleRate::new(1.0).unwrap()),
             ..ReadOptions::default()

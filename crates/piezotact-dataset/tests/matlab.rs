@@ -526,7 +526,11 @@ fn names_that_others_give() {
         (2.0, 4.0)
     );
     assert_eq!(document.coherence, [1.0; 3]);
-    assert!(document.about.doubts[0].to_string().contains("taken as 1"));
+    assert!(
+        document.about.doubts[0]
+            .to_string()
+            .contains("assumed to be 1")
+    );
     put(&[
         frf.clone(),
         column("freq", &[2.0, 4.0, 6.0]),

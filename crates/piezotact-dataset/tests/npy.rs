@@ -136,11 +136,11 @@ fn what_is_no_recording_is_named() {
     for (dict, part) in [
         (
             of_shape("(1099511627776, 1099511627776)"),
-            "shape that no file holds",
+            "an impossible shape",
         ),
         (
             of_shape(&format!("{}3{}", "(".repeat(20_000), ")".repeat(20_000))),
-            "the description `",
+            "the header `",
         ),
         (of_shape("(2, 2, 2)"), "cut short"),
         (of_shape("(3,)"), "0 of its 24 bytes"),
@@ -151,7 +151,7 @@ fn what_is_no_recording_is_named() {
     }
     let error = of_bytes(&header(&of_shape("(3,)"))[..30]).unwrap_err();
     assert!(
-        error.to_string().contains("ends in its description"),
+        error.to_string().contains("ends within its header"),
         "{error}"
     );
 }

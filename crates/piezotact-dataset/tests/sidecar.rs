@@ -174,7 +174,7 @@ fn entries_that_people_write_wrongly_are_named() {
             r#"{"events": [{"onset_s": "1", "duration_s": 0, "kind": "a"}]}"#,
             &["event 1 as in", r#"`onset_s`: "1""#],
         ),
-        ("{\n\"labels\": {,}}", &["no JSON", "line 2"]),
+        ("{\n\"labels\": {,}}", &["not JSON", "line 2"]),
         ("3", &["a sidecar such as", "found 3"]),
     ] {
         std::fs::write(sidecar_path(&path), text).unwrap();

@@ -50,7 +50,7 @@ fn columns_fill_a_grid_in_any_order() {
     refused("0,0,1\n1,0,2\n0,1\n", "line 3");
     refused("0,0,1\n1,0,2\n0,1,a\n", "`a`");
     let diagonal: String = (0..100).map(|i| format!("{i},{i},1\n")).collect();
-    refused(&diagonal, "fill their grid");
+    refused(&diagonal, "a complete grid");
     let read = parse(b"0 0 1\n1.05 0 2\n0 1 3\n1 1 4\n2 1 4\n2 0 4\n", &STATED).unwrap();
     assert!(
         matches!(read.doubts.as_slice(), [doubt] if matches!(doubt.kind(), Some(SurfaceDoubt::UnevenSteps { .. }))),

@@ -388,7 +388,7 @@ fn a_response_above_0_hz_is_filled_below_and_an_uneven_one_refused() {
 
     let khz = read(dataset(4, &header(0.0, 0.5), &hz("kHz"), body)).unwrap();
     assert_eq!(khz.frequency_hz, [0.0, 500.0, 1000.0]);
-    assert!(khz.about.doubts[0].to_string().contains("taken as 1"));
+    assert!(khz.about.doubts[0].to_string().contains("assumed to be 1"));
 
     for (text, part) in [
         (
@@ -405,7 +405,7 @@ fn a_response_above_0_hz_is_filled_below_and_an_uneven_one_refused() {
         ),
         (
             dataset(4, &header(0.0, 5.0), &hz("Hz"), " 1.0 2.0 3.0 4.0"),
-            "3 lines, as the header promises",
+            "3 frequency lines, as the header states",
         ),
         (dataset(4, &header(0.0, -5.0), &hz("Hz"), body), "rises"),
         (
@@ -472,7 +472,7 @@ fn several_time_responses_are_channels() {
     assert!(
         doubts[0]
             .to_string()
-            .contains("frequency response and lies over time"),
+            .contains("frequency response but has a time axis"),
         "{doubts:?}"
     );
     assert!(!holds_transfer(&path));
@@ -601,7 +601,7 @@ fn damage_is_an_error_and_no_panic() {
     let huge = "    -1\n    58b     1     2          11  99999999\n\n\n\n\n\n    1\n         2 999999999         1\n\n\n\n\nabc";
     let refused = parse(huge.as_bytes()).unwrap_err().to_string();
     assert!(
-        refused.contains("an even abscissa") || refused.contains("999999999 values"),
+        refused.contains("an evenly spaced abscissa") || refused.contains("999999999 values"),
         "{refused}"
     );
 }

@@ -445,7 +445,7 @@ fn legend_beside(
 }
 
 fn plot_failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> DrawError {
-    DrawError {
+    DrawError::Drawing {
         reason: error.to_string(),
     }
 }

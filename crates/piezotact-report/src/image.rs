@@ -55,7 +55,7 @@ impl Image<'_> {
 }
 
 fn failed(error: png::EncodingError) -> DrawError {
-    DrawError {
+    DrawError::Drawing {
         reason: error.to_string(),
     }
 }

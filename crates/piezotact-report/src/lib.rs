@@ -5,29 +5,81 @@ pub mod chart;
 pub mod heatmap;
 mod image;
 mod page;
+pub mod report;
 pub mod spectrogram;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 
 pub use page::{broad_document, document, figure};
 
-/// A figure that could not be drawn.
+/// A figure, a table or a report that could not be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a figure could not be drawn: {reason}")]
-pub struct DrawError {
-    /// What the drawing library says.
-    pub reason: String,
+pub enum DrawError {
+    /// The drawing library failed.
+    #[error("a figure could not be drawn: {reason}")]
+    Drawing {
+        /// What the drawing library says.
+        reason: String,
+    },
+    /// A figure holds nothing.
+    #[error(
+        "a figure could not be drawn: expected a point with finite coordinates, found no point ({caption}); give data that has some"
+    )]
+    NoPoint {
+        /// The text below the figure.
+        caption: String,
+    },
+    /// A table has no columns.
+    #[error("a table could not be drawn: expected at least one column, found none")]
+    NoColumns,
+    /// A table is too broad for a page.
+    #[error(
+        "a table could not be drawn: expected at most {most} columns, found {found}; write it as CSV"
+    )]
+    TooManyColumns {
+        /// As many fit.
+        most: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A row does not fit the columns.
+    #[error("a table could not be drawn: expected {expected} cells in row {row}, found {found}")]
+    UnevenRow {
+        /// Which row, from 1.
+        row: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// How many cells the row has.
+        found: usize,
+    },
 }
 
 /// A figure as SVG text that takes the width there is; `height` is that of a chart.
 ///
 /// # Errors
-/// [`DrawError`] where it cannot be drawn.
+/// [`DrawError`] where it cannot be drawn, and for a figure without a point.
 pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
+    if !has_a_point(&figure.drawn) {
+        return Err(DrawError::NoPoint {
+            caption: figure.caption.clone(),
+        });
+    }
     match &figure.drawn {
         Drawn::Chart(chart) => chart::svg(chart, height),
         Drawn::Heatmap(map) => heatmap::svg(map),
         Drawn::Spectrograms(all) => spectrogram::svg(all),
+    }
+}
+
+/// Whether something can be seen in it.
+fn has_a_point(drawn: &Drawn) -> bool {
+    match drawn {
+        Drawn::Chart(chart) => {
+            let mut points = chart.lines.iter().flat_map(|line| &line.points);
+            points.any(|(x, y)| x.is_finite() && y.is_finite())
+        }
+        Drawn::Heatmap(map) => map.values.iter().any(|value| value.is_finite()),
+        Drawn::Spectrograms(all) => !all.panels.is_empty(),
     }
 }
 

@@ -15,11 +15,13 @@
 // Ground.
 pub mod checksum;
 pub mod criterion;
+pub mod document;
 pub mod doubt;
 pub mod figure;
 mod fourier;
 pub mod lineage;
 pub mod number;
+pub mod page;
 pub mod quantity;
 pub mod statistics;
 

@@ -16,7 +16,7 @@ use super::Reading;
 fn gain_name(text: &str) -> Result<GainName, String> {
     match text.trim() {
         "" => {
-            Err("expected the name of a gain, found none; take the one set on the amplifier".into())
+            Err("expected the name of a gain, found none; give the one set on the amplifier".into())
         }
         name => Ok(GainName::new(name)),
     }
@@ -25,10 +25,10 @@ fn gain_name(text: &str) -> Result<GainName, String> {
 /// How the finger is asked to lie.
 #[derive(Debug, Args)]
 pub(crate) struct Finger {
-    /// The normal force that the participant holds, in N; on a measured bench its own, else 0.2 unless stated.
+    /// The normal force that the participant holds, in N; default: that of the measured bench, otherwise 0.2.
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The angle between finger and surface, in degrees; on a measured bench its own, else 20 unless stated.
+    /// The angle between finger and surface, in degrees; default: that of the measured bench, otherwise 20.
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
 }
@@ -38,14 +38,14 @@ pub(crate) struct Characterise {
     /// The bench.
     #[arg(long, help = benches::help("The bench"))]
     pub(crate) bench: BenchSpec,
-    /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which tells
-    /// noise from distortion.
+    /// random (band-limited noise, as in the thesis), sweep (three exponential sine sweeps) or multisine, which
+    /// separates noise from distortion.
     #[arg(long, default_value = "random")]
     pub(crate) excitation: Excitation,
-    /// How long the drive lasts at most, in s.
+    /// Maximum duration of the drive, in s.
     #[arg(long, default_value_t = 60.0)]
     pub(crate) seconds: f64,
-    /// Measures so often with the finger lying as it lies, and estimates from all.
+    /// Number of measurements without repositioning the finger; the estimate uses all of them.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub(crate) repeats: u16,
     #[command(flatten)]
@@ -55,16 +55,16 @@ pub(crate) struct Characterise {
     /// The band that is driven, in Hz.
     #[arg(long, default_value = "2..1200")]
     pub(crate) band: Band,
-    /// The peak of the drive, as a share of what the device can play.
+    /// The peak of the drive, as a fraction of the largest drive that the device can play.
     #[arg(long, default_value_t = 0.8)]
     pub(crate) peak: f64,
     /// Samples in a segment.
     #[arg(long, default_value_t = 2048)]
     pub(crate) segment: usize,
-    /// Draws the drive.
+    /// Seed of the random drive.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Keeps the recording too; several are numbered.
+    /// Also stores the recording; several recordings are numbered.
     #[arg(long, value_name = "RAW.parquet")]
     pub(crate) record: Option<PathBuf>,
     /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
@@ -81,16 +81,16 @@ pub(crate) struct Characterise {
 /// What every measurement must keep to while it runs.
 #[derive(Debug, Args)]
 pub(crate) struct Gate {
-    /// Whether a measurement that leaves its load or its coherence ends and is asked for again.
+    /// Whether a measurement is stopped and repeated when the force or the coherence is outside its limits.
     #[arg(long = "gate", value_enum, default_value = "on")]
     pub(crate) gating: OnOff,
-    /// The mean force of every ten seconds may depart from the load by this share, 0.1 unless stated.
+    /// Largest relative deviation from the load of the mean force in every ten seconds; default 0.1.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) force_tolerance: Option<f64>,
-    /// The median coherence of every ten seconds over the driven lines, 0.9 unless stated.
+    /// Smallest median coherence over the driven frequency lines in every ten seconds; default 0.9.
     #[arg(long, value_name = "COHERENCE", allow_negative_numbers = true)]
     pub(crate) least_coherence: Option<f64>,
-    /// How often a measurement may be tried.
+    /// Largest number of attempts at one measurement.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub(crate) attempts: u16,
 }
@@ -98,9 +98,9 @@ pub(crate) struct Gate {
 /// Whether something is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum OnOff {
-    /// It is.
+    /// Every measurement is checked.
     On,
-    /// It is not.
+    /// No measurement is checked.
     Off,
 }
 
@@ -129,22 +129,22 @@ pub(crate) struct Transfer {
     /// Samples in a segment.
     #[arg(long, default_value_t = 2048)]
     pub(crate) segment: usize,
-    /// Which ratio of spectra.
+    /// The estimator of the transfer function.
     #[arg(long, value_enum, default_value = "h1")]
     pub(crate) estimator: EstimatorName,
-    /// The amplifier and the actuator: drv2667 (that of the thesis, taken unless stated), fixed, or a TOML file that
+    /// The amplifier and the actuator: drv2667 (that of the thesis, the default), fixed, or a TOML file that
     /// describes them.
     #[arg(long, value_name = "NAME|FILE.toml", requires = "volts_per_full_scale")]
     pub(crate) device: Option<String>,
     /// The gain set on the amplifier, by its name on the device, such as B3; together with --volts-per-full-scale it
-    /// describes the device. Not needed where there is one gain.
+    /// describes the device. Optional if the device has only one gain.
     #[arg(long, value_parser = gain_name, requires = "volts_per_full_scale")]
     pub(crate) gain: Option<GainName>,
-    /// The peak potential at the PC's output for a drive at full scale, in V. A drive channel in V is then
-    /// brought to full scale = 1.
+    /// The peak voltage at the PC's output for a drive at full scale, in V. A drive channel in V is then
+    /// converted to full scale = 1.
     #[arg(long, value_name = "V")]
     pub(crate) volts_per_full_scale: Option<f64>,
-    /// The capacitance of the actuator, in nF, where it is not the one of the device's description.
+    /// The capacitance of the actuator, in nF, if it differs from the description of the device.
     #[arg(long, value_name = "NF", requires = "volts_per_full_scale")]
     pub(crate) load_nf: Option<f64>,
     /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
@@ -163,20 +163,20 @@ pub(crate) struct Transfer {
 pub(crate) enum InverseName {
     /// Division by the transfer function.
     Plain,
-    /// With a constant regularisation.
+    /// Division with a constant regularisation.
     Constant,
-    /// Times the coherence.
+    /// The regularised inverse, multiplied by the coherence.
     Coherence,
-    /// Turned down where it costs most until it fits.
+    /// The regularised inverse, reduced where the target needs the largest drive, until the drive fits the device.
     DriveLimited,
 }
 
 /// Which phase an inverse has.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum PhaseName {
-    /// The device's own, turned back.
+    /// The phase of the device is compensated; waveforms are reproduced, with a delay.
     Linear,
-    /// The least that the magnitude allows.
+    /// Minimum phase: no pre-ringing; only spectra are reproduced.
     Minimum,
 }
 
@@ -208,7 +208,7 @@ impl FromStr for Level {
         let level = text.parse().ok().filter(|db| (-120.0..=120.0).contains(db));
         level.map(Self::Stated).ok_or_else(|| {
             format!(
-                "expected a level from -120 to 120 dB, or fit, found `{text}`; 0 is the texture's own"
+                "expected a level from -120 to 120 dB, or fit, found `{text}`; 0 is the level of the texture"
             )
         })
     }
@@ -219,19 +219,19 @@ pub(crate) struct Render {
     /// The textures: recordings in m/s².
     #[arg(required = true)]
     pub(crate) targets: Vec<PathBuf>,
-    /// The transfer function of the device with the finger on it; may be repeated, for several people.
+    /// The transfer function of the device with the finger on it; may be repeated, for several participants.
     #[arg(long, required = true)]
     pub(crate) transfer: Vec<PathBuf>,
-    /// The drive to write (WAV, 32-bit float), its sidecar beside it; a folder for several textures or people.
+    /// The drive to write (WAV, 32-bit float), with its sidecar beside it; a folder for several textures or participants.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// The band that is rendered, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// The channel of the texture; not needed when there is one, or one of acceleration.
+    /// The channel of the texture; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// What full scale of a WAV file stands for, such as "200 m/s2"; without it the sidecar FILE.json says.
+    /// The physical value of full scale in a WAV file, such as "200 m/s2"; by default it is read from the sidecar FILE.json.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,
     /// The rate of a table without a time column, in Hz.
@@ -244,7 +244,8 @@ pub(crate) struct Render {
     /// function was measured with.
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub(crate) device: Option<String>,
-    /// Renders the texture louder or softer by this many dB; `fit`: at its own level, or as much softer as it takes to fit.
+    /// Raises or lowers the level of the texture by this many dB; `fit`: its own level, lowered only as much as the device
+    /// requires.
     #[arg(
         long,
         default_value = "0",
@@ -255,35 +256,37 @@ pub(crate) struct Render {
     /// The rate of the drive, in Hz.
     #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
     pub(crate) rate: u32,
-    /// What is asked of every line of the inverse: plain (division, as in the thesis), constant (regularised), coherence
-    /// (less where the device was not understood), or drive-limited (turned down where it costs most until it fits).
+    /// How the transfer function is inverted: plain (division, as in the thesis), constant (regularised), coherence
+    /// (regularised and reduced where the coherence is low), or drive-limited (reduced where the target needs the largest
+    /// drive, until the drive fits the device).
     #[arg(long, value_enum, default_value = "constant")]
     pub(crate) inverse: InverseName,
-    /// The phase of the inverse: linear (waveforms, with a delay) or minimum (nothing early, spectra alone).
+    /// The phase of the inverse: linear (reproduces waveforms, with a delay) or minimum (no pre-ringing, spectra only).
     #[arg(long, value_enum, default_value = "linear")]
     pub(crate) phase: PhaseName,
-    /// Corrects the drive in a closed loop on --bench: replicate the waveform, or the texture's spectrum.
+    /// Corrects the drive in a closed loop on --bench: `replicate` corrects the waveform, `texture` the spectrum.
     #[arg(long, value_enum, requires = "bench")]
     pub(crate) mode: Option<ModeName>,
     /// The bench of the closed loop.
-    /// May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected.
-    #[arg(long, requires = "mode", help = format!("{}. May be repeated: one for each --transfer; one alone is the finger on which all of them are corrected", benches::help("The bench of the closed loop")))]
+    /// May be repeated: one for each --transfer; a single bench is used for all of them.
+    #[arg(long, requires = "mode", help = format!("{}. May be repeated: one for each --transfer; a single bench is used for all of them", benches::help("The bench of the closed loop")))]
     pub(crate) bench: Vec<BenchSpec>,
-    /// How often the loop corrects at most, 6 unless stated; every drive is played twice, and the best once more.
+    /// Largest number of corrections, default 6; every drive is played twice, and the best drive once more.
     #[arg(long, requires = "mode", value_parser = clap::value_parser!(u16).range(1..=50))]
     pub(crate) iterations: Option<u16>,
     #[command(flatten)]
     pub(crate) finger: Finger,
-    /// Keeps what was recorded of the best drive (Parquet); a folder for several textures or people.
+    /// Stores the recording of the best drive (Parquet); a folder for several textures or participants.
     #[arg(long, requires = "mode", value_name = "MEASURED.parquet")]
     pub(crate) record: Option<PathBuf>,
-    /// Throws the measurements of the closed loop away at the end; else they are kept in the folder OUT.runs.
+    /// Discards the measurements of the closed loop at the end; by default they are kept in the folder OUT.runs.
     #[arg(long, requires = "mode")]
     pub(crate) discard_raw: bool,
-    /// Writes a report of the loop: how close every texture came, open and closed.
+    /// Writes a report of the closed loop: the errors of every texture in open and in closed loop.
     #[arg(long, requires = "mode", value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Cuts a drive that does not fit at the device's limit, instead of refusing it; not in a closed loop, which never plays what the device cannot.
+    /// Clips a drive that exceeds the limit of the device, instead of refusing it. Not available in a closed loop, which
+    /// never plays a drive that exceeds the limit.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     /// Prints a summary as JSON.
@@ -301,7 +304,7 @@ pub(crate) struct Play {
     /// The recording to write (Parquet).
     #[arg(long)]
     pub(crate) record: PathBuf,
-    /// The gain that a drive without a sidecar is meant for.
+    /// The gain for which a drive without a sidecar was made.
     #[arg(long, value_parser = gain_name)]
     pub(crate) gain: Option<GainName>,
     #[command(flatten)]
@@ -316,42 +319,42 @@ pub(crate) struct Verify {
     /// The texture that was rendered.
     #[arg(long)]
     pub(crate) target: PathBuf,
-    /// What was measured while it played.
+    /// The recording made while it was played.
     #[arg(long)]
     pub(crate) measured: PathBuf,
-    /// The channel of the target; not needed when there is one, or one of acceleration.
+    /// The channel of the target; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// The channel of the measurement; not needed when there is one, or one of acceleration.
+    /// The channel of the measurement; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) measured_channel: Option<String>,
-    /// What a sample of 1 stands for in the measurement, where it differs from --scale.
+    /// The physical value of a sample of 1 in the measurement, if it differs from --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) measured_scale: Option<Measure>,
-    /// The drive (WAV) that was played, when the measurement does not hold it itself: its level and its
-    /// achievable band count.
+    /// The drive (WAV) that was played, if the measurement does not contain it: its level and its achievable band
+    /// are used.
     #[arg(long)]
     pub(crate) drive: Option<PathBuf>,
-    /// The band over which they are compared, in Hz.
+    /// The band in which target and measurement are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// The transfer function: its figures are in the report, and what would come of sending the texture to the device
-    /// straight is computed with it.
+    /// The transfer function: its figures are shown in the report, and the result of playing the texture directly on the
+    /// device, without rendering, is predicted with it.
     #[arg(long)]
     pub(crate) transfer: Option<PathBuf>,
     /// A further measurement of the same target, such as one rendered with an averaged transfer function; may be
-    /// repeated. Each is verified in the same way, at the level that it says it was rendered with (--drive counts for
-    /// --measured alone); the verdict and the exit code stay those of --measured.
+    /// repeated. Each is verified in the same way, at the level stored with its rendering (--drive applies to
+    /// --measured only); the verdict and the exit code are those of --measured.
     #[arg(long, value_name = "MEASURED")]
     pub(crate) also: Vec<PathBuf>,
-    /// A texture that the target was made from on purpose (`manipulate`), or that it took something of; may be repeated.
-    /// Levels, waveforms and spectra before and after are compared.
+    /// A source of a manipulated target (`manipulate`): the original texture, or a texture whose level or spectrum was used;
+    /// may be repeated. Levels, waveforms and spectra before and after the manipulation are compared.
     #[arg(long, value_name = "SOURCE")]
     pub(crate) before: Vec<PathBuf>,
-    /// The channel of the textures before; not needed when there is one, or one of acceleration.
+    /// The channel of the source textures; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) before_channel: Option<String>,
-    /// Takes one stroke of the textures before, from 1, as `manipulate --stroke` does.
+    /// Uses one stroke of the source textures, numbered from 1, as `manipulate --stroke` does.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) before_stroke: Option<u32>,
     #[command(flatten)]

@@ -15,10 +15,10 @@ pub(crate) struct Export {
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// The channel; not needed when there is one, or one of acceleration. A universal file holds all unless stated.
+    /// The channel; optional if there is only one, or only one of acceleration. By default a universal file holds all.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// The transfer function of the device that a .hjif file is for: its gain, band and resonance go into the file.
+    /// The transfer function of the device that a .hjif file is for: its gain, band and resonance are written to the file.
     #[arg(long, value_name = "TF.json")]
     pub(crate) transfer: Option<PathBuf>,
     /// Prints the result as JSON.

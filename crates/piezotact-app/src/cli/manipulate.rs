@@ -13,30 +13,31 @@ use crate::manipulations::{MANIPULATIONS, Requested};
 pub(crate) struct Manipulate {
     #[arg(help = format!("The texture: a recording in m/s² ({})", recording_formats()))]
     pub(crate) input: PathBuf,
-    /// The texture to write (WAV, 32-bit float); its sidecar goes beside it.
+    /// The texture to write (WAV, 32-bit float); its sidecar is written beside it.
     #[arg(long, value_name = "OUT.wav")]
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) operations: Operations,
-    /// Takes one stroke of INPUT, from 1, freed of the gesture, instead of all of it; RECORDING.cuts counts.
+    /// Uses one stroke of INPUT, numbered from 1 and with the movement of the hand (the gesture) filtered out, instead of
+    /// the whole recording; RECORDING.cuts is applied.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) stroke: Option<u32>,
-    /// The stroke of the other recordings; unless stated that of --stroke.
+    /// The stroke of the other recordings; default: that of --stroke.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) of_stroke: Option<u32>,
-    /// Where --rms-of measures both levels; unless stated over all frequencies.
+    /// The band in which --rms-of measures both levels; default: all frequencies.
     #[arg(long, value_name = "LOW..HIGH", requires = "rms-of")]
     pub(crate) rms_band: Option<Band>,
-    /// Draws the phases of --randomise-phases.
+    /// Seed of the random phases of --randomise-phases.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The channel; not needed when there is one, or one of acceleration.
+    /// The channel; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
     /// The channel of the other recordings.
     #[arg(long)]
     pub(crate) of_channel: Option<String>,
-    /// What a sample of 1 stands for in the other recordings; unless stated what they say, or --scale.
+    /// The physical value of a sample of 1 in the other recordings; default: what they state, otherwise --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) of_scale: Option<Measure>,
     #[command(flatten)]
@@ -54,7 +55,7 @@ pub(crate) struct Manipulate {
 #[derive(Clone, Debug)]
 pub(crate) struct Operations(pub(crate) Vec<Requested>);
 
-const HEADING: &str = "Operations, done in the order in which they are given";
+const HEADING: &str = "Operations, applied in the order given";
 
 impl Args for Operations {
     fn augment_args(command: Command) -> Command {

@@ -24,20 +24,21 @@ pub(crate) struct Panel {
 pub(crate) enum PanelCommand {
     /// Measures a whole panel on a bench: every participant at every load and angle, several times.
     #[command(
-        after_help = "What the folder already holds is not measured again: run the same command to go on with a campaign\nthat broke off.\n\nExample:\n  piezotact panel run --bench twin:seed=7 --participants 1..3 --loads 0.2,0.6 --angles 20 --repeats 2 --seconds 5 --out panel"
+        after_help = "Measurements that the folder already contains are not repeated: give the same command again to continue\nan interrupted campaign.\n\nExample:\n  piezotact panel run --bench twin:seed=7 --participants 1..3 --loads 0.2,0.6 --angles 20 --repeats 2 --seconds 5 --out panel"
     )]
     Run(Run),
-    /// Files transfer functions that were measured elsewhere in a panel.
+    /// Adds transfer functions that were measured elsewhere to a panel.
     #[command(
-        after_help = "What a transfer function says of itself need not be stated, and cannot be stated otherwise.\n\nExample:\n  piezotact panel add panel tf.json --participant P03 --load 0.2 --angle 20 --placement 2 --repeat 1"
+        after_help = "Options are only needed for what a file does not state; an option that contradicts the file is refused.\n\nExample:\n  piezotact panel add panel tf.json --participant P03 --load 0.2 --angle 20 --placement 2 --repeat 1"
     )]
     Add(Add),
-    /// Says how far people lie apart and where most, what load and angle do, and whether an average will do.
+    /// Computes how much participants differ and under which condition most, the effects of load and angle, and whether
+    /// an average is sufficient.
     #[command(
         after_help = "Example:\n  piezotact panel analyse panel --report panel.html --csv panel.csv\n  piezotact panel analyse fingers --control control.json --band 20..1000 --json"
     )]
     Analyse(Analyse),
-    /// Averages the people of one load and angle, with what that costs a new person.
+    /// Averages the participants at one load and angle, and estimates the error of the average for a new participant.
     #[command(
         after_help = "Example:\n  piezotact panel average panel --load 0.2 --angle 20 --out average.json\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer average.json --out drive.wav"
     )]
@@ -54,7 +55,9 @@ impl FromStr for Participants {
     fn from_str(text: &str) -> Result<Self, String> {
         const MOST: u64 = 1_000;
         let wrong = || {
-            format!("expected up to {MOST} different numbers such as 1..5 or 1,3,7, found `{text}`")
+            format!(
+                "expected at most {MOST} different numbers such as 1..5 or 1,3,7, found `{text}`"
+            )
         };
         let number = |part: &str| part.trim().parse::<u64>().map_err(|_no_number| wrong());
         let mut numbers = Vec::new();
@@ -80,11 +83,11 @@ impl FromStr for Participants {
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
-    /// Throws the raw recordings of this command away at its end; else they are kept in the folder `raw` of the panel.
+    /// Discards the raw recordings of this command at its end; by default they are kept in the folder `raw` of the panel.
     #[arg(long)]
     pub(crate) discard_raw: bool,
     /// The bench.
-    #[arg(long, help = benches::help_with_turns("The bench", "who sits at it says --participants"))]
+    #[arg(long, help = benches::help_with_turns("The bench", "--participants gives the participants"))]
     pub(crate) bench: BenchSpec,
     /// The participants, such as 1..5 or 1,3,7.
     #[arg(long)]
@@ -105,16 +108,16 @@ pub(crate) struct Run {
         allow_negative_numbers = true
     )]
     pub(crate) angles: Vec<f64>,
-    /// Consecutive measurements of each placement, the finger left where it is.
+    /// Number of consecutive measurements in each placement, without repositioning the finger.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(crate) repeats: u32,
-    /// How many times the finger is put down at each load and angle.
+    /// Number of placements of the finger at each load and angle; the finger is repositioned for each.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(crate) placements: u32,
     /// random, sweep or multisine.
     #[arg(long, default_value = "random")]
     pub(crate) excitation: Excitation,
-    /// How long each drive lasts at most, in s.
+    /// Maximum duration of each drive, in s.
     #[arg(long, default_value_t = 30.0)]
     pub(crate) seconds: f64,
     #[command(flatten)]
@@ -122,16 +125,16 @@ pub(crate) struct Run {
     /// The band that is driven, in Hz.
     #[arg(long, default_value = "2..1200")]
     pub(crate) band: Band,
-    /// The peak of the drive, as a share of what the device can play.
+    /// The peak of the drive, as a fraction of the largest drive that the device can play.
     #[arg(long, default_value_t = 0.8)]
     pub(crate) peak: f64,
     /// Samples in a segment.
     #[arg(long, default_value_t = 2048)]
     pub(crate) segment: usize,
-    /// Draws the random drives, another one for each repeat.
+    /// Seed of the random drives; each repeat uses another drive.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The folder of the panel; it is made where there is none.
+    /// The folder of the panel; it is created if it does not exist.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Prints a summary as JSON.
@@ -141,24 +144,24 @@ pub(crate) struct Run {
 
 #[derive(Debug, Args)]
 pub(crate) struct Add {
-    /// The folder of the panel; it is made where there is none.
+    /// The folder of the panel; it is created if it does not exist.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
     #[arg(required = true, help = format!("Transfer functions ({})", transfer_formats()))]
     pub(crate) files: Vec<PathBuf>,
-    /// The participant's pseudonym, where a file does not say it.
+    /// The participant's pseudonym, if a file does not state it.
     #[arg(long, value_name = "NAME")]
     pub(crate) participant: Option<String>,
-    /// The normal force in N, where a file does not say it.
+    /// The normal force in N, if a file does not state it.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The angle in degrees, where a file does not say it.
+    /// The angle in degrees, if a file does not state it.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
-    /// Which time the finger was put down.
+    /// The number of the placement of the finger, from 1.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) placement: u32,
-    /// Which measurement of that placement the first file is; the next free one unless stated.
+    /// The number of the repeat in this placement for the first file; default: the next free number.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) repeat: Option<u32>,
     /// Prints a summary as JSON.
@@ -168,9 +171,9 @@ pub(crate) struct Add {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum AverageName {
-    /// The mean of the complex values: it loses magnitude where people's phases differ.
+    /// The mean of the complex values: the magnitude is underestimated where the phases of the participants differ.
     Complex,
-    /// The mean of log magnitudes and of phases: it does not.
+    /// The mean of the log magnitudes and of the phases: the magnitude is preserved.
     LogMagnitude,
 }
 
@@ -188,19 +191,20 @@ pub(crate) struct Analyse {
     /// The folder of the panel.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// A control measurement without a finger: the bench's own narrow dip in it is taken out of every finger.
+    /// A control measurement without a finger: the narrow dip of the bench that it shows is removed from every measurement.
     #[arg(long, value_name = "CONTROL.json")]
     pub(crate) control: Option<PathBuf>,
-    /// The band, in Hz.
+    /// The band that is analysed, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// How people, and the repeats of each, are averaged.
+    /// How the participants, and the repeats of each participant, are averaged.
     #[arg(long, value_enum, default_value = "log-magnitude")]
     pub(crate) average: AverageName,
-    /// The mean error, in dB rms, up to which an average will do for a new person.
+    /// Largest mean error, in dB rms, for a new participant at which an average is sufficient.
     #[arg(long, default_value_t = 3.0, value_name = "DB")]
     pub(crate) criterion: f64,
-    /// Draws halves of the people, for how sure the worst case is, and their order, for how many are enough.
+    /// Seed of the random halves of the participants (certainty of the largest difference) and of their random order
+    /// (sufficient number of participants).
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Writes a report.
@@ -219,16 +223,16 @@ pub(crate) struct Average {
     /// The folder of the panel.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// The normal force in N; not needed where there is one.
+    /// The normal force in N; optional if the panel has only one.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The angle in degrees; not needed where there is one.
+    /// The angle in degrees; optional if the panel has only one.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
-    /// How people, and the repeats of each, are averaged.
+    /// How the participants, and the repeats of each participant, are averaged.
     #[arg(long, value_enum, default_value = "log-magnitude")]
     pub(crate) average: AverageName,
-    /// The band over which it is said what the average costs, in Hz.
+    /// The band in which the error of the average is estimated, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
     /// The transfer function to write.

@@ -29,8 +29,8 @@ impl From<CurveName> for LevelCurve {
 /// What a finger feels, and what of a difference.
 #[derive(Debug, Args)]
 pub(crate) struct Feeling {
-    /// One just-noticeable difference in level, in dB: below it nothing is noticed; up to 2.5 dB, the upper end of what was
-    /// published, nothing is decided.
+    /// The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5 dB, the
+    /// upper end of the published range, the result is not decided.
     #[arg(
         long,
         default_value_t = 1.58,
@@ -38,7 +38,7 @@ pub(crate) struct Feeling {
         allow_negative_numbers = true
     )]
     pub(crate) jnd: f64,
-    /// One just-noticeable difference in frequency, as a share of it.
+    /// The just-noticeable difference in frequency, as a fraction of the frequency.
     #[arg(
         long,
         default_value_t = 0.2,
@@ -46,8 +46,8 @@ pub(crate) struct Feeling {
         allow_negative_numbers = true
     )]
     pub(crate) frequency_jnd: f64,
-    /// How skin moves when the nail does, as it was measured: a table of frequency (Hz) and skin over nail (dB, or ratio). Unless
-    /// given, they are taken to move alike.
+    /// The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By default,
+    /// skin and nail are assumed to move equally.
     #[arg(long, value_name = "MAP.csv")]
     pub(crate) contact_map: Option<PathBuf>,
 }
@@ -57,24 +57,24 @@ pub(crate) struct Score {
     /// The reference: what should be felt.
     #[arg(value_name = "A")]
     pub(crate) reference: PathBuf,
-    /// What is compared with it.
+    /// The vibration that is compared with A.
     #[arg(value_name = "B")]
     pub(crate) test: PathBuf,
-    /// The channel of A; not needed when there is one, or one of acceleration.
+    /// The channel of A; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// The channel of B, where it differs from --channel.
+    /// The channel of B, if it differs from --channel.
     #[arg(long)]
     pub(crate) test_channel: Option<String>,
-    /// What a sample of 1 stands for in B, where it differs from --scale.
+    /// The physical value of a sample of 1 in B, if it differs from --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) test_scale: Option<Measure>,
-    /// The band over which they are compared, in Hz.
+    /// The band in which A and B are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
     #[command(flatten)]
     pub(crate) feeling: Feeling,
-    /// What ST-SIM and SPQI take for full scale; neither paper says.
+    /// The full scale that ST-SIM and SPQI assume, which neither paper states.
     #[arg(long, default_value = "1 m/s2", value_name = "VALUE UNIT")]
     pub(crate) full_scale: Measure,
     /// The threshold curve of ST-SIM and SPQI.

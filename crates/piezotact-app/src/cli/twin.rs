@@ -14,17 +14,17 @@ pub(crate) struct Twin {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum TwinCommand {
-    /// Records what a finger does: actively, passively, or on the shaker.
+    /// Simulates the recording of a finger in active touch, in passive touch, or on the shaker.
     #[command(
         after_help = "Example:\n  piezotact twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 15 --out S4.parquet\n  piezotact twin record --bench triboair --sample S1 --speed 20mm/s --out S1.wav\n  piezotact twin record --bench acttouch --sample M8 --free --out M8.parquet\n  piezotact twin record --bench shaker --load 0.4 --out finger.parquet"
     )]
     Record(Record),
-    /// Maps the heights of a sample, for `piezotact roughness`.
+    /// Writes the height map of a sample, for `piezotact roughness`.
     #[command(
         after_help = "Example:\n  piezotact twin surface S4 --out map.sur\n  piezotact twin surface M8 --size 4mm --step 4um --out M8.sur"
     )]
     Surface(Surface),
-    /// Prints the twin's numbers with their ranges and origins, as a file that a laboratory can change.
+    /// Prints the parameters of the twin with their ranges and sources, as a file that a laboratory can change.
     #[command(after_help = "Example:\n  piezotact twin parameters > twin.toml")]
     Parameters(Parameters),
 }
@@ -32,13 +32,13 @@ pub(crate) enum TwinCommand {
 /// Who and which numbers.
 #[derive(Debug, Args)]
 pub(crate) struct Who {
-    /// The participant, from 1; 0 is the reference participant, who has every mean.
+    /// The number of the participant, from 1; 0 is the reference participant, with all parameters at their means.
     #[arg(long, default_value_t = 1)]
     pub(crate) participant: u64,
-    /// Draws people, surfaces, movements and noise.
+    /// Seed of the random participants, surfaces, movements and noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// A laboratory's own parameter file; it states what it changes (see `piezotact twin parameters`).
+    /// A laboratory's own parameter file, with the changed parameters only (see `piezotact twin parameters`).
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) twin: Option<PathBuf>,
 }
@@ -49,7 +49,7 @@ pub(crate) enum TouchBench {
     Acttouch,
     /// Passive touch: the sample moves under a finger at rest.
     Triboair,
-    /// A shaker under the finger: its transfer function.
+    /// A shaker under the finger, to measure its transfer function.
     Shaker,
 }
 
@@ -74,37 +74,37 @@ pub(crate) struct Record {
     pub(crate) sample: Option<String>,
     #[command(flatten)]
     pub(crate) who: Who,
-    /// The speed asked for; 30 mm/s unless stated.
+    /// The nominal sliding speed; default 30 mm/s.
     #[arg(long, value_name = "SPEED", value_parser = speed, allow_hyphen_values = true)]
     pub(crate) speed: Option<f64>,
-    /// How many strokes; 15 in active and 6 in passive touch unless stated.
+    /// The number of strokes; default 15 in active and 6 in passive touch.
     #[arg(long)]
     pub(crate) strokes: Option<usize>,
-    /// How long each active stroke is to last, such as 1s; as long as the plate allows unless stated.
+    /// The nominal duration of each active stroke, such as 1s; default: as long as the plate allows.
     #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub(crate) stroke_time: Option<f64>,
     /// The direction of active strokes.
     #[arg(long, value_enum, default_value = "proximal")]
     pub(crate) direction: MovementName,
-    /// Active touch at the person's own speed and force.
+    /// Active touch at the participant's own speed and force.
     #[arg(long, conflicts_with_all = ["speed", "stroke_time", "load"])]
     pub(crate) free: bool,
-    /// The normal force asked for, in N; 0.2 unless stated.
+    /// The nominal normal force, in N; default 0.2.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
-    /// The angle between finger and surface, in degrees; 17.5 on a sample and 20 on the shaker unless stated.
+    /// The angle between finger and surface, in degrees; default 17.5 on a sample and 20 on the shaker.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
-    /// How long the shaker is driven, such as 60s.
+    /// The duration of the shaker excitation, such as 60s.
     #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub(crate) duration: Option<f64>,
-    /// On the shaker, the control measurement: the accelerometer on the plate, and nobody touches.
+    /// On the shaker: the control measurement, with the accelerometer on the plate and without a finger.
     #[arg(long, conflicts_with_all = ["load", "angle"])]
     pub(crate) control: bool,
-    /// What the recording is for; another label draws other movements, placements and noise.
+    /// A label for the recording; another label gives other random movements, placements and noise.
     #[arg(long, default_value = "record")]
     pub(crate) label: String,
-    /// The recording to write: Parquet with all channels, or WAV with the nail's acceleration alone.
+    /// The recording to write: Parquet with all channels, or WAV with only the acceleration of the nail.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Prints a summary as JSON.
@@ -116,13 +116,13 @@ pub(crate) struct Record {
 pub(crate) struct Surface {
     /// The sample: S1–S13, NO, M1–M12, BIO, or one of --twin FILE.
     pub(crate) sample: String,
-    /// The side of the square that is mapped, such as 4mm; enough for statistics unless stated.
+    /// The side length of the square map, such as 4mm; default: large enough for statistics.
     #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
     pub(crate) size: Option<f64>,
-    /// The step between points, such as 4um; fine enough for the sample unless stated.
+    /// The spacing of the points, such as 4um; default: fine enough for the sample.
     #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
     pub(crate) step: Option<f64>,
-    /// Draws the surface.
+    /// Seed of the random surface.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// A laboratory's own parameter file.
@@ -138,7 +138,7 @@ pub(crate) struct Surface {
 
 #[derive(Debug, Args)]
 pub(crate) struct Parameters {
-    /// A laboratory's own parameter file, to be checked: its changes are printed instead.
+    /// A laboratory's own parameter file: it is checked, and its changes are printed instead.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) twin: Option<PathBuf>,
 }
@@ -178,16 +178,16 @@ fn time(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Replay {
-    /// One chapter of the thesis; unless stated, all of them.
+    /// One chapter of the thesis; default: all of them.
     #[arg(long, value_name = "3|4|5|6", value_parser = chapter)]
     pub(crate) chapter: Option<u8>,
     /// The folder for report.html and findings.json.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Draws people, surfaces, movements and noise.
+    /// Seed of the random participants, surfaces, movements and noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// A parameter file of your own (TOML): what it states replaces the twin's built-in numbers.
+    /// Your own parameter file (TOML): its values replace the built-in parameters of the twin.
     #[arg(long, value_name = "FILE")]
     pub(crate) twin: Option<PathBuf>,
     /// Prints the findings as JSON.

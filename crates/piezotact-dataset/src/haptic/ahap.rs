@@ -216,25 +216,25 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
     }));
     let mut losses = vec![loses(
         "AHAP",
-        "an amplitude or a frequency in any unit (intensity and sharpness are what each iPhone makes of them)",
+        "an amplitude or a frequency in a physical unit (the effect of intensity and sharpness depends on the iPhone)",
     )];
     let first = clip.envelopes.amplitude().first();
     if first.is_some_and(|point| point.emphasis.is_some()) {
         losses.push(loses(
             "AHAP",
-            "the emphasis of the first breakpoint, as the conversion that players know leaves it out",
+            "the emphasis of the first breakpoint, which the usual conversion omits",
         ));
     }
     if frequency.is_empty() {
         losses.push(loses(
             "AHAP",
-            "a clip without frequencies, which leaves the sharpness to the player (0, the dullest, stands there instead)",
+            "a clip without frequencies, whose sharpness is chosen by the player (0, the lowest, is written instead)",
         ));
     }
     if first.is_some_and(|point| point.time_s > 0.0) && amplitude.len() > 1 {
         losses.push(loses(
             "AHAP",
-            "the amplitude before the first breakpoint (full intensity stands there instead, as in the conversion that players know)",
+            "the amplitude before the first breakpoint (full intensity is written instead, as in the usual conversion)",
         ));
     }
     let metadata = &clip.metadata;

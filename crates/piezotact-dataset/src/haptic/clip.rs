@@ -305,7 +305,7 @@ fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticC
             if placed < levels.len() {
                 doubts.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
-                        "{} of {} transients lie at no breakpoint of the amplitude and are left out",
+                        "{} of {} transients are not at a breakpoint of the amplitude and are left out",
                         levels.len() - placed,
                         levels.len()
                     ),
@@ -393,14 +393,15 @@ pub fn clip_of<Q: Quantity>(
         loses(
             ".haptic",
             format!(
-                "the waveform, only its amplitude and centroid {:.0} times a second (two textures of one level and brightness become the same)",
+                "the waveform, only its amplitude and centroid, {:.0} times per second (two textures with equal level and \
+                 centroid become identical)",
                 1.0 / config.hop_s
             ),
         ),
         loses(
             ".haptic",
             format!(
-                "frequencies in Hz (0 and 1 stand for {} here, and for what its actuator can do on another player)",
+                "frequencies in Hz (0 and 1 correspond to {} here, and to the range of the actuator on another player)",
                 config.range.band()
             ),
         ),
@@ -430,6 +431,6 @@ pub fn clip_of<Q: Quantity>(
 /// The loss of a physical scale, with what brings it back.
 pub(super) fn scale_text(full_scale: &Measure) -> String {
     format!(
-        "a physical unit (1 stands for {full_scale}; --scale \"{full_scale}\" when it is read back)"
+        "a physical unit (1 corresponds to {full_scale}; give --scale \"{full_scale}\" when the file is read)"
     )
 }

@@ -95,7 +95,7 @@ impl Hjif {
         }
         if !is_date(&self.date) {
             found.add(format!(
-                "the date is `{}`, not as ISO 8601 writes it",
+                "the date is `{}`, not in ISO 8601 format",
                 self.date
             ));
         }
@@ -232,7 +232,10 @@ fn check_device(device: &HjifReferenceDevice, found: &mut Found) {
     if let Some(kind) = &device.kind
         && !ACTUATORS.contains(&kind.as_str())
     {
-        found.add(format!("the type of `{}` is no actuator's", device.name));
+        found.add(format!(
+            "the type of `{}` is not an actuator type",
+            device.name
+        ));
     }
     let rising = [
         device.minimum_frequency,

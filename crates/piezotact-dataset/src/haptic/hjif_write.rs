@@ -237,7 +237,7 @@ pub fn write_hjif<Q: Quantity>(
     prepare_compact_json(path, &content)?.commit()?;
     let mut losses: Vec<Doubt> = vec![loses(
         "HJIF",
-        "the sliding speed (the standard counts a Vibrotactile Texture among what lies in space; positions here are times)",
+        "the sliding speed (in the standard a Vibrotactile Texture is a function of position; here positions are times)",
     )];
     if texture.full_scale.unit != Unit::FullScale {
         losses.push(loses("HJIF", scale_text(&texture.full_scale)));

@@ -43,7 +43,8 @@ pub(crate) fn recording_of_clip(
     let mut doubts = clip.doubts;
     doubts.push(Doubt::from(RecordingDoubt::Guessed {
         what: format!(
-            "the clip holds envelopes and no waveform: it is played as one sine with frequencies 0–1 on {} (logarithmic) at {rate}",
+            "the clip holds envelopes and no waveform: it is played as one sine whose frequency values 0–1 cover {} \
+             (logarithmic), at {rate}",
             range.band()
         ),
     }));
@@ -66,7 +67,8 @@ pub(crate) fn recording_of_hjif(
     let mut notes = BTreeSet::new();
     if let Some(own) = own.filter(|own| *own != rate) {
         notes.insert(format!(
-            "curves made at {own} are read at {rate}: straight lines between keyframes lower what lies at a fifth of {own} by 1.2 dB (--rate {} reads them as they are)",
+            "curves sampled at {own} are read at {rate}: linear interpolation between keyframes lowers the level at one fifth \
+             of {own} by 1.2 dB (--rate {} avoids the interpolation)",
             own.hz()
         ));
     }
@@ -99,7 +101,7 @@ pub(crate) fn recording_of_hjif(
             "Vibrotactile Texture" | "Stiffness" | "Friction" | "User-defined Spatial"
         ) {
             notes.insert(format!(
-                "`{}` lies in space by the standard: its positions are read as times of 1/{ticks} s",
+                "`{}` is a function of position in the standard: its positions are read as times in steps of 1/{ticks} s",
                 perception.perception_modality
             ));
         }
@@ -348,7 +350,7 @@ impl Playing<'_> {
                 *value *= scale;
             }
             notes.insert(
-                "the last two keyframes of a block of wavelets are taken as its scale and its number of bits".into(),
+                "the last two keyframes of a block of wavelets are read as its scale and its number of bits".into(),
             );
         }
         let rate = SampleRate::new(f64::from(self.band.upper_frequency_limit));

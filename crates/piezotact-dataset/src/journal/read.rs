@@ -28,7 +28,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             path,
             "the journal of a recording",
             found,
-            "it was interrupted before its first line, or is damaged: nothing can be read from it",
+            "it was interrupted before its first block, or is damaged: nothing can be read from it",
         )
     };
     let newer = |found: u32| {
@@ -36,7 +36,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             path,
             format!("a journal of format {FORMAT} or before, which is what this version reads"),
             format!("format {found}"),
-            "read it with the newer program that wrote it",
+            "read it with a newer version of the program",
         )
     };
     let Blocks {
@@ -56,8 +56,9 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let mut start: StartDocument = start
         .ok_or_else(|| unreadable("one without a start document"))
         .and_then(|text| {
-            serde_json::from_str(text)
-                .map_err(|error| unreadable(&format!("a start that says {error}")))
+            serde_json::from_str(text).map_err(|error| {
+                unreadable(&format!("a start document that cannot be read ({error})"))
+            })
         })?;
     if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(newer(start.format));
@@ -87,11 +88,13 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
             Block::Chunk(chunk) => {
                 let clock = chunk.clock as usize;
                 let Some(samples) = by_clock.get_mut(clock) else {
-                    return Err(damaged("samples of a clock that its start does not name"));
+                    return Err(damaged(
+                        "samples of a sampling clock that its start document does not define",
+                    ));
                 };
                 let have = samples.first().map_or(0, Vec::len) as u64;
                 if chunk.channels.len() != samples.len() || chunk.first < have {
-                    return Err(damaged("blocks that do not follow one another"));
+                    return Err(damaged("blocks that are not in sequence"));
                 }
                 if chunk.first > have {
                     let mut gaps = Vec::new();

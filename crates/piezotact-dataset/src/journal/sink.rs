@@ -125,8 +125,8 @@ impl RunFolder {
             NoLock::Held(who) => WriteError::content(
                 path,
                 "a folder of runs that no other command uses",
-                format!("{who}, which still measures into it"),
-                "wait until it has ended, or give another output",
+                format!("{who}, which is still writing to it"),
+                "wait until it has finished, or give another output",
             ),
         })?;
         Ok(Self {
@@ -334,7 +334,7 @@ mod tests {
         let runs = RunFolder::take(&path).unwrap();
         let second = RunFolder::take(&path).unwrap_err().to_string();
         assert!(
-            second.contains("still measures into it; wait until it has ended"),
+            second.contains("still writing to it; wait until it has finished"),
             "{second}"
         );
         let keep = |ended: Ended| {

@@ -304,9 +304,9 @@ fn set_aside(journal: &Path, path: &Path) -> Result<Option<PathBuf>, WriteError>
         Err(TryLockError::WouldBlock) => {
             return Err(WriteError::content(
                 journal,
-                "a free place for the recording",
+                "a name that no other recording is using",
                 "the journal of a recording that is still running",
-                "wait until it has ended, or give another name",
+                "wait until it has finished, or give another name",
             ));
         }
         Err(TryLockError::Error(source)) => {

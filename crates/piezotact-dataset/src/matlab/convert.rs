@@ -204,7 +204,7 @@ pub(crate) fn recording_of(
             {
                 about.push(Doubt::from(RecordingDoubt::Guessed {
                     what: format!(
-                        "`{name}` says {stated}, `{}` says {found}: the second was used",
+                        "`{name}` states {stated}, `{}` gives {found}: the second was used",
                         time.name
                     ),
                 }));
@@ -268,14 +268,14 @@ fn one_length(path: &Path, columns: &[Column]) -> Result<usize, ReadError> {
         None => Ok(length),
         Some(other) => Err(ReadError::content(
             path,
-            "vectors of one length as channels, or a vector `t` or `time` that says which belong together",
+            "vectors of one length as channels, or a vector `t` or `time` whose length selects the channels",
             format!(
                 "`{}` with {length} and `{}` with {} numbers",
                 columns.first().map_or("", |column| &column.name),
                 other.name,
                 other.values.len()
             ),
-            "save what was recorded together into a file of its own",
+            "save the channels that were recorded together in a separate file",
         )),
     }
 }
@@ -335,7 +335,7 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
             path,
             "a complex vector `H` (or FRF, H1, Hf, TF) and its frequencies `f` (or freq, frequency_hz)",
             listed(&variables),
-            "name the variables so and save them with -v7, or write the transfer function as a universal file",
+            "use these variable names and save with -v7, or write the transfer function as a universal file",
         ));
     };
     let text = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.text());

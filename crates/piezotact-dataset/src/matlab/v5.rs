@@ -111,7 +111,7 @@ impl Reader<'_> {
 
     /// The element at the start of `bytes`, and what follows it.
     fn element<'a>(&self, bytes: &'a [u8]) -> Result<(Element<'a>, &'a [u8]), ReadError> {
-        let cut = || self.wrong("a whole element", "the end of the data");
+        let cut = || self.wrong("a complete element", "the end of the data");
         let first = self.word(bytes, 0).ok_or_else(cut)?;
         if first >> 16 != 0 {
             // A small one: its data stand in the second half of the tag.

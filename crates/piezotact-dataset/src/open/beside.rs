@@ -87,7 +87,7 @@ impl Beside {
             {
                 return Err(ReadError::content(
                     &self.place,
-                    format!("the unit of `{}` as the file says it, {own}", column.name),
+                    format!("the unit of `{}` as the file states it, {own}", column.name),
                     text,
                     "correct the one that is wrong",
                 ));

@@ -146,7 +146,7 @@ impl Parts {
             if options.rate.is_none() && found.is_none() {
                 return Err(ReadError::content(
                     path,
-                    "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or one that is stated",
+                    "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or the option --rate",
                     "neither",
                     "give the rate with --rate, for example --rate 5000",
                 ));
@@ -175,21 +175,24 @@ impl Parts {
                 if !units.iter().any(agrees) {
                     return Err(ReadError::content(
                         path,
-                        format!("`{name}` and the steps of `{}` to say one rate", time.name),
+                        format!(
+                            "`{name}` and the steps of `{}` to give the same rate",
+                            time.name
+                        ),
                         format!(
                             "{} Hz in `{name}` and {} Hz in `{}`",
                             stated_hz.hz(),
                             digits(found.hz()),
                             time.name
                         ),
-                        "save the one that is right, or state the rate with --rate",
+                        "save only the correct one, or state the rate with --rate",
                     ));
                 }
             }
             Err(error) => doubts.push(
                 RecordingDoubt::Guessed {
                     what: format!(
-                        "the rate is that of `{name}`, and `{}` was not believed ({error})",
+                        "the rate is that of `{name}`; `{}` was not used ({error})",
                         time.name
                     ),
                 }
@@ -275,7 +278,7 @@ impl Parts {
             more => {
                 return wrong(
                     format!("{} dimensions", more.len()),
-                    "save the dimension of time and channel alone",
+                    "save only the dimensions of time and channel",
                 );
             }
         }
@@ -298,7 +301,7 @@ fn archive(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<(), ReadError
     let damaged = |error: String| {
         ReadError::content(
             path,
-            "a whole NPZ file, a zip archive of arrays",
+            "a complete NPZ file, a zip archive of arrays",
             error,
             "it was cut short or damaged: copy or save it again",
         )
@@ -312,7 +315,7 @@ fn archive(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<(), ReadError
         let file = entry.name().map_err(|error| damaged(error.to_string()))?;
         let file = file.into_owned();
         let Some(name) = file.strip_suffix(".npy") else {
-            parts.guess(format!("`{file}` is no array and was left out"));
+            parts.guess(format!("`{file}` is not an array and was left out"));
             continue;
         };
         let mut content = Vec::new();
@@ -356,7 +359,7 @@ impl Array {
         let (header, data) = described(bytes).map_err(|found| damaged(found.into()))?;
         let no_header = || {
             let text: String = header.0.chars().take(80).collect();
-            damaged(format!("the description `{}`", text.escape_debug()))
+            damaged(format!("the header `{}`", text.escape_debug()))
         };
         let (stored, shape) = header.stored().zip(header.shape()).ok_or_else(no_header)?;
         let order = header.order().ok_or_else(no_header)?;
@@ -408,7 +411,7 @@ impl Array {
         let length = shape
             .iter()
             .try_fold(number.width(), |product, n| product.checked_mul(*n))
-            .ok_or_else(|| damaged("a shape that no file holds".into()))?;
+            .ok_or_else(|| damaged("an impossible shape".into()))?;
         let Some(numbers) = data.get(..length) else {
             return Err(damaged(format!("{} of its {length} bytes", data.len())));
         };
@@ -433,8 +436,8 @@ fn described(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), &'static str> {
     };
     let (text, data) = rest
         .split_at_checked(size)
-        .ok_or("a file that ends in its description")?;
-    let text = str::from_utf8(text).map_err(|_not_text| "a description that is no text")?;
+        .ok_or("a file that ends within its header")?;
+    let text = str::from_utf8(text).map_err(|_not_text| "a header that is not text")?;
     Ok((Header(text.trim()), data))
 }
 

@@ -15,9 +15,9 @@ pub(super) fn take(folder: &Path) -> Result<Lock, ReadError> {
         NoLock::Io(error) => ReadError::io(&path, &error),
         NoLock::Held(who) => ReadError::content(
             &path,
-            "nobody who is writing to this panel",
-            format!("{who}, which does"),
-            "wait until it has ended, and give the command again",
+            "no other command that writes to this panel",
+            format!("{who}, which is writing to it"),
+            "wait until it has finished, and give the command again",
         ),
     })
 }

@@ -236,7 +236,7 @@ fn a_campaign_is_one_way_of_measuring() {
     panel.begin("two", now("seed = 1")).unwrap();
     let other = panel.begin("two", now("seed = 2")).unwrap_err().to_string();
     assert!(
-        other.contains("script.toml as it was") && other.contains("another content"),
+        other.contains("script.toml as it was") && other.contains("changed contents"),
         "{other}"
     );
     drop(panel);

@@ -55,7 +55,7 @@ pub(super) fn check(path: &Path, text: &str) -> Result<(), ReadError> {
         Ok(other) => return wrong(EXAMPLE.into(), shown(&other)),
         Err(error) => {
             let found = format!(
-                "text that is no JSON from line {}, column {} on",
+                "text that is not JSON from line {}, column {} on",
                 error.line(),
                 error.column()
             );

@@ -29,7 +29,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         return Err(source.wrong(
             "a depth image",
             format!("an offset of {offset}"),
-            "export it with its heights, not as a picture alone",
+            "export it with its heights, not only as a picture",
         ));
     }
     // Rows are padded to whole groups of eight bytes, that is of two heights.

@@ -102,7 +102,7 @@ impl<'a> Source<'a> {
             .ok_or_else(|| {
                 self.wrong(
                     format!("1 to {MOST_POINTS} points"),
-                    format!("a header that promises {columns} × {rows}"),
+                    format!("a header that states {columns} × {rows}"),
                     "copy or export it again, or cut the map into parts",
                 )
             })

@@ -82,7 +82,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     if promised != points {
         return Err(source.wrong(
             format!("{columns} × {rows} points"),
-            format!("a header that promises {promised}"),
+            format!("a header that states {promised}"),
             "its header is damaged: copy or export it again",
         ));
     }

@@ -105,7 +105,7 @@ impl Scale<'_> {
         let Some(scale) = file.or(person) else {
             return Err(self.source.wrong(
                 format!("the {what}"),
-                "a text that does not say",
+                "a text file that does not state it",
                 format!(
                     "state it with {option}, or name units in a header such as `x (mm),y (mm),z (um)`"
                 ),
@@ -123,7 +123,7 @@ impl Scale<'_> {
         {
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
-                    "the stated {what} of {person:e} m was not used, the file says {scale:e} m"
+                    "the given {what} of {person:e} m was not used: the file states {scale:e} m"
                 ),
             }));
         }
@@ -233,7 +233,7 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     let places = source.points(x.count, y.count)?;
     if places / PLACES_PER_POINT > xs.len() {
         return Err(source.wrong(
-            format!("points that fill their grid of {} × {}", x.count, y.count),
+            format!("a complete grid of {} × {} points", x.count, y.count),
             format!("{} points", xs.len()),
             "resample the map on a grid before the export",
         ));
@@ -247,7 +247,7 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         };
         if std::mem::replace(taken, true) {
             return Err(source.wrong(
-                "one height for each place",
+                "one height for each position",
                 format!("a second one at ({px}, {py}), point {}", row + 1),
                 "export one scan, or cut what was measured twice",
             ));

@@ -83,7 +83,8 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         && stated != digest(&main)
     {
         doubts.push(Doubt::from(RecordingDoubt::Guessed {
-            what: "the checksum of `main.xml` does not match, it was changed after the file was written; its steps and units were believed".into(),
+            what: "the checksum of `main.xml` does not match: it was changed after the file was written; its steps and units \
+                 were used".into(),
         }));
     }
 

@@ -64,7 +64,7 @@ pub(crate) fn recording_of(
             path,
             "time responses (functions of type 1) in a universal file",
             kinds(functions),
-            "export the time signals; a frequency response is read where a transfer function is asked for",
+            "export the time signals; a frequency response is only read as a transfer function",
         ));
     };
     let (mut doubts, mut columns) = (Vec::new(), Vec::<(Column, Clock)>::new());
@@ -87,15 +87,15 @@ pub(crate) fn recording_of(
                         signal.response,
                         axis(signal)
                     ),
-                    "export what was recorded together into a file of its own",
+                    "export the signals that were recorded together to a separate file",
                 ));
             }
             None if options.rate.is_some() && !clocks.is_empty() => {
                 return Err(ReadError::content(
                     path,
-                    "time responses on one axis, as one rate is stated",
+                    "time responses on one axis, because one rate is given",
                     format!("{} of {}", axis(signal), signal.response),
-                    "leave the rate out: the file states one for each",
+                    "leave the rate out: the file states a rate for each of them",
                 ));
             }
             None => {
@@ -112,7 +112,7 @@ pub(crate) fn recording_of(
         if signal.kind != UffKind::Time {
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
-                    "`{name}` is marked as a {} and lies over time: it is read as a time response",
+                    "`{name}` is marked as a {} but has a time axis: it is read as a time response",
                     signal.kind
                 ),
             }));
@@ -120,7 +120,8 @@ pub(crate) fn recording_of(
         if signal.data.len() < signal.promised {
             doubts.push(Doubt::from(RecordingDoubt::Guessed {
                 what: format!(
-                    "the header promises {} samples of `{name}` and {} follow: the file was cut, what is there was read",
+                    "the header states {} samples of `{name}` and {} follow: the file is truncated, the available samples were \
+                     read",
                     signal.promised,
                     signal.data.len()
                 ),
@@ -179,7 +180,7 @@ fn start_time(date: &str) -> Option<StartTime> {
 fn axis(function: &UffFunction) -> String {
     match &function.abscissa {
         UffAbscissa::Even { start, step } => format!("from {start} in steps of {step}"),
-        UffAbscissa::List(_) => "its own list of places".into(),
+        UffAbscissa::List(_) => "its own list of abscissa values".into(),
     }
 }
 
@@ -288,7 +289,7 @@ pub(crate) fn transfer_of(
                 path,
                 "one frequency response",
                 format!("several ({})", named.join(", ")),
-                "export the one that is meant into a file of its own",
+                "export the required one to a separate file",
             ));
         }
         (None, _) => return Err(no_response(path, functions)),
@@ -296,7 +297,10 @@ pub(crate) fn transfer_of(
     if values.len() < response.promised {
         return Err(ReadError::content(
             path,
-            format!("{} lines, as the header promises", response.promised),
+            format!(
+                "{} frequency lines, as the header states",
+                response.promised
+            ),
             format!("{}", values.len()),
             "the file was cut short: copy or export it again",
         ));
@@ -424,7 +428,8 @@ fn coherence(
     if others > 0 {
         doubts.push(Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "the file holds {others} coherence(s), but of other points or on another axis than the frequency response: not used"
+                "the file contains {others} coherence function(s), but for other points or on another axis than the frequency \
+                 response: not used"
             ),
         }));
     }

@@ -250,7 +250,7 @@ impl<'a> File<'a> {
     fn record(&mut self) -> Result<&'a [u8], ReadError> {
         self.lines
             .next()
-            .ok_or_else(|| self.wrong("11 lines of header", "the end of the file"))
+            .ok_or_else(|| self.wrong("11 header lines", "the end of the file"))
     }
 
     fn integer(&self, what: &str, line: &[u8], from: usize, to: usize) -> Result<i64, ReadError> {
@@ -275,7 +275,7 @@ impl<'a> File<'a> {
             [order, format, lines, bytes, ..] => (*order, *format, *lines, *bytes),
             _ => {
                 return Err(self.wrong(
-                    "the order of bytes, the kind of numbers, the lines of header and the bytes of data after `58b`",
+                    "the byte order, the number format, the number of header lines and the number of data bytes after `58b`",
                     excerpt(fields.as_bytes()),
                 ));
             }
@@ -289,10 +289,10 @@ impl<'a> File<'a> {
             ));
         }
         if !(1..=2).contains(&order) {
-            return Err(self.wrong("order of bytes 1 (little) or 2 (big endian)", order));
+            return Err(self.wrong("byte order 1 (little endian) or 2 (big endian)", order));
         }
         if lines != 11 {
-            return Err(self.wrong("11 lines of header", lines));
+            return Err(self.wrong("11 header lines", lines));
         }
         Ok(Some(Binary {
             order: if order == 1 {
@@ -461,7 +461,7 @@ impl<'a> File<'a> {
             let bytes = binary.bytes;
             return Err(self.wrong(
                 format!("{promised} values of {width} bytes, then the mark `-1`"),
-                format!("no mark there ({bytes} bytes are announced)"),
+                format!("no mark there ({bytes} bytes are stated)"),
             ));
         };
         let block = &self.lines.bytes[self.lines.at..self.lines.at + length];
@@ -511,7 +511,7 @@ impl<'a> File<'a> {
         let abscissa = if layout.even {
             if !(start.is_finite() && step.is_finite() && step > 0.0) {
                 return Err(self.wrong(
-                    "an even abscissa that rises",
+                    "an evenly spaced abscissa that increases",
                     format!("start {start}, step {step}"),
                 ));
             }

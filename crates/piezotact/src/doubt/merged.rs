@@ -3,24 +3,52 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{About, Doubt, Value};
 
 /// As many names are written out.
 const NAMED: usize = 3;
 
-/// Doubts of one kind.
-#[derive(Clone, Debug, PartialEq)]
+/// Doubts of one kind. Its written form is that of the first doubt, with `of`, `subjects` and `ranges` where there are any.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Merged {
     /// The first of them, with how many there are.
+    #[serde(flatten)]
     pub doubt: Doubt,
     /// The names of the recordings, files or groups that they are about, each once; empty where none was given.
+    #[serde(rename = "of", default, skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<String>,
     /// What they name themselves (groups, channels, measurements), each once; empty where that is one or none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub subjects: Vec<String>,
     /// The numbers in which they differ.
+    #[serde(default, with = "ranges", skip_serializing_if = "Vec::is_empty")]
     pub ranges: Vec<Range>,
+}
+
+/// Ranges as `{field: [low, high]}`.
+mod ranges {
+    use std::collections::BTreeMap;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::Range;
+
+    pub(super) fn serialize<S: Serializer>(all: &[Range], to: S) -> Result<S::Ok, S::Error> {
+        let by_field = all
+            .iter()
+            .map(|range| (&range.field, [range.low, range.high]));
+        by_field.collect::<BTreeMap<_, _>>().serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Range>, D::Error> {
+        let by_field = BTreeMap::<String, [f64; 2]>::deserialize(from)?;
+        let ranges = by_field.into_iter();
+        Ok(ranges
+            .map(|(field, [low, high])| Range { field, low, high })
+            .collect())
+    }
 }
 
 /// A number of several doubts from its lowest to its highest.

@@ -1,0 +1,187 @@
+//! What a person reads and what a program parses, as it was reviewed: the help of every command, printed text with its doubts, and
+//! the shape of every document.
+//!
+//! `INSTA_UPDATE=always cargo test --locked --workspace snapshots` writes the snapshots again; read the difference before it is committed.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::support::{Folder, noise, wav};
+
+/// Every command and every command of a command.
+const COMMANDS: &[&str] = &[
+    "",
+    "demo",
+    "info",
+    "spectrum",
+    "characterise",
+    "transfer",
+    "manipulate",
+    "render",
+    "play",
+    "verify",
+    "score",
+    "segment",
+    "analyse",
+    "compare",
+    "roughness",
+    "panel",
+    "panel run",
+    "panel add",
+    "panel analyse",
+    "panel average",
+    "export",
+    "twin",
+    "twin record",
+    "twin surface",
+    "twin parameters",
+    "replay",
+];
+
+/// A chain of commands from a twin's recording to a verdict, a panel and a surface; its last word is the name of the snapshot. Those
+/// that print documents are run once more with `--json`.
+const CHAIN: &[(&str, &str)] = &[
+    (
+        "twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 3 --out S4.parquet",
+        "record",
+    ),
+    (
+        "twin record --bench acttouch --sample S8 --participant 3 --speed 30mm/s --strokes 3 --out S8.parquet",
+        "",
+    ),
+    ("info S4.parquet", "info"),
+    ("segment S4.parquet --report cuts.html", "segment"),
+    (
+        "analyse S4.parquet S8.parquet --by sample --csv strokes.csv",
+        "analyse",
+    ),
+    ("compare S4.parquet S8.parquet --by sample", "compare"),
+    ("spectrum S4.parquet --channel acceleration", "spectrum"),
+    (
+        "manipulate S8.parquet --stroke 2 --band 50..100:+6dB --loop 2s --out texture.wav",
+        "manipulate",
+    ),
+    (
+        "characterise --bench twin:participant=1,seed=7 --seconds 6 --out tf.json --record raw.parquet",
+        "characterise",
+    ),
+    (
+        "transfer raw.parquet --drive drive --response acceleration --out again.json",
+        "transfer",
+    ),
+    (
+        "render texture.wav --transfer tf.json --level fit --out drive.wav",
+        "render",
+    ),
+    (
+        "render texture.wav --transfer tf.json --mode texture --level fit --bench twin:participant=1,seed=7 --iterations 1 --out loop.wav",
+        "loop",
+    ),
+    (
+        "play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet",
+        "play",
+    ),
+    (
+        "verify --target texture.wav --measured measured.parquet --transfer tf.json",
+        "verify",
+    ),
+    ("score texture.wav measured.parquet", "score"),
+    ("export texture.wav --out texture.haptic", "export"),
+    (
+        "panel run --bench twin:seed=7 --participants 1..3 --loads 0.2 --angles 20 --repeats 2 --seconds 4 --out panel",
+        "panel_run",
+    ),
+    ("panel analyse panel", "panel_analyse"),
+    ("panel average panel --out average.json", "panel_average"),
+    (
+        "twin surface S4 --size 2mm --step 20um --out S4.sur",
+        "surface",
+    ),
+    ("roughness S4.sur", "roughness"),
+];
+
+#[test]
+fn the_help_of_every_command() {
+    let folder = Folder::new();
+    for command in COMMANDS {
+        let arguments: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        let help = folder.run(&arguments).out();
+        let name = format!("help {command}");
+        insta::assert_snapshot!(name.trim().replace(' ', "_"), help);
+    }
+}
+
+/// A command that is added is added here too.
+#[test]
+fn the_list_of_commands_is_whole() {
+    let help = Folder::new().run(&["--help"]).out();
+    let (_, listed) = help.split_once("Commands:\n").unwrap();
+    let names = listed.lines().take_while(|line| !line.trim().is_empty());
+    let names: BTreeSet<&str> = names
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    let known: BTreeSet<&str> = COMMANDS
+        .iter()
+        .filter_map(|command| command.split(' ').next())
+        .filter(|name| !name.is_empty())
+        .collect();
+    assert_eq!(names, known);
+}
+
+#[test]
+fn printed_text_and_the_shape_of_documents() {
+    let folder = Folder::new();
+    folder.write("texture.wav", wav(noise(10_000).map(|v| v * 0.2), 5_000));
+    for (command, name) in CHAIN {
+        let mut arguments: Vec<&str> = command.split_whitespace().collect();
+        let done = folder.run(&arguments);
+        if name.is_empty() {
+            continue;
+        }
+        let text = format!(
+            "$ piezotact {command}\n{}\n-- doubts and progress\n{}-- exit code {:?}",
+            done.out(),
+            done.err(),
+            done.code()
+        );
+        insta::assert_snapshot!(format!("text_{name}"), text);
+        arguments.push("--json");
+        let printed = folder.run(&arguments).out();
+        if let Ok(document) = serde_json::from_str::<Value>(&printed) {
+            let mut shape = String::new();
+            write_shape("", &document, &mut BTreeSet::new(), &mut shape);
+            insta::assert_snapshot!(format!("document_{name}"), shape);
+        }
+    }
+}
+
+/// One line for each field: its path and its type; the elements of a list are one field `[]`.
+fn write_shape(path: &str, value: &Value, seen: &mut BTreeSet<String>, shape: &mut String) {
+    let kind = match value {
+        Value::Null => "null",
+        Value::Bool(_) => "true or false",
+        Value::Number(_) => "number",
+        Value::String(_) => "text",
+        Value::Array(several) => {
+            for one in several {
+                write_shape(&format!("{path}[]"), one, seen, shape);
+            }
+            return;
+        }
+        Value::Object(fields) => {
+            for (name, inner) in fields {
+                write_shape(&format!("{path}.{name}"), inner, seen, shape);
+            }
+            return;
+        }
+    };
+    let line = format!("{path}: {kind}");
+    if seen.insert(line.clone()) {
+        let _never_fails = writeln!(shape, "{line}");
+    }
+}

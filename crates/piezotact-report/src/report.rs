@@ -1,0 +1,303 @@
+//! Reports that are data (`piezotact::page`) drawn as HTML, their tables as CSV and text.
+
+use maud::{Markup, html};
+use piezotact::criterion::Outcome;
+use piezotact::document::Words;
+use piezotact::doubt::Merged;
+use piezotact::page::{Block, Cell, Number, Page, Section, Table};
+
+use crate::chart::HEIGHT;
+use crate::{DrawError, document, figure, svg};
+
+/// A page and a text hold tables up to this many columns; CSV holds any.
+pub const MOST_COLUMNS: usize = 40;
+
+/// A report as one HTML file, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] for a figure without points, for a table too broad for a page, and for a row that has not as many cells as
+/// the table has columns. Nothing is drawn then.
+pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
+    let sections = page.sections.iter();
+    let sections: Vec<Markup> = sections
+        .map(|section| drawn_section(section, words))
+        .collect::<Result<_, _>>()?;
+    let body = html! {
+        h1 { (page.title) }
+        @if !page.origin.is_empty() { p.soft { (page.origin) } }
+        @for section in &sections { (section) }
+        p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
+    };
+    Ok(document(&page.title, &body))
+}
+
+fn drawn_section(section: &Section, words: &dyn Words) -> Result<Markup, DrawError> {
+    let blocks = section.blocks.iter();
+    let drawn: Vec<Markup> = blocks
+        .map(|block| drawn_block(block, words))
+        .collect::<Result<_, _>>()?;
+    let outcome = section.blocks.iter().find_map(|block| match block {
+        Block::Conclusion { outcome, .. } => Some(*outcome),
+        _ => None,
+    });
+    let class = outcome.map(|outcome| match outcome {
+        Some(Outcome::Met) | None => "verdict",
+        Some(Outcome::NotMet) => "verdict failed",
+        Some(Outcome::NotDecided) => "verdict open",
+    });
+    Ok(html! {
+        section class=[class] {
+            @if !section.heading.is_empty() { h2 { (section.heading) } }
+            @for block in &drawn { (block) }
+        }
+    })
+}
+
+fn drawn_block(block: &Block, words: &dyn Words) -> Result<Markup, DrawError> {
+    Ok(match block {
+        Block::Conclusion { text, .. } => html! { p { strong { (text) } } },
+        Block::Text { text } => html! { p { (text) } },
+        Block::Note { text } => html! { p.soft { (text) } },
+        Block::Numbers { numbers: all } => numbers(all),
+        Block::Steps { steps } => html! { ol { @for step in steps { li { (step) } } } },
+        Block::Table(table) => drawn_table(table)?,
+        Block::Figure(shown) => figure(&svg(shown, HEIGHT)?, &shown.caption),
+        Block::Doubts { doubts } => drawn_doubts(doubts, words),
+    })
+}
+
+fn numbers(all: &[Number]) -> Markup {
+    html! {
+        div.numbers {
+            @for number in all { div { b { (number.value) } span { (number.name) } } }
+        }
+    }
+}
+
+/// Doubts as a list, or that there are none.
+pub fn drawn_doubts(doubts: &[Merged], words: &dyn Words) -> Markup {
+    html! {
+        @if doubts.is_empty() {
+            p.soft { "None: no value was limited, guessed or left out." }
+        } @else {
+            ul.doubts { @for doubt in doubts { li { (words.merged(doubt)) } } }
+        }
+    }
+}
+
+/// Whether all cells of a column are numbers, so that they stand below each other.
+fn is_numeric(table: &Table, column: usize) -> bool {
+    let mut cells = table.rows.iter().map(|row| &row[column]);
+    cells.all(|cell| !matches!(cell, Cell::Text(_)))
+}
+
+/// Refuses a table whose rows do not fit its columns.
+fn require_even(table: &Table) -> Result<(), DrawError> {
+    let columns = table.columns.len();
+    if columns == 0 {
+        return Err(DrawError::NoColumns);
+    }
+    match table.rows.iter().position(|row| row.len() != columns) {
+        None => Ok(()),
+        Some(row) => Err(DrawError::UnevenRow {
+            row: row + 1,
+            expected: columns,
+            found: table.rows[row].len(),
+        }),
+    }
+}
+
+/// Refuses a table that no page can hold.
+fn require_narrow(table: &Table) -> Result<(), DrawError> {
+    require_even(table)?;
+    if table.columns.len() > MOST_COLUMNS {
+        return Err(DrawError::TooManyColumns {
+            most: MOST_COLUMNS,
+            found: table.columns.len(),
+        });
+    }
+    Ok(())
+}
+
+fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
+    require_narrow(table)?;
+    let class = |column| is_numeric(table, column).then_some("n");
+    Ok(html! {
+        div.wide {
+            table {
+                tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] { (column.heading) } } }
+                @for row in &table.rows {
+                    tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] { (cell.text()) } } }
+                }
+            }
+        }
+    })
+}
+
+/// A table as CSV text: the columns' names, then one line for each row, numbers with all their digits.
+///
+/// # Errors
+/// [`DrawError`] for a row that has not as many cells as the table has columns, and for a table without columns.
+pub fn csv(table: &Table) -> Result<String, DrawError> {
+    require_even(table)?;
+    let failed = |error: &dyn std::fmt::Display| DrawError::Drawing {
+        reason: error.to_string(),
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let names = table.columns.iter().map(|column| &column.name);
+    writer.write_record(names).map_err(|e| failed(&e))?;
+    for row in &table.rows {
+        let cells = row.iter().map(Cell::whole);
+        writer.write_record(cells).map_err(|e| failed(&e))?;
+    }
+    let bytes = writer.into_inner().map_err(|e| failed(&e))?;
+    String::from_utf8(bytes).map_err(|e| failed(&e))
+}
+
+/// A table as text for a terminal: columns below each other, numbers to the right.
+///
+/// # Errors
+/// As [`html`].
+pub fn text(table: &Table) -> Result<String, DrawError> {
+    require_narrow(table)?;
+    let heads = table.columns.iter().map(|column| column.heading.clone());
+    let rows = table.rows.iter();
+    let rows = rows.map(|row| row.iter().map(Cell::text).collect());
+    let lines: Vec<Vec<String>> = std::iter::once(heads.collect()).chain(rows).collect();
+    let widths: Vec<usize> = (0..table.columns.len())
+        .map(|i| lines.iter().map(|line| line[i].chars().count()).max())
+        .map(Option::unwrap_or_default)
+        .collect();
+    let line = |cells: &Vec<String>| {
+        let cells = cells.iter().zip(&widths).enumerate();
+        let cells = cells.map(|(i, (cell, width))| match is_numeric(table, i) {
+            true => format!("{cell:>width$}"),
+            false => format!("{cell:<width$}"),
+        });
+        let cells: Vec<String> = cells.collect();
+        cells.join("  ").trim_end().to_owned()
+    };
+    let lines: Vec<String> = lines.iter().map(line).collect();
+    Ok(lines.join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::Doubt;
+    use piezotact::doubt::Advice;
+    use piezotact::figure::{Axis, Chart, Line, Tone};
+    use piezotact::page::Column;
+    use piezotact::stroke::StrokeDoubt;
+
+    struct Plain;
+
+    impl Words for Plain {
+        fn doubt(&self, doubt: &Doubt) -> String {
+            doubt.code.to_string()
+        }
+
+        fn advice(&self, advice: &Advice) -> String {
+            advice.to_string()
+        }
+    }
+
+    fn table(columns: usize) -> Table {
+        let mut table =
+            Table::new((0..columns).map(|i| Column::new(&format!("c{i}"), &format!("c{i}_n"))));
+        table.rows.push(vec![Cell::from(1.23456); columns]);
+        table
+    }
+
+    fn chart(points: Vec<(f64, f64)>) -> Block {
+        let line = Line::new("level", Tone::Main, points);
+        let chart = Chart::new(
+            Axis::new("x", 0.0, 2.0),
+            Axis::new("y", 0.0, 2.0),
+            vec![line],
+        );
+        Block::Figure(chart.captioned("what it shows"))
+    }
+
+    fn page(block: Block) -> Page {
+        Page::new("A page <b>", "origin").section("Part", [block])
+    }
+
+    #[test]
+    fn a_page_shows_every_block() {
+        let page = page(chart(vec![(0.0, 1.0), (1.0, 2.0)]))
+            .section(
+                "",
+                [
+                    Block::Conclusion {
+                        text: "a conclusion".into(),
+                        outcome: Some(Outcome::NotDecided),
+                    },
+                    Block::Numbers {
+                        numbers: vec![Number::new("3 dB", "the level")],
+                    },
+                    Block::Steps {
+                        steps: vec!["a step".into()],
+                    },
+                    Block::Table(table(2)),
+                    Block::Note {
+                        text: "a note".into(),
+                    },
+                ],
+            )
+            .doubts(&[Doubt::from(StrokeDoubt::SlidingAssumed)]);
+        let text = html(&page, &Plain).unwrap();
+        for part in [
+            "A page &lt;b&gt;",
+            "<svg",
+            "what it shows",
+            "verdict open",
+            "a conclusion",
+            "3 dB",
+            "a step",
+            "1.23",
+            "a note",
+            "sliding_assumed",
+        ] {
+            assert!(text.contains(part), "no {part} in the page");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_named() {
+        let refused = |block: Block| html(&page(block), &Plain).unwrap_err().to_string();
+        let nothing = refused(chart(vec![]));
+        assert!(nothing.contains("no point"), "{nothing}");
+        let gaps = refused(chart(vec![(0.0, f64::NAN)]));
+        assert!(gaps.contains("no point"), "{gaps}");
+        let broad = refused(Block::Table(table(1000)));
+        assert!(broad.contains("40") && broad.contains("1000"), "{broad}");
+        let mut uneven = table(3);
+        uneven.rows.push(vec![Cell::from(1.0)]);
+        let uneven_text = refused(Block::Table(uneven.clone()));
+        assert!(uneven_text.contains("row 2"), "{uneven_text}");
+        assert!(csv(&uneven).is_err() && csv(&table(0)).is_err());
+    }
+
+    #[test]
+    fn csv_has_all_columns_and_all_digits() {
+        let text = csv(&table(1000)).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].starts_with("c0_n,") && lines[0].ends_with(",c999_n"));
+        assert!(lines[1].starts_with("1.23456,"));
+    }
+
+    #[test]
+    fn text_stands_in_columns() {
+        let mut table = Table::new([Column::new("sample", "sample"), Column::new("rms", "rms")]);
+        table.rows = vec![
+            vec![Cell::from("S1"), Cell::from(1.5)],
+            vec![Cell::from("long name"), Cell::from(None)],
+        ];
+        assert_eq!(
+            text(&table).unwrap(),
+            "sample      rms\nS1         1.50\nlong name     –"
+        );
+    }
+}
