@@ -1,5 +1,10 @@
 //! Vibrations to score: noise with a shape, and measured ones.
 #![allow(dead_code, reason = "its two users need other parts of it")]
+#![allow(
+    clippy::disallowed_methods,
+    clippy::unwrap_used,
+    reason = "a test reads measured files, and fails where it cannot go on"
+)]
 
 use std::f64::consts::TAU;
 
