@@ -7,7 +7,7 @@ use num_complex::Complex;
 use piezotact::Series;
 use piezotact::quantity::{Band, Drive, SampleRate, Seconds};
 use piezotact::transfer::Blocks;
-use realfft::RealFftPlanner;
+use piezotact_fourier::RealPlanner;
 
 use crate::error::ProcedureError;
 use crate::random::Random;
@@ -272,7 +272,7 @@ fn synthesised(mut bins: Vec<Complex<f64>>, samples: usize) -> Vec<f64> {
     if samples.is_multiple_of(2) {
         bins[samples / 2].im = 0.0;
     }
-    let plan = RealFftPlanner::new().plan_fft_inverse(samples);
+    let plan = RealPlanner::new().plan_fft_inverse(samples);
     let mut output = plan.make_output_vec();
     let done = plan.process(&mut bins, &mut output);
     debug_assert!(done.is_ok());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
 use super::RATE_HZ;
 use super::drag::{Dragged, Dragging};
@@ -140,7 +140,7 @@ type Plans = (
 struct OwnAnswer {
     /// At steps of half the rate over [`Self::STEPS`].
     ratio: Vec<f64>,
-    planner: RealFftPlanner<f64>,
+    planner: RealPlanner,
     plans: Option<Plans>,
 }
 
@@ -165,7 +165,7 @@ impl OwnAnswer {
             .collect();
         Self {
             ratio,
-            planner: RealFftPlanner::new(),
+            planner: RealPlanner::new(),
             plans: None,
         }
     }

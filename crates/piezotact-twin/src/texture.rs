@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner};
+use piezotact_fourier::{ComplexToReal, RealPlanner};
 
 use super::parameters::{Sample, TextureModel, TwinParameters};
 use super::participant::Participant;
@@ -142,7 +142,7 @@ impl Texture {
         let plan = match &self.plan {
             Some((size, plan)) if *size == points => Arc::clone(plan),
             _ => {
-                let plan = RealFftPlanner::new().plan_fft_inverse(points);
+                let plan = RealPlanner::new().plan_fft_inverse(points);
                 self.plan = Some((points, Arc::clone(&plan)));
                 plan
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use num_complex::Complex;
 use piezotact::spectrum::{Symmetry, Window};
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
 use super::RATE_HZ;
 
@@ -49,7 +49,7 @@ impl<R: AtLoad> VaryingResponse<R> {
     const LOAD_STEP_N: f64 = 0.002;
 
     pub(super) fn new(response: R) -> Self {
-        let mut planner = RealFftPlanner::new();
+        let mut planner = RealPlanner::new();
         let forward = planner.plan_fft_forward(Self::LENGTH);
         Self {
             response,
