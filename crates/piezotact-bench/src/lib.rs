@@ -13,7 +13,6 @@ pub mod halves;
 pub mod measured;
 mod plan;
 pub mod procedure;
-pub mod random;
 mod stop;
 mod traits;
 mod watch;
@@ -21,8 +20,8 @@ mod watch;
 pub use error::{DeviceError, ProcedureError};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
 pub use gate::{Gate, GateConfig, GateRoles, Refusal};
+pub use piezotact::statistics::random;
 pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
-pub use random::drawn_phases;
 pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,

@@ -9,7 +9,7 @@
 //!
 //! - ground: units, statistics, checksums, criteria, doubts, lineages;
 //! - signals: series, recordings, spectra, filters, rates, clipping, integrity;
-//! - touch: surfaces, strokes, what they say, what a finger can tell apart;
+//! - touch: surfaces, strokes, what they say, what a finger can tell apart, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
 // Ground.
@@ -41,6 +41,7 @@ pub mod discrimination;
 pub mod feature;
 pub mod roles;
 pub mod stroke;
+pub mod study;
 pub mod surface;
 
 // Device.

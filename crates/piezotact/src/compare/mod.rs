@@ -1,5 +1,6 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
+mod conclusion;
 mod doubt;
 mod groups;
 mod lines;
@@ -64,9 +65,7 @@ pub fn comparable(groups: &[&Summary]) -> Result<(), CompareError> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// There is nothing.
-    #[error(
-        "expected strokes to compare, found none; look at what was rejected with `piezotact segment`"
-    )]
+    #[error("expected strokes to compare, found none; look at what was rejected, and why")]
     Nothing,
     /// Recordings that cannot be averaged.
     #[error(

@@ -1,10 +1,10 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
 use crate::compare::CompareDoubt;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::CompareError;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, merged};
 use crate::feature::{
     Analysis, Peak, RECOMMENDED_STROKES, Statistics, StrokeFeatures, StrokeSpectra, peaks,
     peaks_above,
@@ -104,8 +104,14 @@ pub struct Summary {
     /// PSDs of the strokes, u²/Hz.
     #[serde(skip)]
     pub psd: StrokeSpectra,
-    /// What a person should know before relying on it.
+    /// What a person should know before relying on it; written with those of one kind as one.
+    #[serde(serialize_with = "as_merged")]
     pub doubts: Vec<Doubt>,
+}
+
+/// Writes doubts, those of one kind as one.
+fn as_merged<S: Serializer>(doubts: &[Doubt], to: S) -> Result<S::Ok, S::Error> {
+    merged(doubts).serialize(to)
 }
 
 /// What is known beforehand of finger and texture; lengths in m.

@@ -92,7 +92,8 @@ impl Model {
     }
 
     /// From which difference on, JND, it is noticed.
-    pub(crate) fn noticed_jnd(&self) -> f64 {
+    #[must_use]
+    pub fn noticed_jnd(&self) -> f64 {
         self.limit().not_met_from()
     }
 

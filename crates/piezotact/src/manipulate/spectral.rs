@@ -15,6 +15,7 @@ use crate::lineage::{BandChange, Operation};
 use crate::quantity::{Band, Decibels, Hertz, Quantity};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, welch};
+use crate::statistics::random::Random;
 use crate::statistics::standard_deviation;
 
 /// The width of the edges of a changed band, outside it, as a ratio of its ends.
@@ -195,6 +196,18 @@ pub struct DrawnPhases {
     pub drawn_by: String,
 }
 
+impl DrawnPhases {
+    /// `count` phases drawn by `seed`: evenly from 0 up to, not including, 1 turn.
+    #[must_use]
+    pub fn drawn(seed: u64, count: usize) -> Self {
+        let mut random = Random::stream(seed, 0, "phases");
+        Self {
+            turns: (0..count).map(|_| random.uniform()).collect(),
+            drawn_by: format!("ChaCha8, seed {seed}"),
+        }
+    }
+}
+
 /// The number of phases that a texture of `samples` samples has: one for each line but 0 Hz and half the rate.
 ///
 /// Source: a real signal of n samples, ⌈n/2⌉ − 1.
@@ -266,4 +279,18 @@ pub fn time_reversed<Q: Quantity>(x: &Series<Q>) -> Result<Manipulated<Q>, Manip
         parameters: Default::default(),
     };
     manipulated(x, samples, operation, Vec::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_seed_one_set_of_phases() {
+        let drawn = DrawnPhases::drawn(7, 4);
+        assert_eq!(drawn.drawn_by, "ChaCha8, seed 7");
+        assert!(drawn.turns.iter().all(|turn| (0.0..1.0).contains(turn)));
+        assert_eq!(drawn, DrawnPhases::drawn(7, 4));
+        assert_ne!(drawn.turns, DrawnPhases::drawn(8, 4).turns);
+    }
 }
