@@ -1,5 +1,5 @@
-//! What a WAV or NumPy file cannot say of itself stands in `NAME.wav.json` or `NAME.npz.json` beside it: the value of full
-//! scale or the units, who touched what, and for a drive how it was made.
+//! Sidecar files `NAME.wav.json` and `NAME.npz.json`, with the metadata that a WAV or NumPy file cannot hold: the value of full
+//! scale or the units, the condition, and for a drive how it was made.
 //!
 //! The smallest one is `{"full_scale": {"value": 200, "unit": "m/s2"}}`.
 
@@ -32,7 +32,7 @@ pub struct Sidecar {
     /// The names of the channels, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// What was going on, where it comes from, and what a person should know before relying on the samples.
+    /// Condition, provenance and doubts of the samples.
     #[serde(flatten, serialize_with = "About::without_empty_doubts")]
     pub about: About,
     /// When it began, its labels, and what happened while it ran.

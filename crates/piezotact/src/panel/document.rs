@@ -13,7 +13,7 @@ use crate::recording::{Condition, Provenance};
 use crate::run::Attempt;
 use crate::transfer::{BundleAverage, TransferFunction};
 
-/// What a panel's transfer functions are of.
+/// The kind of system that a panel's transfer functions describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PanelKind {

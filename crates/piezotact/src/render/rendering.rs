@@ -11,7 +11,7 @@ use crate::quantity::{Band, Drive};
 use crate::recording::{About, Condition};
 use crate::series::Series;
 
-/// How a drive was made and what it leaves open: a [`RenderedDrive`] without its samples.
+/// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rendering {
     /// The device it is for.
@@ -20,7 +20,7 @@ pub struct Rendering {
     /// The texture it was rendered from, by name.
     #[serde(default)]
     pub target: String,
-    /// Whose finger it is for, how its transfer function was made, and what a person should know before relying on it.
+    /// The condition it is for, the provenance of its transfer function, and its doubts.
     #[serde(flatten)]
     pub about: About,
     /// The level it was rendered at, relative to the target, dB.
