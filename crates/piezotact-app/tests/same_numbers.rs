@@ -15,6 +15,8 @@
 
 #[path = "same_numbers/rows.rs"]
 mod rows;
+#[path = "same_numbers/schema.rs"]
+mod schema;
 mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -209,6 +211,25 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
     assert_eq!(found(other, &[]).len(), 2);
 }
 
+/// A schema that everything fits proves nothing.
+#[test]
+fn a_lost_field_another_type_and_another_version_do_not_fit_the_schema() {
+    let play = |change: fn(&mut serde_json::Value)| {
+        let mut document = serde_json::json!({
+            "schema": "play", "version": 1, "record": "r.parquet", "rate_hz": 5000.0,
+            "duration_s": 1.5, "provenance": { "source": "a bench", "steps": [] }, "doubts": [],
+        });
+        change(&mut document);
+        schema::differences(&document)
+    };
+    assert_eq!(play(|_| ()), [""; 0]);
+    assert_eq!(play(|d| d["version"] = 2.into()).len(), 1);
+    assert_eq!(play(|d| d["record"] = 1.into()).len(), 1);
+    assert!(play(|d| drop(d.as_object_mut().unwrap().remove("doubts")))[0].contains("doubts"));
+    assert!(!play(|d| d["doubts"] = serde_json::json!([{ "code": "x" }])).is_empty());
+    assert!(play(|d| d["schema"] = "plays".into())[0].contains("plays.json"));
+}
+
 #[test]
 fn the_changelog_repeats_what_was_renamed() {
     let changelog = include_str!("../../../CHANGELOG.md");
@@ -294,6 +315,8 @@ fn rows_of(folder: &Folder, command: &str) -> Option<Rows> {
     rows.insert("exit code".into(), done.code().into());
     let printed = serde_json::from_str(&done.out())
         .unwrap_or_else(|error| panic!("{command}: {error}: {}", done.err()));
+    let unlike = schema::differences(&printed);
+    assert!(unlike.is_empty(), "{command}: {unlike:#?}");
     json_rows(&mut rows, "printed", &printed);
     for (name, bytes) in contents(&folder.path("")) {
         if before.get(&name) != Some(&bytes) {

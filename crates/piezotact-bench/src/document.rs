@@ -17,6 +17,7 @@ use crate::procedure::{Gain, Kept, LoopEnd, Looped, Refused, Repeated};
 
 /// A measurement that the gate refused.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RefusedAttempt {
     /// Which repeat, from 1.
     pub repeat: usize,
@@ -38,6 +39,7 @@ impl From<&Refused> for RefusedAttempt {
 
 /// The transfer function of a device with a finger on it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CharacteriseDocument<'a> {
     /// The file that holds it.
     pub out: &'a Path,
@@ -106,6 +108,7 @@ impl<'a> CharacteriseDocument<'a> {
 
 /// A drive that was played and the response that was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PlayDocument<'a> {
     /// The file that holds the recording.
     pub record: &'a Path,
@@ -139,6 +142,7 @@ impl<'a> PlayDocument<'a> {
 
 /// How close a drive of a closed loop came to the texture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LoopCloseness {
     /// The error of the spectrum over the band, dB rms.
     pub error_db_rms: f64,
@@ -172,6 +176,7 @@ impl From<&Verification> for LoopCloseness {
 
 /// One drive of a closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LoopIteration {
     /// Its number, 0 for the open loop.
     pub iteration: usize,
@@ -184,6 +189,7 @@ pub struct LoopIteration {
 
 /// A closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LoopDocument {
     /// The number of the drive that is kept.
     pub best: usize,
@@ -226,6 +232,7 @@ impl From<&Looped> for LoopDocument {
 
 /// A texture that was rendered.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RenderDocument {
     /// What it is called beside others.
     pub called: String,
@@ -306,6 +313,7 @@ impl RenderDocument {
 
 /// A texture that could not be rendered.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RefusedRendering {
     /// What it is called.
     pub called: String,
@@ -319,6 +327,7 @@ pub struct RefusedRendering {
 
 /// Several textures or fingers in one go.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RenderBatchDocument {
     /// What was rendered.
     pub renderings: Vec<RenderDocument>,

@@ -36,6 +36,7 @@ const FORMAT: &str = "piezotact panel 1";
 
 /// One measurement of a panel, as its index lists it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelEntry {
     /// The file in the folder.
     pub file: String,

@@ -291,6 +291,7 @@ pub struct Finding {
 
 /// A rule that a claim holds by.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ClaimRule {
     /// What is the case where it is not met.
     pub unless_met: String,

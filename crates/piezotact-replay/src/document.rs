@@ -8,6 +8,7 @@ use crate::{CLAIMS, Chapter, ClaimRule, Finding, Replay, Verdict};
 
 /// A chapter of the thesis that was measured again.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ChapterDocument<'a> {
     /// Its number in the thesis.
     pub number: u8,
@@ -23,6 +24,7 @@ pub struct ChapterDocument<'a> {
 
 /// What was found of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FindingDocument<'a> {
     /// The number of the claim.
     pub claim: u8,
@@ -68,6 +70,7 @@ impl<'a> From<&'a Finding> for FindingDocument<'a> {
 
 /// The measurements of the thesis again, on the twin.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ReplayDocument<'a> {
     /// The name of the report.
     pub report: &'a str,

@@ -13,6 +13,7 @@ use crate::{Sample, TwinParameters};
 
 /// What a finger did on a bench of the twin.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TwinRecordDocument<'a> {
     /// The file that holds the recording.
     pub record: &'a Path,
@@ -49,6 +50,7 @@ impl<'a> TwinRecordDocument<'a> {
 
 /// The height map of a sample of the twin.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TwinSurfaceDocument<'a> {
     /// The file that holds the map.
     pub map: &'a Path,

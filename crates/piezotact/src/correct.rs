@@ -33,6 +33,7 @@ use heard::Heard;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CorrectConfig {
     /// What is to be met.
     pub mode: Mode,
@@ -122,6 +123,7 @@ struct Fit {
 
 /// What one step found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LineChange {
     /// The share of the band's lines that were corrected, 0–1.
     pub corrected: f64,

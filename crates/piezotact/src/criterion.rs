@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Whether a criterion is met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// All that the data allow lies within the limit.
@@ -56,6 +57,7 @@ impl Outcome {
 
 /// A limit. Where sources disagree about it, it has a range in which nothing is decided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Limit {
     /// Up to `met` it is met, above `not_met` it is not; `met` ≤ `not_met`.
@@ -140,6 +142,7 @@ impl Limit {
 
 /// One rule and what came of it. `W` names what is looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Criterion<W> {
     /// What is looked at.
     pub what: W,

@@ -23,6 +23,7 @@ use contradiction::LOADS_F;
 /// for no other, so it carries this, and rendering compares it. Files hold the gain by name, and the description of the
 /// device; a file of before, which has none, means the [`DeviceDescription::drv2667`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "StatedSetup", into = "StatedSetup")]
 pub struct DriveSetup {
     /// The gain set on the amplifier.
@@ -37,6 +38,7 @@ pub struct DriveSetup {
 
 /// A set-up as read from a file, before validation.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 struct StatedSetup {
     gain: GainName,
     volts_per_full_scale: f64,

@@ -121,6 +121,7 @@ pub fn read<T: Content + DeserializeOwned>(text: &str) -> Result<T, DocumentErro
 
 /// What a person can do, in a document.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AdviceEntry {
     /// Which advice it is: `state_scale`.
     pub code: String,
@@ -132,6 +133,7 @@ pub struct AdviceEntry {
 
 /// One or several doubts of one kind, in a document, with the sentence for a person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DoubtEntry {
     /// Which kind of doubt it is: `force_not_measured`.
     pub code: String,
@@ -272,6 +274,37 @@ fn complete_one(value: &mut Value, words: &dyn Words) {
     if let Ok(whole) = serde_json::to_value(DoubtEntry::of(&merged, words)) {
         *value = whole;
     }
+}
+
+/// Doubts of a document have the form that is printed, not the one that is stored.
+#[cfg(feature = "schemas")]
+mod schemas {
+    use std::borrow::Cow;
+
+    use schemars::{JsonSchema, Schema, SchemaGenerator};
+
+    use super::DoubtEntry;
+    use crate::doubt::{Doubt, Merged};
+
+    macro_rules! printed {
+        ($($stored:ty),*) => { $(
+            impl JsonSchema for $stored {
+                fn schema_name() -> Cow<'static, str> {
+                    DoubtEntry::schema_name()
+                }
+
+                fn schema_id() -> Cow<'static, str> {
+                    DoubtEntry::schema_id()
+                }
+
+                fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+                    DoubtEntry::json_schema(generator)
+                }
+            }
+        )* };
+    }
+
+    printed!(Doubt, Merged);
 }
 
 #[cfg(test)]

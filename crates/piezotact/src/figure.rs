@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A figure and the text below it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Figure {
     /// What is drawn.
     pub drawn: Drawn,
@@ -16,6 +17,7 @@ pub struct Figure {
 
 /// What is drawn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Drawn {
     /// Curves and points between two axes.
@@ -28,6 +30,7 @@ pub enum Drawn {
 
 /// Curves and points between two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Chart {
     /// Above it, where it stands alone; empty below a heading.
     pub title: String,
@@ -87,6 +90,7 @@ impl Chart {
 
 /// A corner of a chart, or outside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Corner {
     /// The upper left corner.
@@ -99,6 +103,7 @@ pub enum Corner {
 
 /// A line, or points, of a chart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Line {
     /// What it is in the legend; empty for one among many.
     pub label: String,
@@ -169,6 +174,7 @@ impl Line {
 
 /// How points are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mark {
     /// A line.
@@ -183,6 +189,7 @@ pub enum Mark {
 
 /// How thick a line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Weight {
     /// One among many.
@@ -195,6 +202,7 @@ pub enum Weight {
 
 /// What a colour stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Tone {
     /// The reference: a target, a mean.
@@ -232,6 +240,7 @@ impl Tone {
 
 /// How values become places on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
     /// Evenly.
@@ -244,6 +253,7 @@ pub enum Scale {
 
 /// An axis: its label with the unit, and its range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Axis {
     /// The quantity and its unit.
     pub label: String,
@@ -351,6 +361,7 @@ pub fn range(lines: &[&[(f64, f64)]], low: f64, high: f64, step: f64, depth: f64
 
 /// Values on a grid as colours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Heatmap {
     /// Row by row from the top; NaN where nothing was measured, `null` in a document.
     #[serde(deserialize_with = "gaps")]
@@ -369,6 +380,7 @@ pub struct Heatmap {
 
 /// Spectrograms with one scale of colours, one of time and one of frequency.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Spectrograms {
     /// The spectrograms, each with its title.
     pub panels: Vec<SpectrogramPanel>,
@@ -380,6 +392,7 @@ pub struct Spectrograms {
 
 /// One spectrogram of several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpectrogramPanel {
     /// Above it.
     pub title: String,

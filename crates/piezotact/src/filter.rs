@@ -11,6 +11,7 @@ use crate::quantity::{Hertz, SampleRate};
 /// A zero-phase Butterworth high-pass: the order of one pass, and where it is 3 dB down. Forwards and backwards
 /// together it is 6 dB down there, and of twice the order.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct HighPass {
     /// The order of one pass, even.
     pub order: usize,

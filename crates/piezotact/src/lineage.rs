@@ -9,6 +9,7 @@ use crate::quantity::{Band, Measure};
 
 /// The source of a texture and all operations on it, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Lineage {
     /// What it began with: a recording or a sample, as a person would name it.
@@ -20,6 +21,7 @@ pub struct Lineage {
 
 /// One operation on a texture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Step {
     /// What, with its parameters.
     pub operation: Operation,
@@ -31,6 +33,7 @@ pub struct Step {
 
 /// An operation on a texture, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "name", rename_all = "snake_case")]
 pub enum Operation {
     /// One stroke of a recording.
@@ -144,6 +147,7 @@ pub enum Operation {
 
 /// The aim of a rendering, and so what a verification judges: the waveform or the spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// The waveform.
@@ -174,6 +178,7 @@ impl Mode {
 
 /// Where a level is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "over", content = "band_hz", rename_all = "snake_case")]
 pub enum Level {
     /// Over all frequencies.
@@ -184,6 +189,7 @@ pub enum Level {
 
 /// What is done to a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum BandChange {
     /// Raised or lowered.
@@ -197,6 +203,7 @@ pub enum BandChange {
 
 /// The length of a warped texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum WarpedLength {
     /// It is divided by the ratio: the same surface in less time.
@@ -207,6 +214,7 @@ pub enum WarpedLength {
 
 /// How a texture was joined with itself, and how the join compares with the rest of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Join {
     /// How often.
     pub joins: usize,

@@ -13,6 +13,7 @@ use crate::number::digits;
 
 /// A report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Page {
     /// What it is a report of.
     pub title: String,
@@ -24,6 +25,7 @@ pub struct Page {
 
 /// A part of a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Section {
     /// Its heading; empty for a part without one.
     pub heading: String,
@@ -33,6 +35,7 @@ pub struct Section {
 
 /// A piece of a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[allow(
     clippy::large_enum_variant,
@@ -79,6 +82,7 @@ pub enum Block {
 
 /// A number with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Number {
     /// The number with its unit.
     pub value: String,
@@ -88,6 +92,7 @@ pub struct Number {
 
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Table {
     /// Its columns.
     pub columns: Vec<Column>,
@@ -97,6 +102,7 @@ pub struct Table {
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Column {
     /// Its heading in a report.
     pub heading: String,
@@ -106,6 +112,7 @@ pub struct Column {
 
 /// A cell of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Cell {
     /// A number, whole in CSV, with three digits in a report.

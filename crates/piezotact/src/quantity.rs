@@ -17,6 +17,7 @@ macro_rules! scalar {
     ($(#[$doc:meta])* $name:ident, $unit:literal) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
         #[serde(transparent)]
         pub struct $name(pub f64);
 
@@ -76,6 +77,7 @@ impl Decibels {
 
 /// A sampling rate in Hz, from one sample in a quarter of an hour to 10 MHz: beyond that it is a mistake.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "f64", into = "f64")]
 pub struct SampleRate(f64);
 
@@ -138,6 +140,7 @@ impl fmt::Display for SampleRate {
 
 /// A band of frequencies, both ends included, 0 ≤ low < high.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Band {
     low_hz: f64,
@@ -294,6 +297,7 @@ impl From<Band> for [f64; 2] {
 
 /// The unit of a channel, always SI once a file has been read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(from = "String", into = "String")]
 pub enum Unit {
     /// m/s²
@@ -423,6 +427,7 @@ impl From<Unit> for String {
 
 /// A physical value with its unit, as a person writes it: `200 m/s2`, `2.5 g`, `1 FS`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Measure {
     /// The value in `unit`.
     pub value: f64,

@@ -24,6 +24,7 @@ pub use rehearsal::{RehearsalDoubt, played_through_its_own};
 
 /// How the finger meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Touch {
     /// The person moves the finger.
@@ -36,6 +37,7 @@ pub enum Touch {
 
 /// The experimental condition of a recording: sample, participant, load, angle, speed, touch. Unknown entries are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Condition {
     /// The surface sample.
@@ -139,6 +141,7 @@ impl Condition {
 
 /// The provenance of a value: its bench or file, the processing steps, and the seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Provenance {
     /// The bench or file it comes from, as a person would name it.
@@ -176,6 +179,7 @@ impl Provenance {
 
 /// The kind of bench a value comes from; stated in reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BenchKind {
     /// The digital twin.

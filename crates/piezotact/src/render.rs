@@ -39,6 +39,7 @@ use crate::transfer::TransferFunction;
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
@@ -49,6 +50,7 @@ pub enum Overload {
 
 /// How a target is rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RenderConfig {
     /// How the transfer function is inverted.
     pub inverse: InverseConfig,

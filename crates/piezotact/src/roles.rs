@@ -12,6 +12,7 @@ const MOST_CHANNELS: usize = 64;
 
 /// The part that each channel of a recording plays, by name. What is absent was not measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Roles {
     /// What vibrates: one channel of acceleration, or all channels of a tactile skin.
     pub vibration: Vec<String>,
@@ -25,6 +26,7 @@ pub struct Roles {
 
 /// The channel that says how surface and finger move against each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
     /// A channel of speed, m/s.

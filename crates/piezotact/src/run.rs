@@ -35,6 +35,7 @@ pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
 
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RunStart {
     /// What the run is for; no two runs of a procedure share it.
     pub label: String,
@@ -61,6 +62,7 @@ pub struct RunStart {
 
 /// Consecutive samples of the channels that share one clock: one list per channel, all of the same length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RunChunk {
     /// The index of its first sample in the run, lost samples counted.
     pub first: u64,
@@ -102,6 +104,7 @@ impl RunChunk {
 
 /// The quantities judged during a run or directly after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum RunCriterion {
     /// How far the mean force departs from its target, as a share of the target.
@@ -124,6 +127,7 @@ impl fmt::Display for RunCriterion {
 
 /// The judgement of one window of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Judged {
     /// From when to when, s since the first sample.
     pub window_s: [f64; 2],
@@ -144,6 +148,7 @@ impl Judged {
 
 /// One attempt at a measurement, and its judgement as a whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Attempt {
     /// Which repeat, from 1.
     pub repeat: usize,
@@ -156,6 +161,7 @@ pub struct Attempt {
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum Ended {
     /// It ran to its planned end.
@@ -184,6 +190,7 @@ impl fmt::Display for Ended {
 
 /// What is known of a run after its last sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RunEnd {
     /// The number of samples of each channel, with those that were filled in for lost ones.
     pub samples: u64,
@@ -197,6 +204,7 @@ pub struct RunEnd {
 
 /// One document of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "document", rename_all = "snake_case")]
 pub enum RunDocument {
     /// The first.

@@ -49,6 +49,7 @@ use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequenc
 
 /// Which ratio of spectra estimates the transfer function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub enum Estimator {
     /// Sxy/Sxx: unbiased by noise on the response.
     H1,
@@ -104,6 +105,7 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
 
 /// Coherence over a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CoherenceSummary {
     /// The band.
     pub band_hz: Band,

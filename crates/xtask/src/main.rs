@@ -1,8 +1,9 @@
-//! Chores of the project: `tidy` checks its invariants, `bench` measures it beside its peers.
+//! Chores of the project: `tidy` checks its invariants, `schemas` writes the JSON Schemas of documents, `bench` measures it beside its peers.
 
 mod bench;
 mod discrimination;
 mod rendering;
+mod schemas;
 #[path = "../../piezotact/tests/studies/mod.rs"]
 mod studies;
 mod tidy;
@@ -16,10 +17,13 @@ fn main() -> Result<()> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["tidy"] => tidy::run(),
+        ["schemas"] => schemas::run(),
         ["bench", python, only @ ..] => bench::run(python, only),
         ["work", name, folder, repetitions] => {
             work::run(name, folder.as_ref(), repetitions.parse()?)
         }
-        _ => bail!("expected `tidy`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"),
+        _ => bail!(
+            "expected `tidy`, `schemas`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"
+        ),
     }
 }

@@ -12,6 +12,7 @@ const LONGEST_GAP_S: f64 = 60.0;
 
 /// The settings of a scripted fake. Settings that are left out have default values; a fake with default values has no faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct FakeScript {
     /// Draws the noise.
@@ -49,6 +50,7 @@ pub struct FakeScript {
 
 /// How fast time passes at a fake.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", expecting = "\"asked\" or \"real_time\"")]
 pub enum Pace {
     /// As fast as chunks are requested.
@@ -60,6 +62,7 @@ pub enum Pace {
 
 /// The device with a finger on it: a resonance, a delay and noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     default,
     deny_unknown_fields,
@@ -82,6 +85,7 @@ pub struct FakeDevice {
 
 /// The origin of a time in the script.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", expecting = "\"run\" or \"opened\"")]
 pub enum Since {
     /// From the start of every run: it happens in each.
@@ -93,6 +97,7 @@ pub enum Since {
 
 /// Samples that are lost and reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a drop-out, such as { at_s = 1, samples = 25 }"
@@ -109,6 +114,7 @@ pub struct DropOut {
 
 /// A chunk that comes late.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a late chunk, such as { at_s = 1, by_s = 0.5 }"
@@ -122,6 +128,7 @@ pub struct Late {
 
 /// An output that runs dry for a while: silence is played, and the rest of the drive comes later.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "an output that runs dry, such as { at_s = 1, samples = 480 }"
@@ -135,6 +142,7 @@ pub struct Underrun {
 
 /// One half of a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", expecting = "\"input\" or \"output\"")]
 pub enum Half {
     /// What plays.
@@ -145,6 +153,7 @@ pub enum Half {
 
 /// A half that is no longer there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a lost half, such as { half = \"input\", after_s = 5 }"
@@ -158,6 +167,7 @@ pub struct LostHalf {
 
 /// What no bench may do, done once in every run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a fault, such as { what = \"ends_early\", at_s = 1 }"
@@ -171,6 +181,7 @@ pub struct Fault {
 
 /// A way to break the contract of a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(
     rename_all = "snake_case",
     expecting = "the name of a fault, such as \"ends_early\""

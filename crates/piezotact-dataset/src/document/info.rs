@@ -16,6 +16,7 @@ use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
 
 /// What is in a file or a folder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum InfoDocument<'a> {
     /// A recording.
@@ -36,6 +37,7 @@ impl Content for InfoDocument<'_> {
 
 /// A channel of a recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ChannelSummary {
     /// Its name.
     pub name: String,
@@ -51,6 +53,7 @@ pub struct ChannelSummary {
 
 /// The channels of one clock.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ClockSummary {
     /// Their rate, Hz.
     pub rate_hz: SampleRate,
@@ -75,6 +78,7 @@ impl ClockSummary {
 
 /// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RecordingInfo<'a> {
     /// The file.
     pub file: &'a Path,
@@ -160,6 +164,7 @@ impl<'a> RecordingInfo<'a> {
 
 /// A transfer function in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TransferInfo<'a> {
     /// The file.
     pub file: &'a Path,
@@ -228,6 +233,7 @@ impl<'a> TransferInfo<'a> {
 
 /// The index of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelIndexInfo {
     /// The file.
     pub file: PathBuf,
@@ -258,6 +264,7 @@ impl PanelIndexInfo {
 
 /// A folder of runs that a command kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RunsInfo {
     /// The folder.
     pub file: PathBuf,
@@ -297,6 +304,7 @@ impl RunsInfo {
 
 /// A run in such a folder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum RunInfo {
     /// One that cannot be read.
@@ -366,6 +374,7 @@ impl RunInfo {
 
 /// The description of a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DeviceInfo<'a> {
     /// The file.
     pub file: &'a Path,

@@ -19,6 +19,7 @@ pub use panel::{PanelAddDocument, PanelAnalysisDocument, PanelRunCounts, PanelRu
 
 /// A file for other programs that was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ExportDocument<'a> {
     /// The file.
     pub out: &'a Path,

@@ -10,6 +10,7 @@ use crate::{PanelEntry, PanelFolder};
 
 /// Transfer functions that were filed in a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAddDocument<'a> {
     /// The folder of the panel.
     pub folder: &'a Path,
@@ -34,6 +35,7 @@ pub struct PanelRunCounts {
 
 /// A panel that was measured on a bench.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelRunDocument<'a> {
     /// The folder of the panel.
     pub out: &'a Path,
@@ -80,6 +82,7 @@ impl<'a> PanelRunDocument<'a> {
 
 /// What the panel in a folder says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAnalysisDocument<'a> {
     /// The analysis.
     #[serde(flatten)]

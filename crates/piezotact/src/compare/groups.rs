@@ -56,6 +56,7 @@ impl Texture {
 
 /// How samples are compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DiscriminationConfig {
     /// The perceptual model of excitation and just-noticeable differences.
     pub model: Model,
@@ -79,6 +80,7 @@ impl DiscriminationConfig {
 
 /// A study in which samples were compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AcrossSamples {
     /// One for each setting.
     pub settings: Vec<Groups>,
@@ -94,6 +96,7 @@ pub struct AcrossSamples {
 
 /// Why distinguishability cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "withheld", rename_all = "snake_case")]
 pub enum Withheld {
     /// The vibration is no acceleration in m/s².

@@ -32,6 +32,7 @@ pub struct LinesOf<'a> {
 
 /// The origin of a line that all samples share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LineOrigin {
     /// A whole multiple of 50 or 60 Hz that does not move with the speed: the mains.
@@ -44,6 +45,7 @@ pub enum LineOrigin {
 
 /// A line that every sample has.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CommonLine {
     /// Its mean frequency, Hz.
     pub frequency_hz: f64,

@@ -26,6 +26,7 @@ pub struct Sliding<'a> {
 
 /// The peak that belongs to the common period at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpeedPeak {
     /// The speed, m/s.
     pub speed_m_s: f64,
@@ -37,6 +38,7 @@ pub struct SpeedPeak {
 
 /// The units over which the interval of a period is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodUnit {
     /// Groups, such as loads: there are two or more.
@@ -47,6 +49,7 @@ pub enum PeriodUnit {
 
 /// The criteria for a spatial period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodRule {
     /// How far it stands above the background in the mean over speeds.
@@ -64,6 +67,7 @@ pub enum PeriodRule {
 
 /// The period found in one group.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct GroupPeriod {
     /// Which.
     pub group: String,
@@ -80,6 +84,7 @@ pub struct GroupPeriod {
 
 /// A spatial period that the spectra at all speeds agree on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpatialPeriod {
     /// The period, m.
     pub period_m: f64,

@@ -24,6 +24,7 @@ const OTHER_SPEED: f64 = 1.1;
 
 /// The frequency that the ridges of the finger make, f = v/λ, and what was found of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Fingerprint {
     /// Where it is expected, Hz; absent while the ridges' wavelength is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,6 +39,7 @@ pub struct Fingerprint {
 
 /// One tooth of the comb that a periodic texture makes, f = n·v/λ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Tooth {
     /// n.
     pub order: usize,
@@ -50,6 +52,7 @@ pub struct Tooth {
 
 /// Summary of the strokes of one group. Statistics are over strokes; `u` is the unit of the vibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Summary {
     /// The condition that they have in common.
     pub name: String,

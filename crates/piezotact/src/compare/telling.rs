@@ -10,6 +10,7 @@ const LISTED: usize = 15;
 
 /// The criteria for a pair of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PairCriterion {
     /// The distance against the just-noticeable difference and the range that was published of it.
@@ -23,6 +24,7 @@ pub enum PairCriterion {
 
 /// Whether two samples can be told apart by their vibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Telling {
     /// They differ by more than strokes of one sample do, and by more than the published range of the JND.
@@ -64,6 +66,7 @@ impl Telling {
 
 /// Two samples compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Pair {
     /// The first, as an index of the names.
     pub a: usize,
@@ -92,6 +95,7 @@ pub struct Pair {
 
 /// The independent units of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Sampled {
     /// Strokes are taken for independent.
@@ -113,6 +117,7 @@ impl Sampled {
 
 /// Samples and which of them can be told apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Groups {
     /// The names.
     pub names: Vec<String>,

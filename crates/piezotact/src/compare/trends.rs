@@ -12,6 +12,7 @@ use crate::statistics::{
 
 /// How vibration and friction follow the roughness of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessTrend {
     /// The samples whose roughness is known, in order.
     pub samples: Vec<String>,
@@ -81,6 +82,7 @@ pub fn rms_on_speed(groups: &[&Summary]) -> Option<LogFit> {
 
 /// One sample touched actively and passively.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ActivePassivePair {
     /// The sample.
     pub sample: String,
@@ -94,6 +96,7 @@ pub struct ActivePassivePair {
 
 /// Active against passive touch of the same samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ActivePassive {
     /// One for each sample that was touched both ways.
     pub pairs: Vec<ActivePassivePair>,
@@ -149,6 +152,7 @@ pub fn active_against_passive(
 
 /// The rms of one group as a level, with its spread over strokes or participants, dB.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LevelSpread {
     /// Mean, standard deviation and median of 20·log10(rms), dB re 1 u.
     pub level_db: Statistics,

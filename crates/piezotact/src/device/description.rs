@@ -16,6 +16,7 @@ pub const BUILT_IN: [(&str, &str); 2] = [
 
 /// An amplifier with the actuator behind it and the input before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "StatedDescription")]
 pub struct DeviceDescription {
     pub(super) name: String,
@@ -26,6 +27,7 @@ pub struct DeviceDescription {
 
 /// A description as read from a file, before validation.
 #[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct StatedDescription {
     name: String,
@@ -37,6 +39,7 @@ pub(super) struct StatedDescription {
 
 /// An amplifier: the gains that can be set on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Amplifier {
     /// The default gain; absent if there is only one gain, or no default.
@@ -49,6 +52,7 @@ pub struct Amplifier {
 
 /// One gain of an amplifier.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GainSetting {
     /// What it is called on the amplifier.
@@ -63,6 +67,7 @@ pub struct GainSetting {
 
 /// How much an amplifier amplifies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum VoltageGain {
     /// In dB of the potential.
@@ -73,6 +78,7 @@ pub enum VoltageGain {
 
 /// What limits the slope of an amplifier's output.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Slew {
     /// The amplifier itself, V/s.
@@ -86,6 +92,7 @@ pub enum Slew {
 
 /// A line of an amplifier's load table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LargestLoad {
     /// The output, V peak to peak.
@@ -98,6 +105,7 @@ pub struct LargestLoad {
 
 /// An actuator, as the amplifier meets it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Actuator {
     /// Its capacitance, F.
@@ -109,6 +117,7 @@ pub struct Actuator {
 
 /// What stands between the output of the PC and the amplifier.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Input {
     /// The share of the PC's potential that reaches the amplifier.
@@ -128,6 +137,7 @@ impl Default for Input {
 
 /// How an input is coupled.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
     /// With nothing between, or nothing that is known.
@@ -138,6 +148,7 @@ pub enum Coupling {
 
 /// The name of a gain, as the amplifier has it. Upper and lower case are one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct GainName(String);
 

@@ -9,6 +9,7 @@ const LARGEST_DB: f64 = 80.0;
 
 /// The ratio of the skin's acceleration to the nail's over frequency, as it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ContactMap {
     /// Where it was measured, Hz, ascending.
     frequency_hz: Vec<f64>,

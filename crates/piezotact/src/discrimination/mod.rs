@@ -33,6 +33,7 @@ pub const PERCENT_CORRECT: f64 = 75.0;
 
 /// The perceptual model: detection threshold, just-noticeable differences and spread of excitation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Model {
     /// The band over which vibrations are compared.
     pub band: Band,
@@ -185,6 +186,7 @@ impl Floor {
 
 /// A difference in JND and the limits within which it lies with 95 % confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Difference {
     /// As measured.
     pub jnd: f64,

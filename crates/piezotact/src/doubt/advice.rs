@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// What a person can do about a doubt. Its `Display` is a general text; each front end adds its own means: the
 /// command line an option, a page a button, Python a keyword.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Advice {
     /// Check something.
@@ -188,6 +189,7 @@ pub enum Advice {
 
 /// What a channel is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ChannelRole {
     /// The normal force.
@@ -202,6 +204,7 @@ pub enum ChannelRole {
 
 /// What a person can check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Subject {
     /// Whether channels are swapped or out of step.

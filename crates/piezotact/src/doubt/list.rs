@@ -8,6 +8,7 @@ use super::{Doubt, Merged, merged};
 
 /// A list of doubts without duplicates: a doubt with the code, subject and values of one already in the list is not added.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Doubts(Vec<Doubt>);
 

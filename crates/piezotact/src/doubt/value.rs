@@ -10,6 +10,7 @@ use crate::quantity::{Band, Hertz};
 
 /// What a doubt is about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum About {
     /// A channel, by its name.

@@ -11,6 +11,7 @@ use crate::statistics::mean;
 
 /// How envelopes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct EnvelopeConfig {
     /// From one breakpoint to the next, s.
     pub hop_s: f64,

@@ -34,6 +34,7 @@ const EMPHASIS_S: f64 = 0.02;
 
 /// A short accent at a breakpoint: amplitude and frequency, both 0–1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Emphasis {
     /// The amplitude, 0–1, at least that of its breakpoint.
     pub amplitude: f64,
@@ -237,6 +238,7 @@ pub enum EnvelopeError {
 /// What 0 and 1 of a frequency envelope stand for. No haptic file says it: a player maps them to what its actuator can
 /// do, so a program that reads or writes hertz has to choose, and to say what it chose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FrequencyRange(Band);
 
 impl FrequencyRange {

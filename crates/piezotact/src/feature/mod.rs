@@ -35,6 +35,7 @@ pub const RECOMMENDED_STROKES: usize = 10;
 
 /// How features are computed. It is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FeatureConfig {
     /// What takes the gesture away from the vibration; none leaves it.
     pub high_pass: Option<HighPass>,
@@ -85,6 +86,7 @@ impl FeatureConfig {
 
 /// The features of one stroke. What was not measured is absent. `u` is the unit of the vibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StrokeFeatures {
     /// Where it begins in the recording, s.
     pub start_s: f64,
@@ -125,6 +127,7 @@ pub struct StrokeFeatures {
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StrokeSpectra {
     /// The step between lines, Hz; the first lies at 0 Hz.
     pub resolution_hz: f64,

@@ -19,6 +19,7 @@ const HIGHEST_HARMONIC: f64 = 10.0;
 
 /// A peak of a power spectral density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Peak {
     /// Where it is, Hz, between lines by a parabola through the three highest in dB.
     pub frequency_hz: f64,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Mean, standard deviation and median of something over a stroke, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Statistics {
     /// The mean.
     pub mean: f64,
@@ -27,6 +28,7 @@ impl Statistics {
 
 /// Mean and standard deviation of something over a stroke, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Moments {
     /// The mean.
     pub mean: f64,

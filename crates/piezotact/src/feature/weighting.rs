@@ -6,6 +6,7 @@ use crate::quantity::{Band, Hertz, QuantityError};
 
 /// A kind of mechanoreceptor of the fingertip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Receptor {
     /// Merkel disks, slowly adapting, type I.
@@ -50,6 +51,7 @@ impl Receptor {
 
 /// The sensitivity by which a vibration's power is weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
     /// The Pacinian channel alone.

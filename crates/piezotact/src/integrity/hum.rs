@@ -9,6 +9,7 @@ use crate::statistics::mean;
 
 /// Lines of the mains in a signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Hum {
     /// The frequency of the mains as found, Hz.
     pub mains_hz: f64,

@@ -24,6 +24,7 @@ use crate::statistics::{mean, standard_deviation};
 
 /// A part of a signal, from the sample `from` up to and without the sample `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Span {
     /// The first sample.
     pub from: usize,
@@ -47,6 +48,7 @@ impl Span {
 
 /// The defects found in one signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Defects {
     /// Whether it never changes, but for rounding.
     pub dead: bool,

@@ -14,6 +14,7 @@ use crate::statistics::standard_deviation;
 
 /// A texture that was manipulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ManipulateDocument<'a> {
     /// The file that holds it.
     pub out: &'a Path,

@@ -19,6 +19,7 @@ use crate::transfer::{Bundle, BundleAverage, BundleError};
 
 /// How a panel is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelConfig {
     /// The band.
     pub band: Band,
@@ -63,6 +64,7 @@ impl PanelConfig {
 
 /// All that a panel says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAnalysis {
     /// How it was analysed.
     pub config: PanelConfig,

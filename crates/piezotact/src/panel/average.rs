@@ -24,6 +24,7 @@ const MOST_PEOPLE: usize = 300;
 
 /// The criterion for an average over people to be acceptable for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Criterion {
     /// The limit of the mean penalty, dB rms.
     pub db_rms: f64,
@@ -47,6 +48,7 @@ impl Criterion {
 
 /// The criteria for an average to be acceptable for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum AverageRule {
     /// The mean over people of the rms penalty, dB.
@@ -59,6 +61,7 @@ pub enum AverageRule {
 
 /// The verdict on an average over people: whether it is acceptable for a new person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Verdict {
     /// Met: acceptable; not met: not acceptable; otherwise not decided.
     pub outcome: Outcome,
@@ -76,6 +79,7 @@ pub struct Verdict {
 
 /// The penalty of rendering with the average of the others for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonPenalty {
     /// The pseudonym.
     pub participant: String,
@@ -87,6 +91,7 @@ pub struct PersonPenalty {
 
 /// The leave-one-out penalties of one kind of average in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CellPenalties {
     /// Which average.
     pub averaging: BundleAverage,
@@ -108,6 +113,7 @@ pub struct CellPenalties {
 /// The difference between the complex mean and the mean of log magnitudes, and its causes: differences in level between people
 /// raise the complex mean, since larger magnitudes weigh more, and differences in phase lower it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AverageDifference {
     /// The complex mean's level less the other's, mean over the band, dB.
     pub mean_db: f64,
@@ -128,6 +134,7 @@ pub struct AverageDifference {
 
 /// The averages over people in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CellAverage {
     /// Load and angle.
     pub cell: Cell,

@@ -10,6 +10,7 @@ use crate::transfer::TransferFunction;
 
 /// The dip of one measurement at the artefact, before and after it was taken out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CleanedDip {
     /// The measurement.
     pub of: Filing,

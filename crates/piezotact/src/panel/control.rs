@@ -21,6 +21,7 @@ const NEAR_RATIO: [f64; 2] = [1.15, 1.25];
 
 /// How an artefact is found in a control measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ArtefactConfig {
     /// Where it is looked for.
     pub search: Band,
@@ -65,6 +66,7 @@ pub struct Artefact {
 
 /// A dip in a transfer function at an artefact, measured against the straight line between the levels on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Dip {
     /// The lowest line within ±15 % of the artefact, Hz.
     pub at_hz: f64,

@@ -15,6 +15,7 @@ use crate::transfer::{BundleAverage, TransferFunction};
 
 /// The kind of system that a panel's transfer functions describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PanelKind {
     /// A device with a finger on it: from the digital drive.
@@ -50,6 +51,7 @@ pub struct JudgedFiling<'a> {
 
 /// An artefact of the bench that was taken out of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ArtefactDocument<'a> {
     /// Where it is lowest, Hz.
     pub at_hz: f64,
@@ -74,6 +76,7 @@ impl<'a> From<&'a Cleaning> for ArtefactDocument<'a> {
 
 /// The average of the people of one load and angle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAverageDocument<'a> {
     /// The file that holds it.
     pub out: &'a Path,

@@ -19,6 +19,7 @@ const LEAST: usize = 3;
 
 /// The penalty of an average for a person who is not in it, by the number of people in the average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LearningCurve {
     /// Load and angle.
     pub cell: Cell,
@@ -37,6 +38,7 @@ pub struct LearningCurve {
 
 /// What a [`LearningCurve`] is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LearningRule {
     /// How many people are enough; the limit is how many were measured.
@@ -45,6 +47,7 @@ pub enum LearningRule {
 
 /// One point of a [`LearningCurve`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LearningPoint {
     /// How many people are in the average.
     pub people: usize,

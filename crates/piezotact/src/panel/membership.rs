@@ -19,6 +19,7 @@ const OPPOSITE_SHARE: f64 = 0.5;
 
 /// The criteria for a measurement of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum MemberRule {
     /// How far the load it was measured at is from the one it is filed under.
@@ -80,6 +81,7 @@ impl fmt::Display for MemberRule {
 /// A measurement with a criterion that is not met is not a member, and a panel with it is refused. A measurement with a criterion
 /// that is not decided is a member, included in the averages as all others, with a doubt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Member {
     /// Which measurement.
     pub filing: Filing,
@@ -105,6 +107,7 @@ impl Member {
 
 /// The criteria for a participant in comparisons of loads and angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ParticipantRule {
     /// At how many loads and angles the participant was measured.
@@ -121,6 +124,7 @@ impl fmt::Display for ParticipantRule {
 
 /// One participant, and the criteria that decide whether they can be part of comparisons over all loads and angles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Attendance {
     /// The pseudonym.
     pub participant: String,

@@ -54,6 +54,7 @@ const SAME: f64 = 1e-9;
 
 /// A load and an angle at which people are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Cell {
     /// The normal force, N.
     pub load_n: Newtons,
@@ -78,6 +79,7 @@ impl fmt::Display for Cell {
 
 /// Under what a transfer function is filed in a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Filing {
     /// The participant's pseudonym.
     pub participant: String,

@@ -22,6 +22,7 @@ const ENOUGH_GROUPS: usize = 5;
 
 /// How well measurements repeat over a band.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Repeatability {
     /// The lines of the band, Hz.
     pub frequencies_hz: Vec<f64>,
@@ -37,6 +38,7 @@ pub struct Repeatability {
 
 /// How far measurements of one person in one cell are apart, two by two.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PairDistances {
     /// How many pairs.
     pub pairs: usize,
@@ -56,6 +58,7 @@ pub struct PairDistances {
 
 /// Components of the standard deviation within a cell (people, placements, repeats), pooled over cells and lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Components {
     /// The band.
     pub band_hz: Band,

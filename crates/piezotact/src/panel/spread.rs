@@ -32,6 +32,7 @@ const SIGNIFICANT: f64 = 0.05;
 
 /// How far people lie apart in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CellSpread {
     /// Load and angle.
     pub cell: Cell,
@@ -49,6 +50,7 @@ pub struct CellSpread {
 
 /// How far one person is from the mean curve of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonDistance {
     /// The pseudonym.
     pub participant: String,
@@ -62,6 +64,7 @@ pub struct PersonDistance {
 
 /// How far people lie apart in a part of the band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BandSpread {
     /// The part.
     pub band_hz: Band,
@@ -77,6 +80,7 @@ pub struct BandSpread {
 
 /// The cell in which people lie furthest apart, and how sure that is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct WorstCase {
     /// The cell.
     pub cell: Cell,
@@ -110,6 +114,7 @@ impl WorstCase {
 
 /// Whether the maximum deviation falls with load at one angle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FallsWithLoad {
     /// The angle.
     pub angle_deg: Degrees,

@@ -11,6 +11,7 @@ use crate::transfer::BundleAverage;
 
 /// The effect of a heavier load at one angle, over people who were measured at both loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LoadStep {
     /// The angle.
     pub angle_deg: Degrees,
@@ -36,6 +37,7 @@ pub struct LoadStep {
 
 /// The effect of a heavier load for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonStep {
     /// The pseudonym.
     pub participant: String,
@@ -47,6 +49,7 @@ pub struct PersonStep {
 
 /// The effect of a steeper angle, over people who were measured at both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AngleEffect {
     /// The flatter angle.
     pub from_deg: Degrees,
@@ -77,6 +80,7 @@ pub struct AngleEffect {
 
 /// The effect of a steeper angle for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonShape {
     /// The pseudonym.
     pub participant: String,

@@ -7,6 +7,7 @@ use crate::doubt::Doubt;
 
 /// Metadata of a recording, a drive or a transfer function. Serialised flat: three fields of the value that holds it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct About {
     /// The experimental condition: who touched what, and how.
@@ -42,6 +43,7 @@ impl About {
     /// Those of the serializer.
     pub fn without_empty_doubts<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
+        #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
         struct Stated<'a> {
             condition: &'a Condition,
             provenance: &'a Provenance,

@@ -10,6 +10,7 @@ use crate::quantity::Seconds;
 
 /// Annotations of a recording: start time, labels and events; empty if unknown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Annotations {
     /// The time of the first sample.
@@ -105,6 +106,7 @@ impl Annotations {
 
 /// Something that happened while a recording ran: a stimulus, an answer, a mark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Event {
     /// When it began, from the first sample.
     pub onset_s: Seconds,
@@ -134,6 +136,7 @@ impl fmt::Display for Event {
 
 /// The value of an event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum EventValue {
     /// A number, in the unit that the kind has.
@@ -145,6 +148,7 @@ pub enum EventValue {
 /// A date and a time of day in the form of RFC 3339, such as `2024-03-01T10:22:33.5+01:00`. The offset is absent if the time zone
 /// of the clock is unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "String")]
 pub struct StartTime(String);
 

@@ -9,6 +9,7 @@ use crate::quantity::{SampleRate, Seconds};
 
 /// The sampling clock of a channel: a constant rate from a start time on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Clock {
     /// The rate.
     pub rate_hz: SampleRate,

@@ -8,6 +8,7 @@ use crate::transfer::{COHERENCE_ROUNDING, TransferFunction};
 
 /// The parts of a band that an inverse, or the drive made with it, reaches, and those that it gives up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Coverage {
     /// The parts that are reached, from the lowest.
     pub reached: Vec<Band>,

@@ -14,6 +14,7 @@ use crate::transfer::TransferFunction;
 
 /// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Inverse {
     /// The whole target: plain division, as in the thesis.
@@ -51,6 +52,7 @@ impl Inverse {
 
 /// Which phase the inverse has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseForm {
     /// The negative phase of the device: waveforms are reproduced, delayed by the modelling delay, with a pre-echo before
@@ -74,6 +76,7 @@ impl PhaseForm {
 
 /// How a transfer function is inverted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct InverseConfig {
     /// The band that is rendered.
     pub band: Band,

@@ -16,6 +16,7 @@ const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;
 
 /// How much of what the device can do a drive uses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Headroom {
     /// The largest sample of the drive as computed, full scale = 1.
     pub peak: f64,
@@ -167,6 +168,7 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
 
 /// What a drive would need, and have, at one gain of the amplifier.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct GainFit {
     /// The gain.
     pub gain: GainName,

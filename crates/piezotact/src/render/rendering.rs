@@ -13,6 +13,7 @@ use crate::series::Series;
 
 /// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Rendering {
     /// The device it is for.
     #[serde(skip_serializing_if = "Option::is_none", default)]

@@ -7,6 +7,7 @@ use crate::document::Content;
 
 /// A score with its verdict as a sentence and the origin of its just noticeable differences.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ScoreDocument<'a> {
     /// What was found.
     #[serde(flatten)]

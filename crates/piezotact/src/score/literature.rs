@@ -21,6 +21,7 @@ const TEMPORAL_SHARE: f64 = 2.0 / 3.0;
 
 /// Which published threshold curve, dB re full scale, not re a physical unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LevelCurve {
     /// a = 62, e = 77: the curve of the Python package vibromaf, for both indices.
@@ -63,6 +64,7 @@ impl LevelCurve {
 
 /// How the indices of the literature are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LiteratureConfig {
     /// The threshold curve.
     pub curve: LevelCurve,
@@ -83,6 +85,7 @@ impl LiteratureConfig {
 
 /// ST-SIM and its two parts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StSim {
     /// The index, 1 for equal signals, above it where the test excites more; `None` where the temporal similarity is negative and has no real power 2/3.
     pub value: Option<f64>,
@@ -94,6 +97,7 @@ pub struct StSim {
 
 /// What the literature's indices say of two signals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Literature {
     /// The spectral temporal similarity.
     pub st_sim: StSim,

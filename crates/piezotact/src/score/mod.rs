@@ -53,6 +53,7 @@ const NOTHING_DB: f64 = -300.0;
 
 /// How two vibrations are compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ScoreConfig {
     /// The band over which they are compared.
     pub band: Band,
@@ -113,6 +114,7 @@ impl ScoreConfig {
 
 /// What two vibrations hold in one third octave.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BandScore {
     /// The band.
     pub band_hz: Band,
@@ -139,6 +141,7 @@ pub struct BandScore {
 
 /// The spectra's difference line by line, in dB.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpectrumError {
     /// Root mean square over the lines of the band, dB.
     pub rms_db: f64,
@@ -152,6 +155,7 @@ pub struct SpectrumError {
 
 /// Whether a finger could tell two vibrations apart, and what else is known of how they differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Score {
     /// The score, JND: the largest of the three differences below.
     pub score: Difference,

@@ -16,6 +16,7 @@ const LONGEST_S: f64 = 3600.0;
 
 /// How B, the test, differs from A, the reference, by more than can just be noticed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum How {
     /// Its overall level is higher.
@@ -34,6 +35,7 @@ pub enum How {
 
 /// What a score is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ScoreCriterion {
     /// The score against the just-noticeable difference and the range that was published of it.
@@ -112,6 +114,7 @@ pub(super) fn criteria(
 
 /// Whether a finger could tell two vibrations apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Verdict {
     /// All differences are below the just-noticeable difference (75 % correct), with 95 % confidence.

@@ -11,6 +11,7 @@ use crate::verify::{VerifyError, align, nmse_db};
 
 /// How alike two waveforms are, limited to a band and aligned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Waveform {
     /// Pearson's correlation.
     pub correlation: f64,
@@ -24,6 +25,7 @@ pub struct Waveform {
 
 /// What of two recordings is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Extent {
     /// All of each: they are two realisations, and no time of one belongs to a time of the other.

@@ -12,6 +12,7 @@ use crate::recording::{Channel, Recording};
 
 /// The PSD of one channel of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpectrumDocument<'a> {
     /// The file.
     pub file: &'a Path,

@@ -32,6 +32,7 @@ use sums::PowerSum;
 
 /// What is taken away from every segment before the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Detrend {
     /// Nothing.
@@ -44,6 +45,7 @@ pub enum Detrend {
 
 /// How the periodograms of the segments become one spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Averaging {
     /// Their mean.
@@ -54,6 +56,7 @@ pub enum Averaging {
 
 /// What the values of a one-sided spectrum are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Scaling {
     /// Power spectral density, unit²/Hz: for noise-like signals.
@@ -64,6 +67,7 @@ pub enum Scaling {
 
 /// How a spectrum is estimated. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct WelchConfig {
     /// The window.
     pub window: Window,

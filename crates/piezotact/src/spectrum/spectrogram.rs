@@ -16,6 +16,7 @@ use crate::series::Series;
 
 /// How a spectrogram is estimated. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpectrogramConfig {
     /// The window.
     pub window: Window,
@@ -33,6 +34,7 @@ pub struct SpectrogramConfig {
 
 /// The cells of a spectrogram: its columns stand for segments, its rows for lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Cells {
     /// One column for each segment, one row for each line up to half the rate.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// The shape of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Window {
     /// Hann: the field's default for random vibration.
@@ -44,6 +45,7 @@ pub struct UnknownWindow {
 
 /// Which of its two forms a window takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Symmetry {
     /// One period of the cosine sum (SciPy's `sym=False`): for spectra.

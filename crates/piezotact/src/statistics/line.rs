@@ -6,6 +6,7 @@ use super::student::{t_quantile, two_sided_p};
 
 /// Which way one quantity goes with another, as far as the data carry it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// It rises with the other: the 95 % interval lies above 0.
@@ -30,6 +31,7 @@ impl Direction {
 
 /// A straight line through the logarithms of two positive quantities: y ∝ x^slope.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LogFit {
     /// The exponent.
     pub slope: f64,

@@ -7,6 +7,7 @@ use super::{mean, t_quantile};
 
 /// How two conditions differ over people who took part in both; `u` is the unit of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PairedDifference {
     /// The mean of b − a, u.
     pub mean: f64,

@@ -33,6 +33,7 @@ impl Draws {
 
 /// The result of a permutation test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Permuted {
     /// The share of divisions whose statistic is at least the one observed.
     pub p_value: f64,

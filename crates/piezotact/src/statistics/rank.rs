@@ -57,6 +57,7 @@ pub fn spearman(a: &[f64], b: &[f64]) -> Option<f64> {
 
 /// How two quantities rank together over n pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RankCorrelation {
     /// Spearman's rank correlation, −1–1.
     pub rho: f64,

@@ -9,6 +9,7 @@ use crate::criterion::{Criterion, Limit, Outcome};
 
 /// The quantities judged to accept or reject a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum StrokeCriterion {
     /// Ends of the contact that lie outside the recording.

@@ -10,6 +10,7 @@ use crate::quantity::{SampleRate, Seconds};
 
 /// One decision of a person about a part of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "act", rename_all = "snake_case")]
 pub enum Cut {
     /// A stroke from `from_s` to `to_s`; it replaces the result of the rule there.

@@ -24,6 +24,7 @@ use crate::statistics::mean;
 
 /// How strokes are found in a normal force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ForceRule {
     /// A contact rises above this, N above the baseline.
     pub on_n: Newtons,
@@ -49,6 +50,7 @@ pub struct ForceRule {
 
 /// The condition for a contact to be a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Judging {
     /// Only steady sliding counts; parts with stick-slip are rejected.

@@ -122,6 +122,7 @@ impl<'a> Signals<'a> {
 
 /// A part of a recording, from sample `start` up to, not including, sample `end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Interval {
     /// The first sample.
     pub start: usize,
@@ -152,6 +153,7 @@ impl Interval {
 
 /// A stroke: its steady part, and the contact to which it belongs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Stroke {
     /// The part that is analysed, without landing and take-off.
     pub steady: Interval,
@@ -166,6 +168,7 @@ pub struct Stroke {
 
 /// Who decided on a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum CutBy {
     /// The rule of the segmentation.
@@ -176,6 +179,7 @@ pub enum CutBy {
 
 /// A rejected part: a candidate that is not a stroke.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Rejected {
     /// The contact or motion.
     pub interval: Interval,
@@ -188,6 +192,7 @@ pub struct Rejected {
 
 /// Why a part of a recording is no stroke.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "reason", rename_all = "snake_case")]
 pub enum Reason {
     /// Too little of it is steady.
@@ -333,6 +338,7 @@ impl std::fmt::Display for Reason {
 
 /// How a recording was cut.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "rule", rename_all = "snake_case")]
 pub enum Rule {
     /// By the normal force.
@@ -345,6 +351,7 @@ pub enum Rule {
 
 /// The strokes of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Segmentation {
     /// The strokes, in their order.
     pub strokes: Vec<Stroke>,
@@ -366,6 +373,7 @@ pub struct Segmentation {
 
 /// The drifting zeros of a force cell, measured without contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ForceZeros {
     /// What the normal force is multiplied by to be positive in contact: 1 or −1.
     pub sign: f64,

@@ -28,6 +28,7 @@ const LEAST_TOUCH: Limit = Limit::AtLeast {
 
 /// How strokes are found in the speed of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpeedRule {
     /// The speed is smoothed over this time.
     pub smoothing_s: Seconds,

@@ -24,6 +24,7 @@ use crate::stroke::{CutBy, Reason, Rule, StrokeCriterion};
 
 /// Recordings cut into strokes.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CutsDocument<'a> {
     /// One for each recording.
     pub recordings: Vec<CutRecording<'a>>,
@@ -35,6 +36,7 @@ impl Content for CutsDocument<'_> {
 
 /// A recording that was cut.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CutRecording<'a> {
     /// What it is, and what was rejected.
     #[serde(flatten)]
@@ -45,6 +47,7 @@ pub struct CutRecording<'a> {
 
 /// A recording of a study.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RecordingEntry<'a> {
     /// Where it is stored.
     pub file: &'a str,
@@ -72,6 +75,7 @@ pub struct RecordingEntry<'a> {
 
 /// A stroke.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StrokeEntry<'a> {
     /// Where the steady part begins, s.
     pub start_s: f64,
@@ -89,6 +93,7 @@ pub struct StrokeEntry<'a> {
 
 /// A part that is no stroke.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RejectEntry<'a> {
     /// Where it begins, s.
     pub start_s: f64,
@@ -159,6 +164,7 @@ impl<'a> StrokeEntry<'a> {
 
 /// What strokes say, by recording and by group.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AnalysisDocument<'a> {
     /// What the groups are of.
     pub by: By,
@@ -176,6 +182,7 @@ impl Content for AnalysisDocument<'_> {
 
 /// A recording with the features of its strokes.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AnalysedRecording<'a> {
     /// What it is, and what was rejected.
     #[serde(flatten)]
@@ -195,6 +202,7 @@ pub struct AnalysedRecording<'a> {
 
 /// A group.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct GroupEntry<'a> {
     /// What its strokes say together.
     #[serde(flatten)]
@@ -207,6 +215,7 @@ pub struct GroupEntry<'a> {
 
 /// A PSD over strokes.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PsdEntry<'a> {
     /// The unit of the values.
     pub unit: String,
@@ -266,6 +275,7 @@ impl<'a> GroupEntry<'a> {
 
 /// What changes from group to group.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ComparisonDocument<'a> {
     /// What groups differ in.
     pub by: By,
@@ -290,6 +300,7 @@ impl Content for ComparisonDocument<'_> {
 
 /// One comparison stands at the top; several stand in a list.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Compared<'a> {
     /// One.
@@ -303,6 +314,7 @@ pub enum Compared<'a> {
 
 /// One comparison.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ComparisonEntry<'a> {
     /// What its groups share, where comparisons differ in it.
     #[serde(skip_serializing_if = "str::is_empty")]
@@ -316,6 +328,7 @@ pub struct ComparisonEntry<'a> {
 
 /// What changes in a comparison.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum TrendEntry<'a> {
     /// With the sample.
@@ -342,6 +355,7 @@ pub enum TrendEntry<'a> {
 
 /// What changes with the speed.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpeedEntry<'a> {
     /// The exponent of rms on speed.
     pub rms_log_slope: Option<f64>,
@@ -367,6 +381,7 @@ pub struct SpeedEntry<'a> {
 
 /// How a spatial period is judged.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PeriodEntry<'a> {
     /// Whether it is a period.
     pub spatial_period_outcome: Outcome,
@@ -380,6 +395,7 @@ pub struct PeriodEntry<'a> {
 
 /// What an interval is over.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct OverEntry {
     /// What.
     pub what: PeriodUnit,
@@ -389,6 +405,7 @@ pub struct OverEntry {
 
 /// The peak at one speed.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PeakEntry {
     /// The speed, mm/s.
     pub speed_mm_s: f64,
@@ -400,6 +417,7 @@ pub struct PeakEntry {
 
 /// Which samples can be told apart, or why that is withheld.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum DiscriminationEntry<'a> {
     /// It is known.
@@ -429,6 +447,7 @@ pub enum DiscriminationEntry<'a> {
 
 /// The samples of one setting.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SettingEntry<'a> {
     /// Which of them can be told apart.
     #[serde(flatten)]

@@ -12,6 +12,7 @@ use crate::doubt::Doubt;
 
 /// How a map is evaluated. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ArealConfig {
     /// The form that is taken away first.
     pub form: Form,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which cut-off separates roughness from waviness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Cutoff {
     /// This one, in m.
@@ -17,6 +18,7 @@ pub enum Cutoff {
 
 /// What is taken away at the short end, before the roughness is separated from the waviness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ShortWaves {
     /// Nothing.

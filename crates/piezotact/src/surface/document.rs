@@ -26,6 +26,7 @@ pub struct EvaluatedSurface {
 
 /// What was evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum RoughnessExtent {
     /// A profile.
@@ -58,6 +59,7 @@ pub enum RoughnessExtent {
 
 /// How the roughness was computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessMethod {
     /// By which standard: "iso4287".
     pub standard: &'static str,
@@ -81,6 +83,7 @@ pub struct RoughnessMethod {
 
 /// The roughness of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessDocument<'a> {
     /// The file.
     pub file: &'a Path,

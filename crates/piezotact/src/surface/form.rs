@@ -13,6 +13,7 @@ const NEW_SHARE: f64 = 1e-9;
 
 /// The form that is taken away, fitted by least squares to the measured points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
     /// The mean height.

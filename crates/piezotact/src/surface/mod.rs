@@ -313,6 +313,7 @@ fn mm(length_m: f64) -> f64 {
 
 /// Heights that make no surface, or a surface that lacks what is asked of it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub enum SurfaceError {
     /// Too few heights, or rows that are not full.
     #[error(

@@ -24,6 +24,7 @@ const LENGTH_TOLERANCE: f64 = 1e-6;
 
 /// Which standard says what is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ProfileStandard {
     /// ISO 4287:1997: every parameter in each sampling length, then the mean; Rt over the evaluation length.
@@ -35,6 +36,7 @@ pub enum ProfileStandard {
 
 /// What separates roughness from waviness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ProfileFilter {
     /// The Gaussian filter of ISO 16610-21: the parameters are those of the roughness profile.
@@ -47,6 +49,7 @@ pub enum ProfileFilter {
 
 /// How a profile is evaluated. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ProfileConfig {
     /// What is averaged.
     pub standard: ProfileStandard,
@@ -62,6 +65,7 @@ pub struct ProfileConfig {
 
 /// What became of the ends, where a filter sees only one side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Ends {
     /// At least half a cut-off on each side is not evaluated.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How far people agree in their judgement of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
     /// They agree.

@@ -11,6 +11,7 @@ use crate::statistics::{mean, mean_interval, standard_deviation};
 
 /// The spread of transfer functions over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Bundle {
     /// The number of transfer functions.
     pub count: usize,
@@ -30,6 +31,7 @@ pub struct Bundle {
 
 /// How transfer functions are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BundleAverage {
     /// The mean of the complex values: its magnitude is reduced where phases differ.
@@ -40,6 +42,7 @@ pub enum BundleAverage {
 
 /// The penalty of rendering with the average of the others for one person: the average compared with the person's own function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Penalty {
     /// The rms over the lines of the band of the difference of the magnitudes, dB.
     pub db_rms: f64,
@@ -49,6 +52,7 @@ pub struct Penalty {
 
 /// The penalties of everybody, left out in turn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LeaveOneOut {
     /// One for each transfer function, in their order.
     pub penalties: Vec<Penalty>,

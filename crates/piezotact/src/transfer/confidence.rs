@@ -8,6 +8,7 @@ use crate::quantity::Quantity;
 
 /// 95 % confidence limits of every line of a transfer function, pointwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Confidence {
     /// The lower limit of the magnitude, in units of `O` per `I`.
     pub low: Vec<f64>,

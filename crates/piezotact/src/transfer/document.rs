@@ -11,6 +11,7 @@ use crate::quantity::{Band, Quantity, Unit};
 
 /// A transfer function that was estimated from two channels of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct EstimateDocument<'a> {
     /// The file that holds it.
     pub out: &'a Path,

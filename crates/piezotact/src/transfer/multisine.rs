@@ -17,6 +17,7 @@ use crate::series::Series;
 /// Levels within one third-octave band: the rms of one line of one period in the unit of the response, as the root of the
 /// mean power over the band's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DistortionLevels {
     /// The band.
     pub band_hz: Band,
@@ -52,6 +53,7 @@ impl DistortionLevels {
 
 /// How far a device is from linear, from multisines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Distortion {
     /// Realisations with phases of their own.
     pub realisations: usize,

@@ -13,6 +13,7 @@ use crate::spectrum::EstimateError;
 
 /// The positions of the blocks of a periodic drive in a recording, in samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Blocks {
     /// The distance from the onset of the drive to the first block.
     pub lead: usize,

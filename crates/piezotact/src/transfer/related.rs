@@ -29,6 +29,7 @@ const FARTHEST_LAG: f64 = 0.9;
 
 /// The test of whether drive and response are related, from the driven lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Relation {
     /// The mean coherence of the driven lines, 0–1, each held at what 5 % of unrelated lines exceed.
     pub coherence: f64,
@@ -111,6 +112,7 @@ pub(super) fn line_correlation(window: &[f64]) -> f64 {
 
 /// The delay of a response re its drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Delay {
     /// The delay, s; below zero where the response comes first.
     pub delay_s: f64,

@@ -10,6 +10,7 @@ use crate::statistics::standard_deviation;
 
 /// The difference between two textures in level and spectral shape.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Changed {
     /// The band over which the shapes are compared, Hz.
     pub band_hz: Band,

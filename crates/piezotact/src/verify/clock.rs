@@ -10,6 +10,7 @@ use crate::statistics::mean;
 
 /// Samples that a recording lost, or repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Lost {
     /// When, on the time of the target, s.
     pub at_s: f64,
@@ -19,6 +20,7 @@ pub struct Lost {
 
 /// How the delay of a measurement changes over time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Clock {
     /// How much slower the clock of the target runs than that of the measurement, parts per million; the delay grows at this
     /// rate. Absent when no drift was detected.

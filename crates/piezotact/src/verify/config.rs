@@ -12,6 +12,7 @@ use crate::spectrum::WelchConfig;
 
 /// How a measurement is compared with its target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct VerifyConfig {
     /// The band over which they are compared.
     pub band: Band,
@@ -37,6 +38,7 @@ pub struct VerifyConfig {
 
 /// The band that a rendering kept of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RenderedBand {
     /// The band.
     pub band: Band,
@@ -46,6 +48,7 @@ pub struct RenderedBand {
 
 /// What counts as passed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Limits {
     /// The largest level error either way, dB.
     pub level_db: f64,

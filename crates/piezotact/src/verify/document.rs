@@ -7,6 +7,7 @@ use crate::document::Content;
 
 /// A verification with its verdict as a yes or no and as a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct JudgedVerification<'a> {
     /// What was found.
     #[serde(flatten)]
@@ -33,6 +34,7 @@ impl<'a> JudgedVerification<'a> {
 
 /// A verification of a further measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct NamedVerification<'a> {
     /// The name of its file.
     pub file: &'a str,
@@ -43,6 +45,7 @@ pub struct NamedVerification<'a> {
 
 /// What a texture before its manipulation differs by from the target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct NamedChange<'a> {
     /// The name of its file.
     pub file: &'a str,
@@ -53,6 +56,7 @@ pub struct NamedChange<'a> {
 
 /// What the texture itself as a drive would give, or why that was not computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum StraightOutcome<'a> {
     /// What it would give.
@@ -77,6 +81,7 @@ impl<'a> From<&'a Result<PredictedStraight, VerifyError>> for StraightOutcome<'a
 
 /// How close a measurement came to its target, with the other measurements that were asked for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct VerifyDocument<'a> {
     /// The measurement that decides.
     #[serde(flatten)]
@@ -98,6 +103,7 @@ impl Content for VerifyDocument<'_> {
 
 /// A texture that was rendered, played and measured on the twin, and the same texture played as it stands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DemoDocument<'a> {
     /// The name of the report.
     pub report: &'a str,

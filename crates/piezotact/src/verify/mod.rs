@@ -57,6 +57,7 @@ use lines::Pair;
 /// numbers beside them describe all of [`band_hz`](Self::band_hz) as it was measured, with both, but for
 /// [`error_db_rms_achievable`](Self::error_db_rms_achievable), which is of the judged bands: they are not the same numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Verification {
     /// The band over which they were compared, Hz.
     pub band_hz: Band,

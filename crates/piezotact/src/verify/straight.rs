@@ -14,6 +14,7 @@ use crate::transfer::TransferFunction;
 /// The predicted response of the device to a texture sent directly as the drive, from its transfer function: linear, without
 /// noise and without clipping.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PredictedStraight {
     /// The band of the comparison: the part of the requested band that the transfer function covers, Hz.
     pub band_hz: Band,

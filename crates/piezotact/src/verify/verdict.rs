@@ -32,6 +32,7 @@ fn longest_loss(doubts: &[Doubt]) -> Option<Seconds> {
 
 /// The verdict of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Verdict {
     /// Every criterion is met, over all of the target.
@@ -96,6 +97,7 @@ impl Verdict {
 
 /// The quantity that a criterion of a verification judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Aspect {
     /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 /// Why a measurement of a loop is not reliable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "mishap", rename_all = "snake_case")]
 pub enum Mishap {
     /// The bench failed.
@@ -99,6 +100,7 @@ impl fmt::Display for Mishap {
 
 /// Why a loop ended.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "end", content = "why", rename_all = "snake_case")]
 pub enum LoopEnd {
     /// The planned number of corrections was made.
@@ -125,6 +127,7 @@ impl fmt::Display for LoopEnd {
 
 /// The errors of one measurement of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Closeness {
     /// The objective of the loop, dB: see [`super::Iteration::aim_db`].
     pub aim_db: f64,
@@ -134,6 +137,7 @@ pub struct Closeness {
 
 /// The quantities in which a corrected drive is compared with the open loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum GainIn {
     /// The objective of the loop.
@@ -144,6 +148,7 @@ pub enum GainIn {
 
 /// The comparison of the best corrected drive with the open loop, by measurements that were not used to choose either.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Gain {
     /// The number of the drive.
     pub number: usize,
@@ -213,6 +218,7 @@ impl Gain {
 
 /// Which drive a loop kept, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Kept {
     /// The best corrected drive: it is closer than the open loop by more than the spread of measurements.

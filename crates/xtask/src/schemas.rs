@@ -1,0 +1,154 @@
+//! The JSON Schemas of all documents: written to `docs/schemas/`, and held there by a test.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use piezotact::document::Content;
+use piezotact::manipulate::ManipulateDocument;
+use piezotact::panel::PanelAverageDocument;
+use piezotact::score::ScoreDocument;
+use piezotact::spectrum::SpectrumDocument;
+use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
+use piezotact::surface::RoughnessDocument;
+use piezotact::transfer::EstimateDocument;
+use piezotact::verify::{DemoDocument, VerifyDocument};
+use piezotact_bench::document::{
+    CharacteriseDocument, PlayDocument, RenderBatchDocument, RenderDocument,
+};
+use piezotact_dataset::document::{
+    ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
+};
+use piezotact_replay::document::ReplayDocument;
+use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::{Value, json};
+
+/// Where the schemas stand, from the root of the repository.
+const FOLDER: &str = "docs/schemas";
+
+/// Writes `docs/schemas/NAME.json` for every document, and removes those of documents that are no more.
+pub(crate) fn run() -> Result<()> {
+    let folder = folder();
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let schemas = all()?;
+    for name in stored(&folder)?.keys() {
+        if !schemas.contains_key(name) {
+            std::fs::remove_file(folder.join(name))?;
+        }
+    }
+    for (name, text) in &schemas {
+        std::fs::write(folder.join(name), text)?;
+    }
+    Ok(())
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(FOLDER)
+}
+
+/// The schemas in `folder`, by the name of their file.
+fn stored(folder: &Path) -> Result<BTreeMap<String, String>> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        found.insert(name.into_owned(), std::fs::read_to_string(&path)?);
+    }
+    Ok(found)
+}
+
+/// The schemas of all documents, by the name of their file.
+fn all() -> Result<BTreeMap<String, String>> {
+    let mut all = BTreeMap::new();
+    for (name, text) in [
+        schema::<AnalysisDocument<'_>>()?,
+        schema::<CharacteriseDocument<'_>>()?,
+        schema::<ComparisonDocument<'_>>()?,
+        schema::<CutsDocument<'_>>()?,
+        schema::<DemoDocument<'_>>()?,
+        schema::<EstimateDocument<'_>>()?,
+        schema::<ExportDocument<'_>>()?,
+        schema::<InfoDocument<'_>>()?,
+        schema::<ManipulateDocument<'_>>()?,
+        schema::<PanelAddDocument<'_>>()?,
+        schema::<PanelAnalysisDocument<'_>>()?,
+        schema::<PanelAverageDocument<'_>>()?,
+        schema::<PanelRunDocument<'_>>()?,
+        schema::<PlayDocument<'_>>()?,
+        schema::<RenderBatchDocument>()?,
+        schema::<RenderDocument>()?,
+        schema::<ReplayDocument<'_>>()?,
+        schema::<RoughnessDocument<'_>>()?,
+        schema::<ScoreDocument<'_>>()?,
+        schema::<SpectrumDocument<'_>>()?,
+        schema::<TwinRecordDocument<'_>>()?,
+        schema::<TwinSurfaceDocument<'_>>()?,
+        schema::<VerifyDocument<'_>>()?,
+    ] {
+        if all.insert(format!("{name}.json"), text).is_some() {
+            bail!("two documents are called `{name}`: give each its own name");
+        }
+    }
+    Ok(all)
+}
+
+/// The name of a document and its schema, with the fields `schema` and `version` that every document has.
+fn schema<T: Content + JsonSchema>() -> Result<(&'static str, String)> {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let mut schema = settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value();
+    let fields = schema
+        .as_object_mut()
+        .context("a schema is expected to be an object")?;
+    fields.insert("title".into(), T::SCHEMA.into());
+    fields.insert("type".into(), "object".into());
+    let properties = fields.entry("properties").or_insert_with(|| json!({}));
+    properties["schema"] = json!({ "const": T::SCHEMA });
+    properties["version"] = json!({ "const": T::VERSION });
+    let required = fields.entry("required").or_insert_with(|| json!([]));
+    if let Value::Array(required) = required {
+        required.extend([json!("schema"), json!("version")]);
+    }
+    Ok((T::SCHEMA, serde_json::to_string_pretty(&schema)? + "\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stored_schemas_are_those_of_the_documents() {
+        let (stored, all) = (stored(&folder()).unwrap(), all().unwrap());
+        let names = |of: &BTreeMap<String, String>| of.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(&stored), names(&all));
+        for (name, text) in &all {
+            assert!(
+                stored[name] == *text,
+                "docs/schemas/{name} is not that of the type: run `cargo run -p xtask -- schemas`"
+            );
+        }
+    }
+
+    #[test]
+    fn a_schema_asks_for_its_name_its_version_and_the_fields_of_its_value() {
+        let (name, text) = schema::<PlayDocument<'_>>().unwrap();
+        let schema: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(name, "play");
+        assert_eq!(schema["properties"]["schema"]["const"], "play");
+        let required = schema["required"].as_array().unwrap();
+        for field in ["schema", "version", "duration_s", "doubts"] {
+            assert!(required.contains(&json!(field)), "{field}");
+        }
+        let doubt = &schema["$defs"]["DoubtEntry"]["required"];
+        assert!(
+            doubt.as_array().unwrap().contains(&json!("text")),
+            "{doubt}"
+        );
+    }
+}
