@@ -461,7 +461,7 @@ fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Signals and cuts" }
-            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; all cuts are in the table of `piezotact segment --csv`.", takes.len())) } }
+            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; the table of cuts holds all of them.", takes.len())) } }
             @for part in &parts { (part) }
         }
     })

@@ -446,7 +446,7 @@ fn amplitudes(
 pub enum FeatureError {
     /// There is no stroke.
     #[error(
-        "expected at least one stroke, found none; look at what was rejected with `piezotact segment`"
+        "expected at least one stroke, found none; look at what was rejected, and why"
     )]
     NoStroke,
     /// There is no vibration.
