@@ -1,4 +1,4 @@
-//! What devices and procedures refuse or fail at.
+//! Errors of devices and procedures.
 
 use piezotact::device::GainName;
 use piezotact::quantity::SampleRate;
@@ -6,7 +6,7 @@ use piezotact::run::SinkError;
 
 use crate::gate::Refusal;
 
-/// Why a device does not do what it is asked.
+/// Why a device refuses a request or fails.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// The drive has another rate than the output.
@@ -61,7 +61,7 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
-    /// What was acquired was not fetched in time, and the device ran full.
+    /// The acquired samples were not fetched in time, and the buffer of the device overflowed.
     #[error(
         "the input of the {name} ran full after {after_s:.2} s, since the computer was too slow; close other programs, then measure again"
     )]
@@ -71,7 +71,7 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
-    /// A device does what no bench may do.
+    /// A device breaks the contract of a bench.
     #[error(
         "the {name} broke the contract of a bench: expected {expected}, found {found}; this is a fault of its driver: report it"
     )]
@@ -85,7 +85,7 @@ pub enum DeviceError {
     },
 }
 
-/// Why a procedure on a bench did not come to its end.
+/// Why a procedure on a bench was not completed.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcedureError {
     /// A device refuses or fails.
@@ -115,7 +115,7 @@ pub enum ProcedureError {
         /// The bench.
         name: String,
     },
-    /// The output gives another potential than the drive was made for.
+    /// The output gives another voltage at full scale than the drive was made for.
     #[error(
         "cannot play: the drive was rendered for {drive:.3} V at full scale, {name} now gives {bench:.3} V; set the volume back, or characterise and render again"
     )]
@@ -140,7 +140,7 @@ pub enum ProcedureError {
     /// A target cannot be rendered.
     #[error(transparent)]
     Render(#[from] piezotact::render::RenderError),
-    /// The first measurement of a closed loop cannot be believed.
+    /// The first measurement of a closed loop is not reliable.
     #[error("nothing was corrected: {0}")]
     Broken(String),
     /// A run did not pass the gate.
@@ -166,21 +166,21 @@ pub enum ProcedureError {
         /// What was acquired of it, s.
         after_s: f64,
     },
-    /// What was acquired could not be kept.
+    /// The acquired samples could not be stored.
     #[error("the recording could not be kept: {0}")]
     Keep(SinkError),
-    /// What was acquired makes no transfer function.
+    /// No transfer function can be estimated from the acquired samples.
     #[error("the characterisation gave no transfer function: {0}")]
     Transfer(#[from] piezotact::transfer::TransferError),
-    /// What was acquired makes no recording.
+    /// The acquired samples do not form a recording.
     #[error("the bench delivered no recording: {0}")]
     Recording(#[from] piezotact::recording::RecordingError),
-    /// What was to be played is no signal.
+    /// The drive is not a valid signal.
     #[error("there is nothing to play: {0}")]
     Drive(#[from] piezotact::series::SeriesError),
 }
 
-/// Where a run called `label` was stopped; what is kept of it knows who keeps it.
+/// The error for a run called `label` that was stopped; the keeper knows what was stored of it.
 fn stopped(label: &str, after_s: f64) -> String {
     match after_s > 0.0 {
         true => format!("stopped by hand after {after_s:.2} s of `{label}`"),
@@ -189,8 +189,8 @@ fn stopped(label: &str, after_s: f64) -> String {
 }
 
 impl ProcedureError {
-    /// Whether a procedure whose runs are kept goes on where this ended it, once it is asked for again: a device failed, somebody
-    /// stopped it, or the disk was full. Nothing is wrong with what was asked for, nor with what was measured.
+    /// Whether a procedure whose runs are stored can be resumed after this error: a device failed, somebody
+    /// stopped it, or the disk was full. Neither the request nor the measurements are at fault.
     #[must_use]
     pub fn continues(&self) -> bool {
         match self {

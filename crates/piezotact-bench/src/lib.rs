@@ -1,4 +1,4 @@
-//! The contract of a bench, and what is done with any of them.
+//! The contract of a bench, and the procedures that run on any bench.
 //!
 //! A bench is two halves, [`Play`] and [`Acquire`]. The digital twin is one, hardware another, and a device and finger whose
 //! transfer function was [`measured`] a third; no [`procedure`] knows which one it runs on. Every bench passes the same

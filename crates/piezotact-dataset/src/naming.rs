@@ -1,4 +1,4 @@
-//! Conditions that stand in the names of files: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
+//! Conditions encoded in file names: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
 use piezotact::recording::RecordingDoubt;
 use std::path::Path;
@@ -132,7 +132,7 @@ impl FromStr for NamePattern {
 }
 
 impl NamePattern {
-    /// What the name of `path`, without folder and extension, says.
+    /// The information in the name of `path`, without folder and extension.
     ///
     /// # Errors
     /// [`NamingError::Name`] when it does not fit, [`NamingError::Number`] when a load, speed or angle is none.

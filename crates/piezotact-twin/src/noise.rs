@@ -1,4 +1,4 @@
-//! Band-limited random noise without an end, made as it is asked for.
+//! Band-limited random noise of unlimited length, generated on demand.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use num_complex::Complex;
 use piezotact::quantity::Band;
-use realfft::{ComplexToReal, RealFftPlanner};
+use piezotact_fourier::{ComplexToReal, RealPlanner};
 
 use super::RATE_HZ;
 use piezotact_bench::random::Random;
@@ -37,7 +37,7 @@ impl BandNoise {
 
     /// Noise of `rms` within `band`; silence when no bin lies in it.
     pub(super) fn new(band: Band, rms: f64, random: Random) -> Self {
-        let inverse = RealFftPlanner::new().plan_fft_inverse(Self::BLOCK);
+        let inverse = RealPlanner::new().plan_fft_inverse(Self::BLOCK);
         let first = (band.low().0 / Self::RESOLUTION_HZ).ceil().max(1.0) as usize;
         let end = ((band.high().0 / Self::RESOLUTION_HZ) as usize + 1).min(Self::BLOCK / 2);
         let lines = first..end.max(first);

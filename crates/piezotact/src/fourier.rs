@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
 /// The transforms of real signals of one length, planned once, with their scratch memory.
 #[derive(Clone)]
@@ -17,7 +17,7 @@ pub(crate) struct RealTransform {
 
 impl RealTransform {
     pub(crate) fn new(length: usize) -> Self {
-        let mut planner = RealFftPlanner::new();
+        let mut planner = RealPlanner::new();
         let (forward, inverse) = (
             planner.plan_fft_forward(length),
             planner.plan_fft_inverse(length),

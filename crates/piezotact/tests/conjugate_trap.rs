@@ -8,10 +8,10 @@ use piezotact::render::{InverseConfig, invert};
 use piezotact::series::Series;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{Measured, VerifyConfig, verify};
+use piezotact_fourier::RealPlanner;
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use realfft::RealFftPlanner;
 
 const RATE_HZ: f64 = 5000.0;
 const SAMPLES: usize = 20_000;
@@ -52,7 +52,7 @@ impl Plant {
 
     /// What the plant does with a drive, circular as the drive is.
     fn feel(&self, drive: &[f64]) -> Vec<f64> {
-        let mut planner = RealFftPlanner::new();
+        let mut planner = RealPlanner::new();
         let (forward, inverse) = (
             planner.plan_fft_forward(SAMPLES),
             planner.plan_fft_inverse(SAMPLES),

@@ -17,9 +17,9 @@ use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::statistics::{peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction, estimate};
+use piezotact_fourier::ComplexPlanner;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rustfft::FftPlanner;
 
 const RATE_HZ: f64 = 5_000.0;
 
@@ -51,7 +51,7 @@ impl Noise {
 /// `x` with every line multiplied by `by` of its frequency; circular.
 fn shaped(x: &[f64], by: &dyn Fn(f64) -> Complex<f64>) -> Vec<f64> {
     let n = x.len();
-    let mut plan = FftPlanner::new();
+    let mut plan = ComplexPlanner::new();
     let mut bins: Vec<Complex<f64>> = x.iter().map(|x| Complex::from(*x)).collect();
     plan.plan_fft_forward(n).process(&mut bins);
     for (k, bin) in bins.iter_mut().enumerate() {

@@ -17,6 +17,7 @@ use crate::shared_data::shared;
 use crate::vibrations::{
     RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, series, texture,
 };
+use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::Series;
 use piezotact::discrimination::DiscriminationDoubt;
@@ -24,7 +25,6 @@ use piezotact::feature::Weighting;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
 use piezotact::score::{Extent, How, LiteratureConfig, ScoreConfig, ScoreError, Verdict, score};
-use rustfft::num_complex::Complex;
 use serde::Deserialize;
 
 /// The same magnitudes with other phases.

@@ -448,7 +448,10 @@ fn a_study_is_handed_out_as_a_document() {
         serde_json::to_value(Document::of(&ComparisonDocument::of(&study))).unwrap()
     };
     let one = document(people(&["P1"]));
-    assert_eq!((&one["schema"], &one["version"]), (&"comparison".into(), &1.into()));
+    assert_eq!(
+        (&one["schema"], &one["version"]),
+        (&"comparison".into(), &1.into())
+    );
     assert_eq!(one["by"], "sample");
     assert_eq!(one["groups"][1]["files"][0], "P1S2.csv");
     assert_eq!(one["groups"][0]["psd"]["unit"], "(m/s²)²/Hz");
@@ -470,7 +473,10 @@ fn a_study_is_handed_out_as_a_document() {
         .map(|doubt| doubt["code"].as_str().unwrap())
         .collect();
     // Four groups of two strokes each: one doubt, seen four times.
-    assert_eq!(codes.iter().filter(|code| **code == "few_strokes").count(), 1);
+    assert_eq!(
+        codes.iter().filter(|code| **code == "few_strokes").count(),
+        1
+    );
 
     let takes = people(&["P1"]);
     let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes))).unwrap();
@@ -504,8 +510,16 @@ fn a_table_has_a_row_for_each_stroke_and_every_label() {
     let rms = study.takes[1].analysis.as_ref().unwrap().strokes[2].rms;
     assert_eq!(strokes.rows[4][column("rms")], Cell::from(rms));
     let cuts = cuts_table(&study.takes);
-    let rejects: usize = study.takes.iter().map(|t| t.segmentation.rejected.len()).sum();
+    let rejects: usize = study
+        .takes
+        .iter()
+        .map(|t| t.segmentation.rejected.len())
+        .sum();
     assert_eq!(cuts.rows.len(), 5 + rejects);
     assert!(cuts.rows.iter().all(|row| row.len() == cuts.columns.len()));
-    assert!(cuts.columns.iter().any(|column| column.name == "steady_part_limit"));
+    assert!(
+        cuts.columns
+            .iter()
+            .any(|column| column.name == "steady_part_limit")
+    );
 }

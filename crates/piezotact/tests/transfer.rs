@@ -381,7 +381,7 @@ fn inverted_polarity_is_named() {
 fn a_gap_in_the_drive_is_named() {
     let drive = band_limited(100_000, 1);
     // Away with 300 to 400 Hz: minus its own band-pass.
-    let mut plan = rustfft::FftPlanner::new();
+    let mut plan = piezotact_fourier::ComplexPlanner::new();
     let mut bins: Vec<Complex<f64>> = drive.iter().map(|x| Complex::from(*x)).collect();
     plan.plan_fft_forward(bins.len()).process(&mut bins);
     let n = bins.len();
@@ -555,7 +555,7 @@ fn multisines(share: f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn rms_of_even_lines(period: &[f64], band: Band) -> f64 {
-    let mut plan = rustfft::FftPlanner::new();
+    let mut plan = piezotact_fourier::ComplexPlanner::new();
     let mut bins: Vec<Complex<f64>> = period.iter().map(|x| Complex::from(*x)).collect();
     plan.plan_fft_forward(PERIOD).process(&mut bins);
     let lines = (1..PERIOD / 2)

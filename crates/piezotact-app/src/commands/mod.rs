@@ -20,6 +20,7 @@ mod verify;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use clap::Subcommand;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
@@ -31,30 +32,108 @@ use piezotact_dataset::{
     Contents, ReadOptions, check_place, journal_path, read_recording, set_aside_path,
 };
 
-use crate::cli::{Cli, Command, Finger, Reading};
+use crate::cli::{self, Cli, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
 
-pub(crate) fn run(cli: Cli) -> Outcome {
-    match cli.command {
-        Command::Demo(args) => demo::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Spectrum(args) => spectrum::run(&args),
-        Command::Characterise(args) => characterise::run(&args),
-        Command::Transfer(args) => transfer::run(&args),
-        Command::Manipulate(args) => manipulate::run(&args),
-        Command::Render(args) => render::run(&args),
-        Command::Play(args) => play::run(&args),
-        Command::Verify(args) => verify::run(&args),
-        Command::Score(args) => score::run(&args),
-        Command::Segment(args) => touch::segment::run(&args),
-        Command::Analyse(args) => touch::analyse::run(&args),
-        Command::Compare(args) => touch::compare::run(&args),
-        Command::Roughness(args) => roughness::run(&args),
-        Command::Panel(args) => panel::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Twin(args) => twin::run(&args),
-        Command::Replay(args) => replay::run(&args),
-    }
+/// One line for each command: its name with its arguments, which its help stands above, and what runs it.
+macro_rules! commands {
+    ($($(#[$help:meta])* $name:ident($arguments:ty) => $run:path,)*) => {
+        #[derive(Debug, Subcommand)]
+        pub(crate) enum Command {
+            $($(#[$help])* $name($arguments),)*
+        }
+
+        pub(crate) fn run(cli: Cli) -> Outcome {
+            match cli.command {
+                $(Command::$name(arguments) => $run(&arguments),)*
+            }
+        }
+    };
+}
+
+commands! {
+    /// Runs the complete chain on the digital twin (record, characterise, render, play, verify) and writes a report.
+    #[command(after_help = "Example:\n  piezotact demo --out demo --seed 7")]
+    Demo(cli::Demo) => demo::run,
+    /// Shows the contents of a file: channels, units, sampling rate, duration, doubts.
+    #[command(
+        after_help = "Example:\n  piezotact info measured.parquet\n  piezotact info texture.wav --scale \"200 m/s2\" --json"
+    )]
+    Info(cli::Info) => info::run,
+    /// Estimates the power spectral density (PSD) of one channel, averaged or over time.
+    #[command(
+        after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
+    )]
+    Spectrum(cli::Spectrum) => spectrum::run,
+    /// Measures the transfer function of a device with a finger on it.
+    #[command(
+        after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json\n  piezotact characterise --bench twin:participant=1,seed=7 --excitation multisine --repeats 3 --out tf.json"
+    )]
+    Characterise(cli::Characterise) => characterise::run,
+    /// Estimates the transfer function between two channels of a recording.
+    #[command(
+        after_help = "Example:\n  piezotact transfer bench.csv --drive drive --response nail --gain B3 --volts-per-full-scale 1.41 --out tf.json"
+    )]
+    Transfer(cli::Transfer) => transfer::run,
+    /// Manipulates a texture (level, spectrum, phases, duration) and stores every operation with the result.
+    #[command(
+        after_help = "Operations are applied in the order given and stored in OUT.wav.json; `piezotact info` shows them.\n\nExample:\n  piezotact manipulate S2.wav --rms-of S13.wav --out S2inv.wav --report S2inv.html\n  piezotact manipulate S8.parquet --stroke 2 --band 50..100:+6dB --tilt 3dB/oct@200Hz --loop 10s --out S8b.wav\n  piezotact manipulate S8.wav --gain -3dB --shift 20Hz --warp 1.25:keep-length --out S8c.wav\n  piezotact manipulate S8.wav --spectrum-of S1.wav --randomise-phases --seed 7 --out S8d.wav"
+    )]
+    Manipulate(cli::manipulate::Manipulate) => manipulate::run,
+    /// Computes the drive that reproduces a texture on a resting finger.
+    #[command(
+        after_help = "Example:\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --out drive.wav\n  piezotact render texture.wav --scale \"200 m/s2\" --transfer tf.json --mode texture --bench twin:participant=1,seed=7 --out drive.wav"
+    )]
+    Render(cli::Render) => render::run,
+    /// Plays a drive on a bench and records the response of the finger.
+    #[command(
+        after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet\n  piezotact play drive.wav --bench measured:hand.json,seed=7 --record rehearsed.parquet"
+    )]
+    Play(cli::Play) => play::run,
+    /// Verifies how close a measurement is to its target.
+    #[command(
+        after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html\n  piezotact verify --target S7.wav --measured own.parquet --also averaged.parquet --transfer tf.json --report report.html\n  piezotact verify --target S2inv.wav --measured measured.parquet --before S2.wav --before S13.wav --report report.html"
+    )]
+    Verify(cli::Verify) => verify::run,
+    /// Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
+    #[command(
+        after_help = "The score is the largest difference in spectrum, level and balance of low and high frequencies, above the detection\nthreshold, in JND. It does not depend on which realisation of a texture was recorded. Verdict: below the just-noticeable\ndifference (75 % of judgements correct) when the whole 95 % interval is below 1 JND; distinguishable when the whole\ninterval is above the published range (2.5 dB); otherwise not decided. The exit code is 0 for every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+    )]
+    Score(cli::Score) => score::run,
+    /// Cuts recordings into strokes and lists what was rejected, with the reason.
+    #[command(
+        after_help = "Example:\n  piezotact segment S8.parquet --report cuts.html\n  piezotact segment S8.parquet --write-cuts S8.parquet.cuts\n\nThe file RECORDING.cuts, beside the recording, can be edited by hand; all commands then apply it."
+    )]
+    Segment(cli::Segment) => touch::segment::run,
+    /// Computes vibration, spectral and friction features of the strokes, for each stroke and averaged.
+    #[command(
+        after_help = "Example:\n  piezotact analyse S*.parquet --by sample --report chapter3.html --csv strokes.csv\n  piezotact analyse bench/*.csv --meta '{participant}_{sample}_{speed:mm/s}mmps' --ridge 0.545mm --json"
+    )]
+    Analyse(cli::Analyse) => touch::analyse::run,
+    /// Compares samples, speeds, participants, or active with passive touch.
+    #[command(
+        after_help = "Two samples are told apart when a permutation test of their strokes is significant (5 % over all pairs) and the\ndistance exceeds the published range of the just-noticeable difference (JND). Distance, JND and detection\nthreshold are those of `piezotact score`; they need accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+    )]
+    Compare(cli::Compare) => touch::compare::run,
+    /// Computes the roughness of a measured profile or height map.
+    #[command(
+        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form.\n\nExample:\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
+    )]
+    Roughness(cli::Roughness) => roughness::run,
+    /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
+    Panel(cli::panel::Panel) => panel::run,
+    /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.
+    #[command(
+        after_help = "The file extension selects the format: .wav (32-bit float at 48 kHz, with a sidecar), .hjif (MPEG haptics), .haptic (clips for consumer\ndevices), .ahap (Apple), .uff (universal file). A .haptic clip is converted to .ahap as NiceVibrations does.\n\nExample:\n  piezotact export texture.wav --scale \"200 m/s2\" --out texture.haptic\n  piezotact export drive.wav --transfer tf.json --out drive.hjif\n  piezotact export tf.json --out tf.uff"
+    )]
+    Export(cli::Export) => export::run,
+    /// Simulates recordings and surfaces with the digital twin: samples, participants and benches without hardware.
+    Twin(cli::twin::Twin) => twin::run,
+    /// Repeats the measurements of the thesis on the digital twin and reports which of its claims hold there.
+    #[command(
+        after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+    )]
+    Replay(cli::Replay) => replay::run,
 }
 
 /// A rate given in Hz on the command line.

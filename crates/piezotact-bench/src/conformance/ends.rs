@@ -1,4 +1,4 @@
-//! How runs end.
+//! Conformance tests of how runs end.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::plan::Until;
 
-/// Behind a stop so many chunks may still come, which were under way.
+/// The largest number of chunks that may still arrive after a stop.
 const CHUNKS_BEHIND: usize = 2;
 /// A stop ends a run within this time, also while something waits.
 const ENDS_WITHIN: Duration = Duration::from_millis(1_500);

@@ -1,4 +1,4 @@
-//! What an output does with a drive.
+//! Conformance tests of the playing half.
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;

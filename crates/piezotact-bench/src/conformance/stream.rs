@@ -1,4 +1,4 @@
-//! What comes out of an input.
+//! Conformance tests of the acquired samples.
 
 use super::{Draws, Make, Subject, expect, same, usual};
 

@@ -1,8 +1,8 @@
 //! Random heights: a self-affine Gaussian field, and the skewing of its heights.
 
 use num_complex::Complex;
-use realfft::RealFftPlanner;
-use rustfft::FftPlanner;
+use piezotact_fourier::ComplexPlanner;
+use piezotact_fourier::RealPlanner;
 
 use piezotact_bench::random::Random;
 
@@ -75,7 +75,7 @@ impl SelfAffine {
         let shortest_m = self.shortest_m(grid.step_m);
         let x_per_m = |bin: usize| bin as f64 / (across as f64 * grid.step_m);
         let y_per_m = |row: usize| row.min(down - row) as f64 / (down as f64 * grid.step_m);
-        let plan = FftPlanner::new().plan_fft_inverse(down);
+        let plan = ComplexPlanner::new().plan_fft_inverse(down);
         let mut scratch = vec![Complex::default(); plan.get_inplace_scratch_len()];
         let mut column = vec![Complex::default(); down];
         let mut columns = Vec::new();
@@ -99,7 +99,7 @@ impl SelfAffine {
 
 /// The first `grid.columns` points of each row whose transform stands across `columns`.
 fn lines(columns: &[Complex<f64>], grid: Grid, across: usize) -> Vec<f64> {
-    let plan = RealFftPlanner::new().plan_fft_inverse(across);
+    let plan = RealPlanner::new().plan_fft_inverse(across);
     let (mut bins, mut line) = (plan.make_input_vec(), plan.make_output_vec());
     let mut scratch = plan.make_scratch_vec();
     let mut heights = Vec::with_capacity(grid.rows * grid.columns);

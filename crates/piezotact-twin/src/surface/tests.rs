@@ -2,7 +2,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use num_complex::Complex;
 use piezotact::surface::{ArealConfig, ArealRoughness, Form, HeightMap, areal_roughness};
-use rustfft::FftPlanner;
+use piezotact_fourier::ComplexPlanner;
 
 use super::*;
 
@@ -126,7 +126,7 @@ fn psd_slope(map: &HeightMap, correlation_m: f64) -> f64 {
     let value = |i: usize, z: &f64| Complex::from(z * window(i % n) * window(i / n));
     let heights = map.heights_m().iter().enumerate();
     let mut bins: Vec<_> = heights.map(|(i, z)| value(i, z)).collect();
-    let plan = FftPlanner::new().plan_fft_forward(n);
+    let plan = ComplexPlanner::new().plan_fft_forward(n);
     for _ in 0..2 {
         plan.process(&mut bins);
         bins = (0..n * n).map(|i| bins[i % n * n + i / n]).collect();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use rustfft::FftPlanner;
+use piezotact_fourier::ComplexPlanner;
 
 use super::error::require_range;
 use super::looping::longest_s;
@@ -61,7 +61,9 @@ pub fn shift<Q: Quantity>(x: &Series<Q>, by: Hertz) -> Result<Manipulated<Q>, Ma
             analytic[k] = bin * if 2 * k == n { 1.0 } else { 2.0 } / n as f64;
         }
     }
-    FftPlanner::new().plan_fft_inverse(n).process(&mut analytic);
+    ComplexPlanner::new()
+        .plan_fft_inverse(n)
+        .process(&mut analytic);
     let samples = analytic
         .iter()
         .enumerate()

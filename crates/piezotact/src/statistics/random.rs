@@ -49,7 +49,7 @@ impl Random {
         radius * cos
     }
 
-    /// A number of the standard normal distribution, limited to ±2.
+    /// A number of the standard normal distribution, truncated at ±2 to avoid unrealistic participants.
     pub fn person(&mut self) -> f64 {
         self.normal().clamp(-2.0, 2.0)
     }
@@ -59,7 +59,7 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// Stored seeds must mean the same for ever. The tolerance is the last bits of `ln`, `sin` and `cos`.
+    /// A stored seed must always give the same sequence. The tolerance covers the last bits of `ln`, `sin` and `cos`.
     #[test]
     fn one_seed_one_sequence() {
         let mut random = Random::stream(7, 1, "golden");

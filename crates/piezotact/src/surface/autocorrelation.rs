@@ -1,7 +1,7 @@
 //! The autocorrelation of a height map, and the contour round its centre.
 
 use num_complex::Complex;
-use rustfft::FftPlanner;
+use piezotact_fourier::ComplexPlanner;
 
 use super::HeightMap;
 use crate::fourier::{RealTransform, fast_length};
@@ -207,7 +207,7 @@ fn lagged_products(values: &[f64], columns: usize, most: (usize, usize)) -> Vec<
 /// Turns transforms of rows into transforms, of rows only, of the autocorrelation.
 fn square_along_y(spectrum: &mut [Complex<f64>], bins: usize) {
     let length = spectrum.len() / bins;
-    let mut planner = FftPlanner::new();
+    let mut planner = ComplexPlanner::new();
     let forward = planner.plan_fft_forward(length);
     let inverse = planner.plan_fft_inverse(length);
     let scratch = forward

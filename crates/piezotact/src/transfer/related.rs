@@ -2,7 +2,7 @@
 //! what two unrelated signals show.
 
 use num_complex::Complex;
-use rustfft::FftPlanner;
+use piezotact_fourier::ComplexPlanner;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Gamma};
 
@@ -179,7 +179,7 @@ fn squared_envelope(
         let taper = 0.5 - 0.5 * (std::f64::consts::TAU * place).cos();
         *value = bin(line) * taper;
     }
-    FftPlanner::new().plan_fft_inverse(n).process(&mut bins);
+    ComplexPlanner::new().plan_fft_inverse(n).process(&mut bins);
     // Negative lags first.
     bins.rotate_right(n / 2);
     bins.iter().map(Complex::norm_sqr).collect()

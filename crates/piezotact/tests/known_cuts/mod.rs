@@ -1,6 +1,7 @@
 //! Recordings of active touch with known cuts: a small generator of its own, which knows nothing of the rules that
 //! cut them.
 #![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::f64::consts::TAU;
 

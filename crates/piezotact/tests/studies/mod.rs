@@ -1,5 +1,6 @@
 //! Quick synthetic strokes: PSDs of noise with a shape, whose level and spectrum differ from stroke to stroke as those of a finger do.
 #![allow(dead_code, reason = "its two users need other parts of it")]
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::f64::consts::TAU;
 

@@ -1,14 +1,20 @@
 //! Vibrations to score: noise with a shape, and measured ones.
 #![allow(dead_code, reason = "its two users need other parts of it")]
+#![allow(
+    clippy::disallowed_methods,
+    clippy::unwrap_used,
+    reason = "a test reads measured files, and fails where it cannot go on"
+)]
 
 use std::f64::consts::TAU;
 
+use num_complex::Complex;
 use piezotact::Series;
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate};
 use piezotact::score::{Score, ScoreConfig, score};
+use piezotact_fourier::ComplexPlanner;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rustfft::{FftPlanner, num_complex::Complex};
 
 pub(crate) const RATE_HZ: f64 = 5000.0;
 pub(crate) const THIRTY_S: usize = 150_000;
@@ -48,7 +54,7 @@ pub(crate) fn filtered(
     mut change: impl FnMut(f64, Complex<f64>) -> Complex<f64>,
 ) -> Vec<f64> {
     let n = samples.len();
-    let mut planner = FftPlanner::new();
+    let mut planner = ComplexPlanner::new();
     let mut bins: Vec<Complex<f64>> = samples.iter().map(|v| Complex::new(*v, 0.0)).collect();
     planner.plan_fft_forward(n).process(&mut bins);
     for k in 1..n.div_ceil(2) {

@@ -1,11 +1,11 @@
-//! What the benchmark computes with, independent of what it judges: whole-signal transforms, draws, signals at other times.
+//! Signal processing of the benchmark, independent of the code under test: whole-signal transforms, random draws, interpolation.
 
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex;
 use piezotact::manipulate::DrawnPhases;
-use realfft::RealFftPlanner;
+use piezotact_fourier::RealPlanner;
 
 /// The rate of every signal here, Hz.
 pub(super) const RATE_HZ: f64 = 5_000.0;
@@ -63,7 +63,7 @@ impl Draws {
 
 thread_local! {
     /// It keeps the plans that it made.
-    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+    static PLANNER: RefCell<RealPlanner> = RefCell::new(RealPlanner::new());
 }
 
 /// The bins of `x` filled with zeros to `length`, not scaled.
