@@ -5,7 +5,7 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
-use piezotact::compare::{CommonLine, SpatialPeriod, Summary};
+use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::Words;
 use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
@@ -181,7 +181,7 @@ fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
             @let lines = &study.common_lines;
             @if !lines.is_empty() {
                 p { "Lines that every sample has:" }
-                ul { @for line in lines { li { (CommonLine::conclusion(line)) } } }
+                ul { @for line in lines { li { (line.conclusion()) } } }
             }
         }
     })
