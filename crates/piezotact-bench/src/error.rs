@@ -31,7 +31,7 @@ pub enum DeviceError {
     },
     /// A step out of order.
     #[error(
-        "the bench was asked to {asked} before it was {before}; this is a fault of the procedure: report it"
+        "the bench was asked to {asked} before it was {before}; this is a bug in the procedure: report it"
     )]
     Order {
         /// The step asked for.
@@ -63,7 +63,8 @@ pub enum DeviceError {
     },
     /// The acquired samples were not fetched in time, and the buffer of the device overflowed.
     #[error(
-        "the input of the {name} ran full after {after_s:.2} s, since the computer was too slow; close other programs, then measure again"
+        "the input buffer of the {name} overflowed after {after_s:.2} s, since the computer was too slow; close other programs, \
+            then measure again"
     )]
     InputFull {
         /// The device.
@@ -73,7 +74,8 @@ pub enum DeviceError {
     },
     /// A device breaks the contract of a bench.
     #[error(
-        "the {name} broke the contract of a bench: expected {expected}, found {found}; this is a fault of its driver: report it"
+        "the {name} does not follow the bench interface: expected {expected}, found {found}; this is a bug in its driver: \
+            report it"
     )]
     Contract {
         /// The device.
@@ -93,7 +95,8 @@ pub enum ProcedureError {
     Device(#[from] DeviceError),
     /// The drive was made for another gain.
     #[error(
-        "cannot play: the drive was rendered for gain {drive}, {name} is set to {bench}; set the amplifier to {drive}, or characterise and render at {bench}"
+        "cannot play: the drive was rendered for gain {drive}, but {name} is set to {bench}; set the amplifier to {drive}, or \
+            characterise and render at {bench}"
     )]
     Gain {
         /// The gain the drive is for.
@@ -105,7 +108,8 @@ pub enum ProcedureError {
     },
     /// The drive was made for another device.
     #[error(
-        "cannot play: the drive was rendered for {drive}, {name} is described as {bench}; take the description that the transfer function was measured with, or characterise and render again"
+        "cannot play: the drive was rendered for {drive}, but {name} is described as {bench}; use the description that the \
+            transfer function was measured with, or characterise and render again"
     )]
     Described {
         /// The device the drive is for.
@@ -141,7 +145,7 @@ pub enum ProcedureError {
     #[error(transparent)]
     Render(#[from] piezotact::render::RenderError),
     /// The first measurement of a closed loop is not reliable.
-    #[error("nothing was corrected: {0}")]
+    #[error("no correction was made: {0}")]
     Broken(String),
     /// A run did not pass the gate.
     #[error("the measurement was refused: {0}")]
@@ -167,7 +171,7 @@ pub enum ProcedureError {
         after_s: f64,
     },
     /// The acquired samples could not be stored.
-    #[error("the recording could not be kept: {0}")]
+    #[error("the recording could not be saved: {0}")]
     Keep(SinkError),
     /// No transfer function can be estimated from the acquired samples.
     #[error("the characterisation gave no transfer function: {0}")]

@@ -138,7 +138,7 @@ fn whole(seconds: f64, rate: SampleRate) -> Result<usize, ProcedureError> {
         return Err(impossible(
             &format!("a rate with a whole number of samples in {seconds:.3} s"),
             rate.to_string(),
-            "take a random drive",
+            "use a random drive",
         ));
     }
     Ok(samples.round() as usize)

@@ -55,7 +55,7 @@ impl fmt::Display for Refusal {
                 let target_n = self.0.target_n.unwrap_or(f64::NAN);
                 write!(
                     f,
-                    "the force averaged {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
+                    "the mean force was {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
                     target_n * (1.0 + found),
                     limit * 100.0
                 )
@@ -66,7 +66,8 @@ impl fmt::Display for Refusal {
             ),
             RunCriterion::Polarity => write!(
                 f,
-                "it answers with the opposite sign of the first repeat (correlation {found:.2}): check the polarity of the sensor and the actuator"
+                "the response has the opposite sign to the first repeat \
+                    (correlation {found:.2}): check the polarity of the sensor and the actuator"
             ),
         }
     }
@@ -136,11 +137,11 @@ impl Gate {
             }),
             _ => Err(ProcedureError::Impossible {
                 expected: format!(
-                    "segments of which five fit into the {} over which the gate judges",
+                    "segments so short that five fit into the {} that the gate evaluates",
                     config.window
                 ),
                 found: segment.to_string(),
-                todo: "take shorter segments, 2048 is usual at 5 kHz, or turn the gate off".into(),
+                todo: "use shorter segments, 2048 is usual at 5 kHz, or turn the gate off".into(),
             }),
         }
     }

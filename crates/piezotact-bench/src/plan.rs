@@ -111,7 +111,7 @@ impl Playback {
             if samples.len() > longest {
                 return Err(DeviceError::Impossible {
                     expected: format!(
-                        "a drive that ends within {LONGEST_COLLECTED_S} s, as this bench computes its answer before it begins"
+                        "a drive that ends within {LONGEST_COLLECTED_S} s, as this bench computes the response before it begins"
                     ),
                     found: "one that goes on".into(),
                     todo: "state a shorter duration".into(),

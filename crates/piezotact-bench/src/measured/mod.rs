@@ -112,7 +112,7 @@ impl MeasuredBench {
         let mut impulse = function.impulse_response();
         if rms(&impulse) == 0.0 {
             return Err(wrong(
-                "a transfer function that answers where it was driven".into(),
+                "a transfer function that is not zero where it was driven".into(),
                 format!("zeros in {called}"),
                 "measure it again",
             ));
@@ -155,7 +155,8 @@ impl MeasuredBench {
         let mut bench = Self::new(function.times(spread.factor(&normals)), called, noise)?;
         if let Some((level_db, phase_rad)) = spread.apart_over(bench.answers) {
             bench.placed = format!(
-                "another placement of the finger, number {number} of seed {}, drawn from how {} of {} people and cells lie apart ({level_db:.2} dB and {:.1}° rms): ",
+                "another placement of the finger, number {number} of seed {}, drawn from the differences between {} for {} \
+                    combinations of participant and condition ({level_db:.2} dB and {:.1}° rms): ",
                 noise.seed,
                 spread.of.name(),
                 spread.groups,
@@ -173,7 +174,7 @@ impl MeasuredBench {
 
     fn name(&self) -> String {
         format!(
-            "measured transfer function {} (no finger was touched)",
+            "measured transfer function {} (no finger was involved)",
             self.called
         )
     }
@@ -184,9 +185,9 @@ impl MeasuredBench {
         let on = match provenance.bench {
             Some(BenchKind::Twin) => "measured on a digital twin",
             Some(BenchKind::Hardware) => "measured on hardware",
-            Some(BenchKind::Scripted) => "of a scripted fake, and no measurement of a finger",
-            Some(BenchKind::Measured) => "itself a rehearsal and no measurement of a finger",
-            None => "of which the file does not say whether a finger was measured",
+            Some(BenchKind::Scripted) => "from a scripted fake, not a measurement of a finger",
+            Some(BenchKind::Measured) => "itself a rehearsal, not a measurement of a finger",
+            None => "the file does not state whether a finger was measured",
         };
         match provenance.source.as_str() {
             "" => format!("{}the transfer function {}, {on}", self.placed, self.called),
@@ -237,7 +238,7 @@ impl MeasuredBench {
                     ),
                     found: format!("{asked} {unit}"),
                     todo: format!(
-                        "leave --{what} out, or take a transfer function measured at {asked} {unit}"
+                        "leave --{what} out, or use a transfer function measured at {asked} {unit}"
                     ),
                 });
             }

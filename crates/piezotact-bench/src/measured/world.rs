@@ -119,7 +119,7 @@ impl World for MeasuredBench {
         };
         doubts.extend(unknown.map(|what| Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "{} does not say the {what} at which it was measured: whatever was asked for, none is recorded",
+                "{} does not state the {what} at which it was measured: no value is recorded, even if one was requested",
                 self.called
             ),
         })));

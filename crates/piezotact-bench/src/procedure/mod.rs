@@ -64,10 +64,11 @@ pub fn require_device(
     let (Some(gain), Some(found)) = (gain, bench.player.calibrate()?) else {
         return Err(ProcedureError::Impossible {
             expected: format!(
-                "a drive for a device that nothing describes, as that of the {name} is"
+                "a drive for a device without a description, like that of the {name}"
             ),
             found: format!("one for gain {}", setup.gain),
-            todo: "render it with the transfer function that stands behind this bench, and leave --gain out".into(),
+            todo: "render it with the transfer function that this bench uses, and leave --gain out"
+                .into(),
         });
     };
     if setup.device().name() == found.device().name() && setup.gain.name != gain {

@@ -228,8 +228,9 @@ pub fn acquire(
 ) -> Result<(RunStart, usize), ProcedureError> {
     if run.until == Until::PlaybackEnded {
         return Err(ProcedureError::Impossible {
-            expected: "a run of a stated duration, or one until it is stopped, as nothing plays"
-                .into(),
+            expected:
+                "a run of a stated duration, or one until it is stopped, since there is no playback"
+                    .into(),
             found: "one until a playback ended".into(),
             todo: "state a duration".into(),
         });
@@ -405,7 +406,7 @@ impl<'a> Run<'a> {
         let acquired_s = self.at_s();
         if acquired_s > drive_s * (1.0 + CLOCKS_APART) + ENDS_WITHIN_S {
             return self.broken(
-                format!("an end at most {ENDS_WITHIN_S} s behind a drive of {drive_s:.2} s"),
+                format!("an end at most {ENDS_WITHIN_S} s after a drive of {drive_s:.2} s"),
                 format!("samples for {acquired_s:.2} s"),
             );
         }
@@ -538,7 +539,7 @@ impl<'a> Run<'a> {
         if !chunk.channels.iter().flatten().all(|v| v.is_finite()) {
             return self.broken(
                 "numbers in every channel".into(),
-                format!("a sample that is none, after {:.2} s", self.at_s()),
+                format!("a sample that is not a number, after {:.2} s", self.at_s()),
             );
         }
         if chunk.lost as f64 > LONGEST_GAP_S * rate_hz {
@@ -554,7 +555,7 @@ impl<'a> Run<'a> {
                     "sample {} next, after {lost} lost ones",
                     self.samples + lost
                 ),
-                format!("a chunk that begins with sample {}", chunk.first),
+                format!("a chunk that begins at sample {}", chunk.first),
             );
         }
         let Some(now_s) = chunk.device_s else {

@@ -167,7 +167,7 @@ fn wrong(
     }
 }
 
-const SEE_FILE: &str = "see `piezotact twin parameters` for the form";
+const SEE_FILE: &str = "see `piezotact twin parameters` for the format";
 
 impl TwinParameters {
     /// The numbers that come with the program.

@@ -146,7 +146,7 @@ impl ShakerBench {
             }
             (ShakerMount::Plate, Some(load)) => {
                 return Err(DeviceError::Impossible {
-                    expected: "no load, as nobody touches the plate".into(),
+                    expected: "no load, since no finger touches the plate".into(),
                     found: load.to_string(),
                     todo: "leave it out, or mount the finger".into(),
                 });

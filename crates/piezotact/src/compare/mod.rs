@@ -69,7 +69,7 @@ pub enum CompareError {
     Nothing,
     /// Recordings that cannot be averaged.
     #[error(
-        "cannot average recordings: {what} is {one} in one and {other} in another; compare those apart"
+        "cannot average recordings: {what} is {one} in one and {other} in another; compare them separately"
     )]
     NotTogether {
         /// What differs.

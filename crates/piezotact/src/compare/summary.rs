@@ -48,10 +48,10 @@ pub struct Tooth {
     pub found_hz: Option<f64>,
 }
 
-/// What the strokes of one kind say together. Statistics run over strokes; `u` is the unit of the vibration.
+/// Summary of the strokes of one group. Statistics are over strokes; `u` is the unit of the vibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// What they have in common.
+    /// The condition that they have in common.
     pub name: String,
     /// The number of recordings.
     pub recordings: usize,
@@ -114,7 +114,7 @@ fn as_merged<S: Serializer>(doubts: &[Doubt], to: S) -> Result<S::Ok, S::Error> 
     merged(doubts).serialize(to)
 }
 
-/// What is known beforehand of finger and texture; lengths in m.
+/// Known spatial periods of finger and texture; lengths in m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Periods {
     /// The wavelength of the finger's ridges.
@@ -224,7 +224,7 @@ pub fn summarise(
         strongest_hz: strongest(&psd, band),
         machine_lines_hz: Vec::new(),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
-            // Where it is expected a smaller peak is believed.
+            // At its expected frequency a smaller peak is accepted.
             Some(_) => {
                 let low = peaks_above(&psd.mean, psd.resolution_hz, band, EXPECTED_DB);
                 fingerprint(&low, &comb, speed.mean, periods.ridge_m)
@@ -305,7 +305,7 @@ fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {
         .map_or(0.0, |(f, _)| f)
 }
 
-/// The finger's peak is none of the texture's own, unless its place is known.
+/// The peak of the finger's ridges is not assigned to the texture, unless the texture's frequency is known.
 fn fingerprint(
     found: &[Peak],
     comb: &[Tooth],

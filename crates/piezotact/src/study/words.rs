@@ -71,7 +71,9 @@ impl Rule {
     pub fn sentence(&self) -> String {
         match self {
             Self::Force(r) => format!(
-                "Strokes by normal force: contact above {:.3} N until below {:.3} N over the drifting zero, smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off cut away; {}; {:.1} s and more; mean force within ±{:.0} % of {}.",
+                "Strokes by normal force: contact begins above {:.3} N and ends below {:.3} N, relative to the drifting zero, \
+                smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off are cut off; {}; duration at least {:.1} \
+                s; mean force within ±{:.0} % of {}.",
                 r.on_n.0,
                 r.off_n.0,
                 r.smoothing_s.0 * 1e3,
@@ -84,10 +86,11 @@ impl Rule {
                 r.shortest_s.0,
                 r.tolerance_share * 100.0,
                 r.load_n
-                    .map_or("the strokes' median".into(), |load| load.to_string())
+                    .map_or("the median of the strokes".into(), |load| load.to_string())
             ),
             Self::Speed(r) => format!(
-                "Strokes by the plateau of the speed: within ±{:.0} %, {:.1} s and more, while the normal force is above {:.3} N.",
+                "Strokes by the plateau of the speed: within ±{:.0} %, duration at least {:.1} s, while the normal force is \
+                above {:.3} N.",
                 r.tolerance_share * 100.0,
                 r.shortest_s.0,
                 r.touch_n.0
@@ -321,7 +324,7 @@ impl StudyAnalysis {
         }
         if !aperiodic.is_empty() {
             sentences.push(format!(
-                "{}: no spatial period stands out at every speed: the surface may have none, or the speeds stated are not those that were reached",
+                "{}: no spatial period is clear at every speed: the surface may have none, or the stated speeds were not reached",
                 aperiodic.join(", ")
             ));
         }

@@ -206,7 +206,7 @@ impl Listener<'_> {
                 Err(_of_before) if attempt >= ATTEMPTS && before.measures_again() => attempt = 1,
                 Err(why) if attempt >= ATTEMPTS => {
                     return Err(ProcedureError::Broken(format!(
-                        "while the noise was listened to, {why}"
+                        "while the noise was recorded, {why}"
                     )));
                 }
                 Err(_again) => attempt += 1,

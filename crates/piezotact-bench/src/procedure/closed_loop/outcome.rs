@@ -115,10 +115,10 @@ pub enum LoopEnd {
 impl fmt::Display for LoopEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Done => f.write_str("corrected as often as asked"),
+            Self::Done => f.write_str("completed the requested number of corrections"),
             Self::NoBetter => f.write_str("stopped: no improvement in two iterations"),
-            Self::Worse => f.write_str("stopped: it got clearly worse"),
-            Self::Broken(why) => write!(f, "a measurement could not be believed: {why}"),
+            Self::Worse => f.write_str("stopped: the error became clearly larger"),
+            Self::Broken(why) => write!(f, "a measurement was invalid: {why}"),
         }
     }
 }
@@ -239,13 +239,14 @@ impl fmt::Display for Kept {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Corrected => "the corrected drive is kept",
-            Self::NothingCorrected => "the open loop is kept: nothing was corrected",
-            Self::NoneCloser => "the open loop is kept: no correction came closer",
+            Self::NothingCorrected => "the open-loop drive is kept: no correction was made",
+            Self::NoneCloser => "the open-loop drive is kept: no correction reduced the error",
             Self::WithinSpread => {
-                "the open loop is kept: measured once more, the best correction came no closer beyond the spread of the measurements"
+                "the open-loop drive is kept: in the confirmation measurement, the best correction gave no improvement beyond \
+                    the scatter of the measurements"
             }
             Self::FurtherOff => {
-                "the open loop is kept: measured once more, the best correction was further off"
+                "the open-loop drive is kept: in the confirmation measurement, the best correction had a larger error"
             }
         })
     }
