@@ -18,8 +18,12 @@ use piezotact::study::{
 
 /// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
 fn at_rate(name: &str, strokes: usize, own: Condition, rate_hz: f64) -> Recorded {
+    made_of(name, &vec![Kind::Plain; strokes], own, rate_hz)
+}
+
+fn made_of(name: &str, kinds: &[Kind], own: Condition, rate_hz: f64) -> Recorded {
     let seed = name.bytes().map(u64::from).sum();
-    let made = recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes]);
+    let made = recorded(&mut Random::new(seed), kinds);
     let channel = |name: &str, unit: Unit, samples: Vec<f64>| Channel {
         name: name.into(),
         unit,
@@ -353,15 +357,7 @@ fn nothing_to_compare_names_what_recordings_differ_in() {
 
 #[test]
 fn a_study_without_strokes_says_why() {
-    let mut still = of("still", 1, touched("S1", 30.0));
-    let silent = |channel: &Channel| Channel {
-        samples: vec![0.0; 20_000],
-        ..channel.clone()
-    };
-    let channels = still.recording.channels().iter().map(silent).collect();
-    let rate = SampleRate::new(RATE_HZ).unwrap();
-    still.recording =
-        Recording::new(channels, rate, touched("S1", 30.0), Provenance::default()).unwrap();
+    let still = made_of("still", &[Kind::TouchOnly; 2], touched("S1", 30.0), RATE_HZ);
     let mut done = 0;
     let takes = all([still]);
     let refused = analyse_watched(takes, &settings(Question::Groups(None)), &mut || done += 1);
@@ -375,10 +371,10 @@ fn a_study_without_strokes_says_why() {
         Some(StrokeDoubt::NoContact { .. })
     ));
     assert!(!found.doubts.is_empty());
-    let sentence = found.sentence_with(&|_| "nothing touches".into());
+    let sentence = found.sentence_with(&|_| "nothing slides".into());
     assert_eq!(
         sentence,
-        "expected strokes, found none in still.csv: nothing touches"
+        "expected strokes, found none in still.csv: nothing slides"
     );
     assert_eq!(done, 1);
 }
