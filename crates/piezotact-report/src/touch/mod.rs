@@ -5,7 +5,7 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
-use piezotact::compare::{CommonLine, SpatialPeriod, Summary};
+use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::Words;
 use piezotact::feature::{Receptor, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
@@ -181,7 +181,7 @@ fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
             @let lines = &study.common_lines;
             @if !lines.is_empty() {
                 p { "Lines that every sample has:" }
-                ul { @for line in lines { li { (CommonLine::conclusion(line)) } } }
+                ul { @for line in lines { li { (line.conclusion()) } } }
             }
         }
     })
@@ -461,7 +461,7 @@ fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Signals and cuts" }
-            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; all cuts are in the table of `piezotact segment --csv`.", takes.len())) } }
+            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; the table of cuts holds all of them.", takes.len())) } }
             @for part in &parts { (part) }
         }
     })

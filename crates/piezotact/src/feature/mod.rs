@@ -445,9 +445,7 @@ fn amplitudes(
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FeatureError {
     /// There is no stroke.
-    #[error(
-        "expected at least one stroke, found none; look at what was rejected with `piezotact segment`"
-    )]
+    #[error("expected at least one stroke, found none; look at what was rejected, and why")]
     NoStroke,
     /// There is no vibration.
     #[error(
