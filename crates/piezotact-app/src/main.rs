@@ -9,7 +9,6 @@ mod keeping;
 mod manipulations;
 mod output;
 mod report;
-mod wording;
 
 use std::process::ExitCode;
 

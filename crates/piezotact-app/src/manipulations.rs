@@ -8,12 +8,11 @@ use std::sync::Arc;
 use piezotact::feature::FeatureConfig;
 use piezotact::lineage::{BandChange, Level, WarpedLength};
 use piezotact::manipulate::{
-    JoinConfig, ManipulateError, Manipulated, Texture, Tilt, change_band, gain, looped,
-    phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, time_reversed, warp,
+    DrawnPhases, JoinConfig, ManipulateError, Manipulated, Texture, Tilt, change_band, gain,
+    looped, phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, time_reversed, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use piezotact::series::Series;
-use piezotact_bench::drawn_phases;
 
 /// Below this a tilt is held: gestures are there, and no device renders it.
 const TILT_HELD_BELOW: Hertz = Hertz(10.0);
@@ -158,7 +157,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
         read: |_| {
             Ok(Requested::alone(|x, settings| {
                 let needed = phases_needed(x.samples().len());
-                randomise_phases(x, &drawn_phases(settings.seed, needed))
+                randomise_phases(x, &DrawnPhases::drawn(settings.seed, needed))
             }))
         },
     },

@@ -1,4 +1,4 @@
-//! What devices and procedures refuse or fail at.
+//! Errors of devices and procedures.
 
 use piezotact::device::GainName;
 use piezotact::quantity::SampleRate;
@@ -6,7 +6,7 @@ use piezotact::run::SinkError;
 
 use crate::gate::Refusal;
 
-/// Why a device does not do what it is asked.
+/// Why a device refuses a request or fails.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// The drive has another rate than the output.
@@ -31,7 +31,7 @@ pub enum DeviceError {
     },
     /// A step out of order.
     #[error(
-        "the bench was asked to {asked} before it was {before}; this is a fault of the procedure: report it"
+        "the bench was asked to {asked} before it was {before}; this is a bug in the procedure: report it"
     )]
     Order {
         /// The step asked for.
@@ -61,9 +61,10 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
-    /// What was acquired was not fetched in time, and the device ran full.
+    /// The acquired samples were not fetched in time, and the buffer of the device overflowed.
     #[error(
-        "the input of the {name} ran full after {after_s:.2} s, since the computer was too slow; close other programs, then measure again"
+        "the input buffer of the {name} overflowed after {after_s:.2} s, since the computer was too slow; close other programs, \
+            then measure again"
     )]
     InputFull {
         /// The device.
@@ -71,9 +72,10 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
-    /// A device does what no bench may do.
+    /// A device breaks the contract of a bench.
     #[error(
-        "the {name} broke the contract of a bench: expected {expected}, found {found}; this is a fault of its driver: report it"
+        "the {name} does not follow the bench interface: expected {expected}, found {found}; this is a bug in its driver: \
+            report it"
     )]
     Contract {
         /// The device.
@@ -85,7 +87,7 @@ pub enum DeviceError {
     },
 }
 
-/// Why a procedure on a bench did not come to its end.
+/// Why a procedure on a bench was not completed.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcedureError {
     /// A device refuses or fails.
@@ -93,7 +95,8 @@ pub enum ProcedureError {
     Device(#[from] DeviceError),
     /// The drive was made for another gain.
     #[error(
-        "cannot play: the drive was rendered for gain {drive}, {name} is set to {bench}; set the amplifier to {drive}, or characterise and render at {bench}"
+        "cannot play: the drive was rendered for gain {drive}, but {name} is set to {bench}; set the amplifier to {drive}, or \
+            characterise and render at {bench}"
     )]
     Gain {
         /// The gain the drive is for.
@@ -105,7 +108,8 @@ pub enum ProcedureError {
     },
     /// The drive was made for another device.
     #[error(
-        "cannot play: the drive was rendered for {drive}, {name} is described as {bench}; take the description that the transfer function was measured with, or characterise and render again"
+        "cannot play: the drive was rendered for {drive}, but {name} is described as {bench}; use the description that the \
+            transfer function was measured with, or characterise and render again"
     )]
     Described {
         /// The device the drive is for.
@@ -115,7 +119,7 @@ pub enum ProcedureError {
         /// The bench.
         name: String,
     },
-    /// The output gives another potential than the drive was made for.
+    /// The output gives another voltage at full scale than the drive was made for.
     #[error(
         "cannot play: the drive was rendered for {drive:.3} V at full scale, {name} now gives {bench:.3} V; set the volume back, or characterise and render again"
     )]
@@ -140,8 +144,8 @@ pub enum ProcedureError {
     /// A target cannot be rendered.
     #[error(transparent)]
     Render(#[from] piezotact::render::RenderError),
-    /// The first measurement of a closed loop cannot be believed.
-    #[error("nothing was corrected: {0}")]
+    /// The first measurement of a closed loop is not reliable.
+    #[error("no correction was made: {0}")]
     Broken(String),
     /// A run did not pass the gate.
     #[error("the measurement was refused: {0}")]
@@ -166,21 +170,21 @@ pub enum ProcedureError {
         /// What was acquired of it, s.
         after_s: f64,
     },
-    /// What was acquired could not be kept.
-    #[error("the recording could not be kept: {0}")]
+    /// The acquired samples could not be stored.
+    #[error("the recording could not be saved: {0}")]
     Keep(SinkError),
-    /// What was acquired makes no transfer function.
+    /// No transfer function can be estimated from the acquired samples.
     #[error("the characterisation gave no transfer function: {0}")]
     Transfer(#[from] piezotact::transfer::TransferError),
-    /// What was acquired makes no recording.
+    /// The acquired samples do not form a recording.
     #[error("the bench delivered no recording: {0}")]
     Recording(#[from] piezotact::recording::RecordingError),
-    /// What was to be played is no signal.
+    /// The drive is not a valid signal.
     #[error("there is nothing to play: {0}")]
     Drive(#[from] piezotact::series::SeriesError),
 }
 
-/// Where a run called `label` was stopped; what is kept of it knows who keeps it.
+/// The error for a run called `label` that was stopped; the keeper knows what was stored of it.
 fn stopped(label: &str, after_s: f64) -> String {
     match after_s > 0.0 {
         true => format!("stopped by hand after {after_s:.2} s of `{label}`"),
@@ -189,8 +193,8 @@ fn stopped(label: &str, after_s: f64) -> String {
 }
 
 impl ProcedureError {
-    /// Whether a procedure whose runs are kept goes on where this ended it, once it is asked for again: a device failed, somebody
-    /// stopped it, or the disk was full. Nothing is wrong with what was asked for, nor with what was measured.
+    /// Whether a procedure whose runs are stored can be resumed after this error: a device failed, somebody
+    /// stopped it, or the disk was full. Neither the request nor the measurements are at fault.
     #[must_use]
     pub fn continues(&self) -> bool {
         match self {

@@ -59,7 +59,7 @@ pub struct ExcitationConfig {
     pub kind: Excitation,
     /// The band that is driven.
     pub band: Band,
-    /// How long at most: sweeps and multisines take as much of it as whole blocks fill.
+    /// The largest duration: sweeps and multisines fill as much of it as whole blocks allow.
     pub duration: Seconds,
     /// The largest sample, full scale = 1.
     pub peak: f64,
@@ -69,17 +69,17 @@ pub struct ExcitationConfig {
 
 /// Sweeps in a drive.
 const SWEEPS: usize = 3;
-/// Rest after a sweep, for the answer to its end, s.
+/// Rest after a sweep, for the response to decay, s.
 const TAIL_S: f64 = 0.5;
 /// Fade at both ends of a sweep or a realisation, s.
 const FADE_S: f64 = 0.02;
-/// From the end of the fade until the device answers to the period alone, s.
+/// The settling time from the end of the fade until the response is periodic, s.
 const SETTLE_S: f64 = 0.48;
 /// One period of a multisine, s: lines 0.5 Hz apart, driven ones 1 Hz.
 const PERIOD_S: f64 = 2.0;
-/// By how much the found onset of a drive may be late, s.
+/// The largest delay of a detected onset of a drive, s.
 const ONSET_S: f64 = 0.01;
-/// One of so many neighbouring odd lines is left out.
+/// One in every group of this many neighbouring odd lines is left out.
 const GROUP: usize = 4;
 
 fn impossible(expected: &str, found: String, todo: &str) -> ProcedureError {
@@ -90,7 +90,7 @@ fn impossible(expected: &str, found: String, todo: &str) -> ProcedureError {
     }
 }
 
-/// How the realisations of a multisine fill a duration.
+/// The distribution of a duration over realisations and periods of a multisine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Filling {
     realisations: usize,
@@ -138,7 +138,7 @@ fn whole(seconds: f64, rate: SampleRate) -> Result<usize, ProcedureError> {
         return Err(impossible(
             &format!("a rate with a whole number of samples in {seconds:.3} s"),
             rate.to_string(),
-            "take a random drive",
+            "use a random drive",
         ));
     }
     Ok(samples.round() as usize)
@@ -170,8 +170,8 @@ impl ExcitationConfig {
         Ok(())
     }
 
-    /// Where the sweeps or periods stand in a recording at `rate`, from where the drive sets in; `None` for a random
-    /// drive, which has none.
+    /// The positions of the sweeps or periods in a recording at `rate`, from the onset of the drive; `None` for a random
+    /// drive, which has no blocks.
     ///
     /// # Errors
     /// [`ProcedureError::Impossible`] when the duration holds too few, or the rate no whole number of samples.
@@ -214,7 +214,7 @@ impl ExcitationConfig {
         Ok(each_s)
     }
 
-    /// What it is, for the provenance, where it was played with a peak of `peak` of full scale.
+    /// A description for the provenance, for a drive that was played with a peak of `peak` of full scale.
     #[must_use]
     pub fn told(&self, peak: f64) -> String {
         let mut lasted = self.duration;
@@ -302,8 +302,8 @@ fn faded(i: usize, length: usize, fade: usize) -> f64 {
     0.5 - 0.5 * (PI * edge).cos()
 }
 
-/// Sweeps whose frequency rises by as many octaves in every second (A. Farina, 108th AES Convention, 2000): low
-/// frequencies, where the device answers least, get most of the time.
+/// Exponential sweeps, with a constant number of octaves per second (A. Farina, 108th AES Convention, 2000): low
+/// frequencies, where the device responds least, get most of the time.
 fn sweeps(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, ProcedureError> {
     let each_s = config.sweep_s()?;
     let (stride, fade) = (whole(each_s, rate)?, rate.samples_in(Seconds(FADE_S)));
@@ -323,8 +323,8 @@ fn sweeps(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, Proce
     Ok(one.repeat(SWEEPS))
 }
 
-/// Multisines on odd lines of one level, random phases, of every group of neighbours one left out: what the device makes
-/// of its own on the lines left out, and on even ones, is distortion (J. Schoukens, M. Vaes and R. Pintelon (2016), IEEE
+/// Multisines of equal level and random phases on odd lines, one line of every group left out: power of the response on
+/// the lines left out, and on even lines, is distortion (J. Schoukens, M. Vaes and R. Pintelon (2016), IEEE
 /// Control Systems 36(3)).
 fn multisines(config: &ExcitationConfig, rate: SampleRate) -> Result<Vec<f64>, ProcedureError> {
     let filling = Filling::of(config.duration)?;
@@ -426,7 +426,7 @@ mod tests {
             let first = &drive.samples()[at..at + blocks.length];
             let second = &drive.samples()[at + blocks.length..at + 2 * blocks.length];
             assert!(first.iter().zip(second).all(|(a, b)| (a - b).abs() < 1e-12));
-            // An odd-line signal is its own opposite half a period later.
+            // A signal with only odd lines changes sign after half a period.
             let half = blocks.length / 2;
             assert!(
                 first

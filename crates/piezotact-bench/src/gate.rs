@@ -1,5 +1,5 @@
-//! The gate that a characterisation passes while it runs: a measurement that leaves its load, or in which the finger no
-//! longer follows the drive, ends at once and is asked for again.
+//! The gate: quality checks during a characterisation. A measurement whose force departs from the target load, or whose coherence
+//! falls too low, is stopped at once and repeated.
 
 use std::fmt;
 
@@ -14,14 +14,14 @@ use piezotact::transfer::{CrossPlan, CrossSpectra};
 use crate::error::ProcedureError;
 use crate::procedure::LOWEST_JUDGED;
 
-/// What a characterisation must keep to.
+/// The limits that a characterisation must keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GateConfig {
-    /// The mean force of every window may depart from its target by this share.
+    /// The largest departure of the mean force of a window from its target, as a share of the target.
     pub force_share: f64,
-    /// The median coherence of the driven lines of every window.
+    /// The least median coherence of the driven lines of a window.
     pub least_coherence: f64,
-    /// How long a window is.
+    /// The length of a window.
     pub window: Seconds,
 }
 
@@ -37,7 +37,7 @@ impl GateConfig {
     }
 }
 
-/// Why a measurement is asked for again: what was judged of it, with at least one criterion that is not met.
+/// Why a measurement is repeated: its judgement, with at least one criterion that is not met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal(pub Judged);
 
@@ -55,7 +55,7 @@ impl fmt::Display for Refusal {
                 let target_n = self.0.target_n.unwrap_or(f64::NAN);
                 write!(
                     f,
-                    "the force averaged {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
+                    "the mean force was {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
                     target_n * (1.0 + found),
                     limit * 100.0
                 )
@@ -66,7 +66,8 @@ impl fmt::Display for Refusal {
             ),
             RunCriterion::Polarity => write!(
                 f,
-                "it answers with the opposite sign of the first repeat (correlation {found:.2}): check the polarity of the sensor and the actuator"
+                "the response has the opposite sign to the first repeat \
+                    (correlation {found:.2}): check the polarity of the sensor and the actuator"
             ),
         }
     }
@@ -74,7 +75,7 @@ impl fmt::Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// The places in a chunk of the channels that a gate judges.
+/// The indices in a chunk of the channels that a gate judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GateRoles {
     /// The drive.
@@ -96,11 +97,11 @@ pub struct Gate {
     window: [Vec<f64>; 3],
     /// Samples before the window.
     before: usize,
-    /// How many samples belong to the run; what comes after is rest.
+    /// The number of samples of the run; later samples are rest and not judged.
     run: usize,
-    /// Whether all of the run was judged, or a part of it refused.
+    /// Whether the whole run was judged, or a part of it was refused.
     done: bool,
-    /// Of each rule the worst window so far.
+    /// For each criterion the worst window so far.
     worst: Vec<Criterion<RunCriterion>>,
 }
 
@@ -136,17 +137,17 @@ impl Gate {
             }),
             _ => Err(ProcedureError::Impossible {
                 expected: format!(
-                    "segments of which five fit into the {} over which the gate judges",
+                    "segments so short that five fit into the {} that the gate evaluates",
                     config.window
                 ),
                 found: segment.to_string(),
-                todo: "take shorter segments, 2048 is usual at 5 kHz, or turn the gate off".into(),
+                todo: "use shorter segments, 2048 is usual at 5 kHz, or turn the gate off".into(),
             }),
         }
     }
 
-    /// Judges every window as it fills, and what is left at the end of the run when it is at least half a window. Of
-    /// several windows in one chunk the first that is not met is returned, else the last.
+    /// Judges every window as it fills, and the remainder at the end of the run if it is at least half a window. Of
+    /// several windows in one chunk the first that is not met is returned, otherwise the last.
     fn admit(&mut self, chunk: &RunChunk) -> Option<Judged> {
         let GateRoles {
             drive,
@@ -170,8 +171,8 @@ impl Gate {
         found
     }
 
-    /// What was judged of all of the run so far: of each rule the worst window. `recording` is judged where no document of
-    /// its run came by, as of one that was kept before.
+    /// The judgement of the whole run so far: for each criterion the worst window. `recording` is judged if no document of
+    /// its run was received, as for a recording that was stored earlier.
     pub(crate) fn judged_of(&mut self, recording: &Recording) -> Judged {
         if self.before == 0 {
             let channels = recording.channels().iter();
@@ -187,7 +188,7 @@ impl Gate {
         }
     }
 
-    /// Judges what is left at the end, when it is at least half a window.
+    /// Judges the remainder at the end if it is at least half a window.
     fn finish(&mut self) -> Option<Judged> {
         self.done = true;
         let left = self
@@ -244,8 +245,8 @@ impl Gate {
         }
         let spectra: Result<CrossSpectra<Drive, Acceleration>, _> =
             self.plan.estimate(&drive, &acceleration);
-        // Of a window too short for a segment nothing can be said, and a sweep that is still below the frequencies that the
-        // device answers to gives nothing to judge.
+        // A window shorter than a segment cannot be judged, nor can a sweep that is still below the frequencies to which the
+        // device responds.
         let median = spectra
             .ok()
             .and_then(|spectra| spectra.driven_coherence(LOWEST_JUDGED));

@@ -1,4 +1,5 @@
-//! The two halves of a bench behind which something computes the answer: what is played on one is acquired on the other.
+//! The two halves of a simulated bench: a world computes the response to the signal played on one half, and the other acquires
+//! it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -15,7 +16,7 @@ use crate::traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
 };
 
-/// What stands between the halves.
+/// The simulated system between the two halves: drive in, acquired channels out.
 pub trait World: Send {
     /// See [`Play::describe`].
     fn output(&self) -> PlayDescription;
@@ -39,23 +40,23 @@ pub trait World: Send {
     fn doubts(&self) -> Vec<Doubt> {
         Vec::new()
     }
-    /// What is acquired before the playback begins, s.
+    /// The time acquired before the playback begins, s.
     fn lead_s(&self) -> f64;
-    /// What follows from `drive`, at the rate of the output, for `run`.
+    /// The simulation of `run` with `drive`, which is at the rate of the output.
     fn begin(&self, drive: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, DeviceError>;
 }
 
-/// A run that is under way.
+/// A simulated run in progress.
 pub trait Run: Send {
-    /// What is acquired next, a list of samples for each channel; `None` at the end.
+    /// The next acquired samples, one list per channel; `None` at the end.
     fn next_channels(&mut self) -> Option<Vec<Vec<f64>>>;
 }
 
-/// How long the finger rests at a time behind the drive of a run until it is stopped, s.
+/// The length of a block of rest after the drive, in a run until it is stopped, s.
 const REST_AT_A_TIME_S: f64 = 5.0;
 
-/// The halves of a bench with `world` behind them. Time is that of the acquired samples: nothing is played that was not
-/// acquired. A run of a stated duration, or until it is stopped, goes on in silence behind the drive.
+/// The halves of a bench simulated by `world`. Time is counted in acquired samples: playback advances only as samples are
+/// acquired. A run of a stated duration, or until it is stopped, continues in silence after the drive.
 pub fn halves<W: World + 'static>(world: W) -> Bench {
     let shared = Arc::new(Mutex::new(Shared {
         world,
@@ -69,7 +70,7 @@ pub fn halves<W: World + 'static>(world: W) -> Bench {
     )
 }
 
-/// The finger between the halves.
+/// The state shared by the two halves.
 struct Shared<W> {
     world: W,
     loaded: Option<Vec<f64>>,
@@ -85,7 +86,7 @@ struct UnderWay {
     /// The samples of the drive.
     drive: u64,
     acquired: u64,
-    /// How often the finger rested behind the drive.
+    /// The number of blocks of rest after the drive.
     rests: usize,
     over: bool,
     acquiring: bool,
@@ -207,7 +208,7 @@ impl<W: World> Play for Player<W> {
     fn stop(&mut self) {
         let mut shared = locked(&self.0);
         shared.loaded = None;
-        // The answer to the whole drive is computed: where the playback ends early, so does the run.
+        // The response to the whole drive was already computed: if the playback ends early, the run must end too.
         if let Some(run) = &mut shared.under_way {
             run.over |= run.run.is_some();
         }

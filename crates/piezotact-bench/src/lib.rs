@@ -1,4 +1,4 @@
-//! The contract of a bench, and what is done with any of them.
+//! The contract of a bench, and the procedures that run on any bench.
 //!
 //! A bench is two halves, [`Play`] and [`Acquire`]. The digital twin is one, hardware another, and a device and finger whose
 //! transfer function was [`measured`] a third; no [`procedure`] knows which one it runs on. Every bench passes the same
@@ -13,7 +13,6 @@ pub mod halves;
 pub mod measured;
 mod plan;
 pub mod procedure;
-pub mod random;
 mod stop;
 mod traits;
 mod watch;
@@ -21,8 +20,8 @@ mod watch;
 pub use error::{DeviceError, ProcedureError};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
 pub use gate::{Gate, GateConfig, GateRoles, Refusal};
+pub use piezotact::statistics::random;
 pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
-pub use random::drawn_phases;
 pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,

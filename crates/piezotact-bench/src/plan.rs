@@ -1,16 +1,16 @@
-//! What is asked of one run.
+//! The plan of one run: who touches how, until when, and what is played.
 
 use piezotact::Series;
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Seconds};
 
 use crate::error::DeviceError;
 
-/// What is asked of one run: who touches how, until when, and what the run is for.
+/// The plan of one run: load, angle and placement of the finger, when it ends, and its purpose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunPlan {
-    /// What the run is for; it stands in the recording's provenance.
+    /// The purpose of the run; it is stored in the recording's provenance.
     pub label: String,
-    /// The normal force that the participant is asked to hold; none where the person is free to choose.
+    /// The target normal force; none if the participant chooses the force freely.
     pub load: Option<Newtons>,
     /// The angle between finger and surface.
     pub angle: Degrees,
@@ -20,24 +20,24 @@ pub struct RunPlan {
     pub until: Until,
 }
 
-/// Where a resting finger lies in a run.
+/// The placement of a resting finger in a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Placement {
-    /// It was taken off and placed again for this run.
+    /// The finger was lifted and placed again for this run.
     #[default]
     New,
-    /// It lies as in the run of this label, and was not taken off since.
+    /// The finger has not been lifted since the run of this label.
     SameAs(String),
 }
 
-/// When a run is over; a stop handle ends it at any time.
+/// The end condition of a run; a stop handle ends it at any time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Until {
     /// When all of the drive was played, and the response has died away.
     PlaybackEnded,
     /// After this much was acquired.
     Duration(Seconds),
-    /// When it is stopped, or when whoever touches something is done.
+    /// When it is stopped, or when the participant has finished.
     Stopped,
 }
 
@@ -52,7 +52,7 @@ impl RunPlan {
     }
 }
 
-/// A drive that is made while it is played.
+/// A drive that is generated during playback.
 pub trait DriveSource: Send {
     /// The rate of its samples.
     fn rate(&self) -> SampleRate;
@@ -60,11 +60,11 @@ pub trait DriveSource: Send {
     fn next_samples(&mut self, count: usize) -> Vec<f64>;
 }
 
-/// What is played.
+/// The signal to be played.
 pub enum Playback {
-    /// A signal that is there as a whole.
+    /// A complete signal.
     Whole(Series<Drive>),
-    /// A signal that is made as it goes.
+    /// A signal that is generated during playback.
     Made(Box<dyn DriveSource>),
 }
 
@@ -90,11 +90,11 @@ impl Playback {
         }
     }
 
-    /// All of its samples, of one that is made as it goes as many as `until` needs: for benches that compute their answer before a
-    /// run begins.
+    /// All samples (full scale = 1); for a generated signal as many as `until` needs. For benches that compute their response
+    /// before a run begins.
     ///
     /// # Errors
-    /// [`DeviceError::Impossible`] when one that is made as it goes has not ended after ten minutes.
+    /// [`DeviceError::Impossible`] when a generated signal has not ended after ten minutes.
     pub fn collected(self, until: Until) -> Result<Vec<f64>, DeviceError> {
         let mut source = match self {
             Self::Whole(drive) => return Ok(drive.samples().to_vec()),
@@ -111,7 +111,7 @@ impl Playback {
             if samples.len() > longest {
                 return Err(DeviceError::Impossible {
                     expected: format!(
-                        "a drive that ends within {LONGEST_COLLECTED_S} s, as this bench computes its answer before it begins"
+                        "a drive that ends within {LONGEST_COLLECTED_S} s, as this bench computes the response before it begins"
                     ),
                     found: "one that goes on".into(),
                     todo: "state a shorter duration".into(),

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-/// Stops whatever runs on a bench, from another thread or from an interrupt (Ctrl-C), also while something waits.
+/// Stops a run on a bench from another thread or from an interrupt (Ctrl-C), even while the bench waits.
 ///
 /// All clones stop the same runs. A stop is final: a bench that is to run again gets a new handle.
 #[derive(Clone, Debug, Default)]
@@ -23,7 +23,7 @@ impl StopHandle {
         Self::default()
     }
 
-    /// Stops, and wakes whoever waits with this handle.
+    /// Stops the run, and wakes all threads that wait with this handle.
     pub fn stop(&self) {
         *self
             .0
@@ -36,7 +36,7 @@ impl StopHandle {
         }
     }
 
-    /// A handle that this one stops too, and that stops nothing else: one run of several.
+    /// A handle for one run of several: stopped by this handle too, but stopping nothing else.
     #[must_use]
     pub fn child(&self) -> Self {
         let child = Self::new();
@@ -67,7 +67,7 @@ impl StopHandle {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for `duration`, or until it is stopped; whether it was stopped.
+    /// Waits for `duration` or until it is stopped; returns whether it was stopped.
     #[must_use]
     pub fn wait(&self, duration: Duration) -> bool {
         let stopped = self

@@ -1,4 +1,4 @@
-//! The contract of a bench, whoever built it: two halves, one that plays and one that acquires.
+//! The contract that every bench keeps: two halves, one that plays and one that acquires.
 //!
 //! Every bench passes the same [`conformance`](crate::conformance) tests.
 
@@ -14,7 +14,7 @@ use crate::plan::{Playback, RunPlan};
 use crate::stop::StopHandle;
 use crate::watch::LONGEST_PAUSE;
 
-/// The playing half of a bench, as it describes itself.
+/// The description of the playing half of a bench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlayDescription {
     /// What it is, for people.
@@ -23,11 +23,11 @@ pub struct PlayDescription {
     pub kind: BenchKind,
     /// The rate at which it takes the drive.
     pub rate: SampleRate,
-    /// The gain that is set on the amplifier; absent where nothing describes what stands behind the output.
+    /// The gain set on the amplifier; absent if the device at the output is not described.
     pub gain: Option<GainName>,
 }
 
-/// The acquiring half of a bench, as it describes itself.
+/// The description of the acquiring half of a bench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcquireDescription {
     /// What it is, for people.
@@ -38,17 +38,17 @@ pub struct AcquireDescription {
     pub rate: SampleRate,
     /// The channels' names and SI units, in the order of [`RunChunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// Who touches what and how; load and angle come with the run, except where the bench has them already.
+    /// Who touches what and how; load and angle are those of the run, unless the bench determines them.
     pub condition: Condition,
-    /// The seed, where something is drawn.
+    /// The seed, if the bench uses random numbers.
     pub seed: Option<u64>,
-    /// What it will do and how it is set, for the provenance of what it records.
+    /// Its operation and settings, for the provenance of its recordings.
     pub steps: Vec<String>,
-    /// The transfer function that answers in place of a device and a finger; absent where they answer themselves.
+    /// The checksum of the transfer function that simulates device and finger; absent for a real device and finger.
     pub answers_with: Option<Checksum>,
 }
 
-/// What the sensors read at rest, one value a channel, in their SI units.
+/// The calibration of the sensors at rest, one value per channel, in their SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorCalibration {
     /// The mean at rest.
@@ -57,10 +57,10 @@ pub struct SensorCalibration {
     pub noise_rms: Vec<f64>,
 }
 
-/// How far a playback is.
+/// The progress of a playback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlayProgress {
-    /// Samples that came out.
+    /// The number of samples played.
     pub played: u64,
     /// Times the output ran dry.
     pub underruns: usize,
@@ -72,8 +72,8 @@ pub struct PlayProgress {
 pub trait Play: Send {
     /// What it is.
     fn describe(&self) -> PlayDescription;
-    /// Measures the way from the drive to the actuator: volts at full scale, with the gain that is set. `None` where
-    /// nothing describes it, and the digital full scale is the only limit that is known.
+    /// Measures the path from the drive to the actuator: volts at full scale with the present gain. `None` if the device is
+    /// not described, so that the digital full scale is the only known limit.
     ///
     /// # Errors
     /// [`DeviceError`] when it cannot be measured.
@@ -106,8 +106,8 @@ pub trait Play: Send {
 pub trait Acquire: Send {
     /// What it is.
     fn describe(&self) -> AcquireDescription;
-    /// What goes on while `run` is recorded: what the bench says, at the load and angle of the run, unless they are not
-    /// the run's to choose.
+    /// The condition of `run`: that of the bench, with the load and angle of the run unless the bench determines
+    /// them.
     fn condition(&self, run: &RunPlan) -> Condition {
         Condition {
             load_n: run.load,
@@ -134,25 +134,25 @@ pub trait Acquire: Send {
     /// # Errors
     /// [`DeviceError::Order`] when it is not ready.
     fn start(&mut self) -> Result<(), DeviceError>;
-    /// How long it may deliver no samples while it acquires; a procedure ends a run in which nothing comes for longer.
+    /// The longest time without samples during acquisition; a procedure ends a run after a longer pause.
     fn longest_pause(&self) -> Seconds {
         LONGEST_PAUSE
     }
     /// Waits for the next chunk, of at most a second; `None` when the run is over or was stopped. The first sample of a
-    /// chunk follows the last one of the chunk before, but for the samples that it says were lost.
+    /// chunk directly follows the last one of the previous chunk, except for the lost samples that it reports.
     ///
     /// # Errors
     /// [`DeviceError::Order`] when nothing was started, [`DeviceError::Lost`] and [`DeviceError::InputFull`] when it fails; what
     /// came before is not lost.
     fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError>;
-    /// Says that all of the drive was played: acquisition goes on until the response has died away, then the run is over. One
-    /// that sees by itself when its playback ends does nothing.
+    /// Reports that the whole drive was played: acquisition continues until the response has decayed, then the run is over. A
+    /// bench that detects the end of its playback itself does nothing.
     fn playback_ended(&mut self) {}
     /// Stops, at any time; harmless when nothing runs.
     fn stop(&mut self);
 }
 
-/// The two halves that stand at one finger.
+/// A bench: a playing and an acquiring half at one finger.
 pub struct Bench {
     /// What plays.
     pub player: Box<dyn Play>,

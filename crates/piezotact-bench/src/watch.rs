@@ -8,9 +8,9 @@ use piezotact::quantity::Seconds;
 use crate::error::DeviceError;
 use crate::stop::StopHandle;
 
-/// A device that delivers no sample for so long is gone: 5 s, and twice the longest chunk.
+/// A device that delivers no samples for longer than this is lost: 5 s plus twice the longest chunk.
 pub const LONGEST_PAUSE: Seconds = Seconds(7.0);
-/// In so many parts the pause is waited for. A computer that stands still for a while costs one of them, not all.
+/// The number of parts in which the pause is waited for, so that a computer that is suspended for a while costs only one of them.
 const PARTS: u32 = 10;
 
 /// Watches one run: it stops it where no samples come for too long.
@@ -39,14 +39,14 @@ impl Watch {
     /// Does what acquires, under watch; the run is over then.
     pub(crate) fn during<T>(&self, acquires: impl FnOnce() -> T) -> T {
         std::thread::scope(|scope| {
-            // Without a thread to be had nothing is watched.
+            // If no thread can be started, the run is not watched.
             let _unwatched = std::thread::Builder::new().spawn_scoped(scope, || self.watch());
             let _over = Over(&self.stop);
             acquires()
         })
     }
 
-    /// Handles samples that came: the time that it takes is no pause of the device.
+    /// Handles received samples: the time this takes does not count as a pause of the device.
     pub(crate) fn handle<T>(&self, handles: impl FnOnce() -> T) -> T {
         self.busy.store(true, Ordering::SeqCst);
         let handled = handles();
@@ -55,7 +55,7 @@ impl Watch {
         handled
     }
 
-    /// Refuses to go on after too long a pause of the device `name`, which had delivered for `after_s`.
+    /// Returns an error after too long a pause of the device `name`, which had delivered samples for `after_s`.
     pub(crate) fn answers(&self, name: &str, after_s: f64) -> Result<(), DeviceError> {
         if !self.silent.load(Ordering::SeqCst) {
             return Ok(());

@@ -198,7 +198,7 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
         ),
         (
             "input_full_after_s = 3.25",
-            "the input of the scripted fake ran full after 3.25 s",
+            "the input buffer of the scripted fake overflowed after 3.25 s",
         ),
     ] {
         let (done, keeper) = played(script, 6.0);
@@ -244,7 +244,7 @@ fn breaks_of_the_contract_are_named() {
         ),
         (
             Breach::RepeatedChunk,
-            "sample 7500 next, after 0 lost ones, found a chunk that begins with sample 7000",
+            "sample 7500 next, after 0 lost ones, found a chunk that begins at sample 7000",
         ),
         (
             Breach::UnreportedGap,
@@ -253,7 +253,7 @@ fn breaks_of_the_contract_are_named() {
         (Breach::NotANumber, "numbers in every channel"),
         (
             Breach::NeverEnds,
-            "an end at most 60 s behind a drive of 3.00 s",
+            "an end at most 60 s after a drive of 3.00 s",
         ),
         (
             Breach::EndsEarly,
@@ -438,7 +438,11 @@ fn an_acquisition_without_a_drive_ends_in_order() {
         "{said}"
     );
     let (done, keeper) = taken("seed = 1", Until::PlaybackEnded);
-    assert!(done.unwrap_err().to_string().contains("nothing plays"));
+    assert!(
+        done.unwrap_err()
+            .to_string()
+            .contains("there is no playback")
+    );
     assert!(keeper.0.borrow().is_empty());
 }
 

@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Atomic file writes: a file is either completely written or not present.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::WriteError;
 
-/// Writes a file beside its place, flushes it to the disk, and renames it: whoever looks sees the old file
-/// or the new one, never half of it. A link is followed; what is no regular file (a pipe, a device) is written
-/// to as it is.
+/// Writes a temporary file, flushes it to the disk, and renames it to `path`: other programs see the old file
+/// or the new one, never a partial one. A link is followed; anything but a regular file (a pipe, a device) is written
+/// to directly.
 ///
 /// # Errors
 /// [`WriteError::Io`] when the operating system refuses, [`WriteError::Content`] when a folder stands there,
@@ -20,9 +20,9 @@ pub fn write_atomically(
     Prepared::new(path, write)?.commit()
 }
 
-/// A file that is whole and on the disk, but not yet in its place.
+/// A complete file on the disk, not yet renamed to its final name.
 pub(crate) struct Prepared {
-    /// The file beside its place; `None` when it went straight into a pipe or device.
+    /// The temporary file; `None` when it was written directly to a pipe or device.
     side: Option<tempfile::NamedTempFile>,
     place: PathBuf,
 }
@@ -52,7 +52,7 @@ impl Prepared {
         }
         let folder = folder_of(&place);
         let mut side = tempfile::Builder::new();
-        // Should the program be killed, the name says what is left behind, and the next write removes it.
+        // If the program is killed, the leftover file is recognised by its name and removed by the next write.
         let prefix = unfinished(&place);
         remove_left_behind(folder, &prefix);
         side.prefix(&prefix).suffix(".tmp");
@@ -64,7 +64,7 @@ impl Prepared {
             // The name of the file beside it is nobody's business.
             source: std::io::Error::from(error.kind()),
         })?;
-        // Held until the file is closed: it is not left behind. File systems without locks have nothing removed.
+        // Locked until the file is closed, so that no other program removes it. Without file locks nothing is removed.
         let _held = side.as_file().try_lock();
         fill(side.as_file(), path, write)?;
         side.as_file().sync_all().map_err(WriteError::io(path))?;
@@ -81,7 +81,7 @@ impl Prepared {
             path: self.place.clone(),
             source: failed.error,
         })?;
-        // The rename reaches the disk with the folder's next flush: until then the old file is there, whole.
+        // The rename reaches the disk with the folder's next flush: until then the complete old file is there.
         Ok(())
     }
 }
@@ -147,13 +147,13 @@ fn unfinished(place: &Path) -> String {
 /// What the name of every unfinished file begins with.
 pub(crate) const UNFINISHED: &str = ".piezotact-unfinished-";
 
-/// Removes what programs that were killed have left unfinished of the file at `place`; how many files that were.
+/// Removes unfinished files for `place` left by killed programs; returns their number.
 pub(crate) fn remove_unfinished_of(place: &Path) -> usize {
     remove_left_behind(folder_of(place), &unfinished(place))
 }
 
-/// Removes what programs that were killed have left of files whose unfinished names begin with `prefix`: those that nobody holds. How
-/// many files that were.
+/// Removes unfinished files left by killed programs whose names begin with `prefix` and which no program has locked; returns
+/// their number.
 pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
     let Ok(found) = std::fs::read_dir(folder) else {
         return 0;

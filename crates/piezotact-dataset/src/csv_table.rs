@@ -31,9 +31,9 @@ const ENDINGS: [(&str, &str); 14] = [
     ("_ms", "ms"),
     ("_s", "s"),
 ];
-/// Time steps that differ by less than this from the usual one are even.
+/// The tolerance for evenly spaced time steps, as a share of the median step.
 const EVEN: f64 = 0.01;
-/// A step that differs by more than this share from the usual one is no jitter: rows are missing.
+/// A step that differs by more than this share from the usual one is a gap, not jitter: rows are missing.
 const GAP: f64 = 0.25;
 
 /// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
@@ -171,7 +171,7 @@ pub(crate) struct Column {
     pub(crate) values: Vec<f64>,
 }
 
-/// What is said of channels whose unit the file does not name.
+/// The advice for channels whose unit the file does not name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum WithoutUnit {
     /// The header can name it.
@@ -239,7 +239,7 @@ pub(crate) fn choose_rate(
 ) -> Result<SampleRate, ReadError> {
     match (stated, found) {
         (Some(stated), Some(found)) => {
-            // What was doubted of time stamps that are not used says nothing.
+            // Doubts about time stamps that are not used are irrelevant.
             doubts.clear();
             match found {
                 Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {

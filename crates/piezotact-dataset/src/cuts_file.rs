@@ -1,4 +1,4 @@
-//! A person's cuts as text: one line each, seconds from the start of the recording.
+//! Files of manual cuts: text with one line per cut, in seconds from the start of the recording.
 //!
 //! ```text
 //! # what the rule found stays unless a line says otherwise
@@ -14,7 +14,7 @@ use piezotact::stroke::{Cut, Cuts, Segmentation};
 
 use crate::error::ReadError;
 
-/// Where the cuts of a recording are looked for without being asked: beside it, with `.cuts` after its name.
+/// The default file of manual cuts for a recording: beside it, with `.cuts` after its name.
 #[must_use]
 pub fn cuts_path(recording: &Path) -> PathBuf {
     let mut name = recording.as_os_str().to_owned();

@@ -1,4 +1,4 @@
-//! What can go wrong with a file. Every text says what was expected, what was found, and what to do.
+//! Errors of reading and writing files. Every message states what was expected, what was found, and what to do.
 
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,7 @@ pub enum ReadError {
         /// Why.
         source: SurfaceError,
     },
-    /// A number that cannot be what it was meant to be.
+    /// An invalid rate, band or measure.
     #[error("{}: {source}", path.display())]
     Quantity {
         /// The file.
@@ -120,7 +120,7 @@ pub enum WriteError {
         path: PathBuf,
         /// What the format holds.
         expected: String,
-        /// What it was asked to hold.
+        /// What was to be written.
         found: String,
         /// What to do.
         todo: String,

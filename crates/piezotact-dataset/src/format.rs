@@ -1,4 +1,4 @@
-//! What a table of formats is: one row for each format, in the order in which they are looked for.
+//! Tables of file formats: one row per format, in the order in which they are tried.
 //!
 //! A new format is a file with its reader and one row in the table of what it holds: recordings (`open.rs`), transfer
 //! functions (`transfer_file.rs`) or topographies (`topography/mod.rs`). Lists of formats in helps and errors are made
@@ -10,7 +10,7 @@ use std::path::Path;
 
 use crate::error::ReadError;
 
-/// As many bytes as a file is first known by.
+/// The number of leading bytes by which a format is recognised.
 const HEAD: usize = 1024;
 
 /// One format: its names, how it is known, and what reads it.
@@ -75,7 +75,7 @@ impl<'a> Opened<'a> {
     }
 }
 
-/// The first format of `table` whose file this is.
+/// The first format of `table` that recognises this file.
 pub(crate) fn recognise<'t, K, R>(
     table: &'t [Format<K, R>],
     file: &mut Opened<'_>,

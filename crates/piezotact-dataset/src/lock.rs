@@ -1,4 +1,4 @@
-//! One writer at a time: a file whose lock the operating system gives back when its holder ends, however it ends.
+//! File locks for exclusive writing: the operating system releases a lock when the process that holds it ends for any reason.
 
 use std::fs::{File, TryLockError};
 use std::io::{Read as _, Write as _};
@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often and how far apart a lock is asked for by whoever waits: filing takes less than that, a campaign longer.
+/// The number of attempts and the delay between them when waiting for a lock: long enough for one filing, not for a campaign.
 const ATTEMPTS: u32 = 100;
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What becomes of the file of a lock.
+/// Whether the file of a lock is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LockFile {
-    /// It stays; whoever finds it locked waits a few seconds.
+    /// The file is kept; other programs wait a few seconds for the lock.
     Stays,
-    /// It goes with its holder; whoever finds it locked does not wait.
+    /// The file is removed at the end; other programs do not wait for the lock.
     Goes,
 }
 
@@ -34,7 +34,7 @@ impl From<std::io::Error> for NoLock {
     }
 }
 
-/// The right to write, as long as one of its clones is there.
+/// A held lock: the exclusive right to write, until its last clone is dropped.
 #[derive(Clone, Debug)]
 pub(crate) struct Lock {
     _held: Arc<Held>,
@@ -129,7 +129,7 @@ mod tests {
     fn one_holder_at_a_time_and_nothing_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.lock");
-        // What a killed program has left is nobody's.
+        // A lock file left by a killed program is not locked.
         std::fs::write(&path, "1").unwrap();
         let first = Lock::take(&path, LockFile::Goes).unwrap();
         let clone = first.clone();

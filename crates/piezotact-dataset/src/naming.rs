@@ -1,13 +1,13 @@
-//! Conditions that stand in the names of files: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
+//! Conditions encoded in file names: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
 use piezotact::recording::RecordingDoubt;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
 
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, Unit};
-use piezotact::recording::{Condition, Touch};
+use piezotact::recording::Touch;
+pub use piezotact::study::Naming;
 
 /// The patterns that are tried when none is given: those of public collections, strict enough to fit nothing else.
 const KNOWN: [(&str, &str); 2] = [
@@ -32,17 +32,6 @@ pub struct NamePattern {
 enum Part {
     Literal(String),
     Field { name: String, unit: String },
-}
-
-/// What a name says.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Naming {
-    /// The fields that a condition knows.
-    pub condition: Condition,
-    /// All other fields, and all fields as they were written.
-    pub labels: BTreeMap<String, String>,
-    /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
 }
 
 /// A pattern that cannot be, or a name that does not fit it.
@@ -143,7 +132,7 @@ impl FromStr for NamePattern {
 }
 
 impl NamePattern {
-    /// What the name of `path`, without folder and extension, says.
+    /// The information in the name of `path`, without folder and extension.
     ///
     /// # Errors
     /// [`NamingError::Name`] when it does not fit, [`NamingError::Number`] when a load, speed or angle is none.

@@ -1,4 +1,4 @@
-//! One door for every recording: what a file is stands in its content, not in its name.
+//! Reads recordings of every format; the format is recognised from the content of a file, not from its name.
 
 mod beside;
 mod npy;
@@ -25,7 +25,7 @@ use crate::uff;
 use crate::wav::{SampleFormat, fingerprint, parse_wav, start_in};
 use beside::Beside;
 
-/// What a person adds to what a file says of itself.
+/// Information stated by the user in addition to that in the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
     /// What a sample of 1 stands for: full scale of a WAV file, or plain numbers of a table.
@@ -224,7 +224,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         }),
         read: refuse_json,
     },
-    // A text that is nothing else: this row stays the last one.
+    // Any other text: this row must stay the last one.
     Format {
         kind: FileKind::TABLE,
         label: "CSV, TSV",
@@ -312,7 +312,7 @@ fn from_journal(path: &Path) -> Result<Contents, ReadError> {
 
 fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     let recording = &mut stored.recording;
-    // What files of before say in their provenance alone.
+    // Information that files of earlier versions state only in their provenance.
     recording.about = std::mem::take(&mut recording.about).with_twin();
     if let Some(rendering) = &mut stored.rendering {
         rendering.about = std::mem::take(&mut rendering.about).with_twin();

@@ -34,7 +34,7 @@ use bench::differing;
 pub const PANEL_INDEX: &str = "panel.json";
 const FORMAT: &str = "piezotact panel 1";
 
-/// What a panel's transfer functions are of.
+/// The kind of system that a panel's transfer functions describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PanelKind {
@@ -128,8 +128,8 @@ pub struct PanelContents {
 
 impl PanelFolder {
     /// A panel in `folder`, which is there, to write to: what its index lists, or nothing where there is no index yet.
-    /// Nobody else can write to it while this value or a clone of it is there. What a writer that was killed has left
-    /// of files it had not finished is removed.
+    /// No other program can write to it as long as this value or a clone of it exists. Unfinished files of a killed
+    /// program are removed.
     ///
     /// # Errors
     /// Those of [`Self::open`], but for a missing index; [`ReadError::Content`] when another program goes on writing to
@@ -234,7 +234,7 @@ impl PanelFolder {
         &self.path
     }
 
-    /// Whether a measurement is listed.
+    /// Whether the index lists a measurement.
     #[must_use]
     pub fn holds(&self, filing: &Filing) -> bool {
         self.index.entries.iter().any(|e| e.filing.is(filing))
@@ -253,7 +253,7 @@ impl PanelFolder {
         self.write_index()
     }
 
-    /// The measurements of which is known what was judged of them.
+    /// The measurements with stored judgements.
     #[must_use]
     pub fn accepted(&self) -> Vec<&PanelEntry> {
         let entries = self.index.entries.iter();
@@ -298,7 +298,7 @@ impl PanelFolder {
         Ok(())
     }
 
-    /// The step that stands in the provenance of a measurement of a campaign: how it was measured, and as what.
+    /// The provenance step of a measurement of a campaign: how it was measured, and its filing.
     #[must_use]
     pub fn campaign_step(bench: &str, filing: &Filing) -> String {
         format!("measured for a panel with {bench}, as {filing}")
@@ -343,9 +343,9 @@ impl PanelFolder {
         Ok(Adopted::Listed)
     }
 
-    /// Begins or goes on with a campaign: `bench` is all that its measurements are to have in common, and `files` what that
-    /// bench is made of. A panel without a measurement may be begun again with another one; what was planned for the other is then
-    /// forgotten.
+    /// Begins or resumes a campaign: `bench` describes everything that its measurements have in common, and `files` are the files
+    /// from which that bench is built. A panel without measurements may be begun again with another campaign; the earlier plan is
+    /// then discarded.
     ///
     /// # Errors
     /// [`WriteError::Content`] when the panel was begun with another or one of its files held something else, or holds files of
@@ -638,7 +638,7 @@ pub fn function_of_any_unit(
     document.drive_unit = Unit::Other(String::new());
     document.response_unit = Unit::Other(String::new());
     let mut function = document.function::<Uncalibrated, Uncalibrated>(path)?;
-    // Its units are known to whoever asked: it is not a guess that they are left aside.
+    // The caller knows the units, so that ignoring them here is not a guess.
     let guess = |doubt: &Doubt| matches!(doubt.kind(), Some(RecordingDoubt::Guessed { .. }));
     function
         .about

@@ -1,4 +1,4 @@
-//! Recordings as they are read: our Parquet files, journals of interrupted recordings, and Parquet files of
+//! Reading of recordings: our Parquet files, journals of interrupted recordings, and Parquet files of
 //! other programs.
 
 use piezotact::recording::RecordingDoubt;
@@ -235,7 +235,7 @@ fn read_with_documents(
     Ok((stored, start, end))
 }
 
-/// What a Parquet file of another program says of itself.
+/// The metadata of a Parquet file of another program.
 fn foreign_start(
     path: &Path,
     reader: &Reader,

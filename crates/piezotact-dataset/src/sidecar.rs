@@ -1,5 +1,5 @@
-//! What a WAV or NumPy file cannot say of itself stands in `NAME.wav.json` or `NAME.npz.json` beside it: the value of full
-//! scale or the units, who touched what, and for a drive how it was made.
+//! Sidecar files `NAME.wav.json` and `NAME.npz.json`, with the metadata that a WAV or NumPy file cannot hold: the value of full
+//! scale or the units, the condition, and for a drive how it was made.
 //!
 //! The smallest one is `{"full_scale": {"value": 200, "unit": "m/s2"}}`.
 
@@ -34,7 +34,7 @@ pub struct Sidecar {
     /// The names of the channels, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// What was going on, where it comes from, and what a person should know before relying on the samples.
+    /// Condition, provenance and doubts of the samples.
     #[serde(flatten, serialize_with = "About::without_empty_doubts")]
     pub about: About,
     /// When it began, its labels, and what happened while it ran.
@@ -45,7 +45,7 @@ pub struct Sidecar {
     pub rendering: Option<Rendering>,
 }
 
-/// How a drive was made and what it leaves open: a [`RenderedDrive`] without its samples.
+/// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rendering {
     /// The device it is for.
@@ -54,7 +54,7 @@ pub struct Rendering {
     /// The texture it was rendered from, by name.
     #[serde(default)]
     pub target: String,
-    /// Whose finger it is for, how its transfer function was made, and what a person should know before relying on it.
+    /// The condition it is for, the provenance of its transfer function, and its doubts.
     #[serde(flatten)]
     pub about: About,
     /// The level it was rendered at, relative to the target, dB.

@@ -1,4 +1,4 @@
-//! The version that our JSON files carry, so that a file of a newer program is named and not misread.
+//! The version of our JSON files, so that a file of a newer program is refused by name and not misread.
 
 use std::path::Path;
 

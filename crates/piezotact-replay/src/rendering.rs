@@ -7,7 +7,9 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
 use piezotact::recording::Recording;
-use piezotact::render::{RenderConfig, RenderError, RenderedDrive, fitting, render, straight};
+use piezotact::render::{
+    RenderConfig, RenderError, RenderedDrive, at_fitting_level, fitting, render, straight,
+};
 use piezotact::run::Discard;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -94,13 +96,11 @@ pub(super) fn rendered(
 ) -> Result<(RenderedDrive, Decibels), ReplayError> {
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
     let config = RenderConfig::over(band, SampleRate::new(DRIVE_RATE_HZ)?);
-    match render(target, function, &config) {
-        Err(RenderError::ExceedsFullScale { fits_at, .. }) => {
-            let softer = target.clone().amplified(fits_at);
-            Ok((render(&softer, function, &config)?, fits_at))
-        }
-        other => Ok((other?, Decibels(0.0))),
-    }
+    let (level, drive) = at_fitting_level(
+        |level| render(&target.clone().amplified(level), function, &config),
+        RenderError::fits_at,
+    );
+    Ok((drive?, level))
 }
 
 /// Plays a drive and records what the finger does.

@@ -1,4 +1,4 @@
-//! The axes of a chart: where values stand, and which ticks say so.
+//! The axes of a chart: positions of values, and ticks.
 
 use piezotact::figure::{Axis, Scale};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
@@ -10,7 +10,7 @@ const MOST_LETTERS: usize = 95;
 pub(crate) trait Drawable {
     /// The range of places with its ticks.
     fn ranged(&self) -> Ticked;
-    /// What a tick at `place` says.
+    /// The label of a tick at `place`.
     fn text(&self, place: f64) -> String;
 }
 

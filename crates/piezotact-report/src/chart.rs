@@ -15,7 +15,7 @@ pub const WIDTH: u32 = 900;
 pub const HEIGHT: u32 = 300;
 /// The figure is drawn this many times larger, since points fall on whole units.
 const FINE: u32 = 8;
-/// Points of a line beyond which only the extremes of every stretch are drawn.
+/// The largest number of points of a line; of longer lines only the extremes of every stretch are drawn.
 const MOST_POINTS: usize = 2400;
 /// More labelled lines than this have their legend beside the chart.
 const LEGEND_INSIDE: usize = 3;
@@ -273,7 +273,7 @@ impl Plot<'_> {
         Ok(())
     }
 
-    /// Every text beside its point, where it covers no other text and no point if there is such a place.
+    /// Places every text beside its point, if possible without covering other texts or points.
     fn draw_notes<'a, 'b: 'a>(
         &'b self,
         chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,

@@ -1,4 +1,4 @@
-//! What figures of images share: SVG text, values as a PNG in it, their scale of colours, ticks.
+//! Shared parts of image figures: SVG text, values as an embedded PNG, colour scale, ticks.
 
 use std::fmt::Write as _;
 

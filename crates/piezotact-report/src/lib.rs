@@ -2,11 +2,13 @@
 
 mod axis;
 pub mod chart;
+pub mod criteria;
 pub mod heatmap;
 mod image;
 mod page;
 pub mod report;
 pub mod spectrogram;
+pub mod touch;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 

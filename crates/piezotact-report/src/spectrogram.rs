@@ -152,7 +152,7 @@ impl Layout {
     }
 }
 
-/// A panel's frame and what its sides stand for.
+/// A panel's frame and the ranges of its axes.
 struct Frame {
     at: (f64, f64),
     size: (f64, f64),

@@ -22,17 +22,17 @@ use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
 /// A stroke shorter than this has no steady part left once landing and take-off are cut, s.
 const SHORTEST_STROKE_S: f64 = 0.6;
-/// A stroke longer than this is taken for two, or for a drift of the cell, s.
+/// A longer stroke would be mistaken for two strokes or for a drift of the force cell, s.
 const LONGEST_STROKE_S: f64 = 6.0;
 /// Free touch presses no harder than this, N (*chosen*).
 const MOST_FREE_FORCE_N: f64 = 2.0;
 
-/// What is asked of a person in active touch.
+/// The protocol of active touch: number, direction and pace of the strokes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActiveProtocol {
     /// How many strokes.
     pub strokes: usize,
-    /// In which direction.
+    /// The direction of the strokes.
     pub movement: Movement,
     /// Who sets speed and force.
     pub pace: Pace,
@@ -134,7 +134,7 @@ impl ActTouch {
             .random(&format!("{} {what}", self.scene_name(run)))
     }
 
-    /// What tells a run from others: the sample, how it is touched, and the label.
+    /// The name of a run for its random stream: the sample, how it is touched, and the label.
     fn scene_name(&self, run: &RunPlan) -> String {
         let movement = match self.protocol.movement {
             Movement::Proximal => "proximal",
@@ -153,12 +153,12 @@ impl ActTouch {
         )
     }
 
-    /// What the force cell of the bench is, whoever touches.
+    /// The random stream of the force cell, the same for every participant.
     fn cell_body(&self) -> Random {
         Random::stream(self.participant.seed, 0, "force cell of acttouch")
     }
 
-    /// The force that this person means to press with, N.
+    /// The force that this person intends to apply, N.
     fn load_n(&self, run: &RunPlan) -> f64 {
         let hand = &self.participant.hand;
         match (self.protocol.pace, run.load) {
@@ -329,7 +329,7 @@ pub(crate) fn smooth(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// One stroke as it is meant.
+/// One intended stroke.
 struct Stroke {
     lift: usize,
     contact: usize,
@@ -337,7 +337,7 @@ struct Stroke {
 }
 
 impl ActiveRun {
-    /// The next stroke as this hand makes it.
+    /// The next stroke as executed by this hand.
     fn stroke(&mut self) -> Stroke {
         let hand: &HandParameters = &self.bench.parameters.hand;
         let person = &self.bench.participant.hand;

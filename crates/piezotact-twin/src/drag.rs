@@ -1,4 +1,4 @@
-//! A fingertip dragged over a surface: it slides, or it sticks and slips, as its friction and its damping have it.
+//! A fingertip dragged over a surface: steady sliding or stick-slip, depending on friction and damping.
 //!
 //! m·ẇ = k·u + c·(V − w) − F(w), u̇ = V − w, with the speed V of what drags (a hand, or the platform under a held
 //! finger), the slip speed w, the lag u, and F = N·μ(w), μ(w) = μ + (μs − μ)·e^(−w/v0). It sticks (w = 0) while the
@@ -11,7 +11,7 @@ use super::protocol::Movement;
 use super::wander::SmoothWander;
 use piezotact_bench::random::Random;
 
-/// The friction of one finger on one sample, and what the fingertip hangs on.
+/// The friction of one finger on one sample, and the stiffness and damping that hold the fingertip.
 #[derive(Clone, Debug)]
 pub(crate) struct Dragged {
     stiffness_n_m: f64,
@@ -28,7 +28,7 @@ pub(crate) struct Dragged {
     slip_m_s: f64,
 }
 
-/// What the fingertip does at one moment.
+/// The state of the fingertip at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Moment {
     /// The speed of the skin over the surface, m/s.
@@ -39,7 +39,7 @@ pub(crate) struct Moment {
     pub(crate) acceleration_m_s2: f64,
 }
 
-/// Who moves.
+/// Which side moves: the hand or the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Dragging {
     /// A free hand draws the finger.
@@ -64,7 +64,7 @@ impl Dragged {
             (Dragging::Hand, Movement::Transversal | Movement::Circular) => &parameters.drag.across,
         };
         let model = &parameters.friction;
-        // Over a length of the way at the reference speed: a hand's control points are seconds.
+        // A length of the path, converted to time at the reference speed, as the control points of a hand are in seconds.
         let memory_s = model.fluctuation_m / parameters.texture.reference_speed_m_s;
         // What a sample states holds at the reference speed.
         let at_reference = (-parameters.texture.reference_speed_m_s / model.falls_over_m_s).exp();
@@ -116,7 +116,7 @@ impl Dragged {
         let pull = k * self.lag_m + c * speed_m_s;
         let friction_n;
         if before <= 0.0 && pull <= self.static_ratio * kinetic {
-            // It sticks: the surface holds it with as much as it is pulled.
+            // It sticks: the friction equals the pull.
             friction_n = pull.max(0.0);
             self.slip_m_s = 0.0;
         } else {

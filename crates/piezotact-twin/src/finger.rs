@@ -1,5 +1,5 @@
-//! A finger on the actuator or on a shaker's plate: how the fingernail's acceleration answers the actuator's
-//! voltage, or the force at the plate.
+//! A finger on the actuator or on a shaker's plate: the fingernail's acceleration in response to the actuator's
+//! voltage, or to the force at the plate.
 //!
 //! Four lumped elements (pulp, phalanx with the accelerometer, resting hand, nail bed) on a membrane or a plate. The
 //! structure follows multi-degree-of-freedom finger models in the literature (Wiertlewski and Hayward 2012,
@@ -15,7 +15,7 @@ use piezotact_bench::random::Random;
 
 type C = Complex<f64>;
 
-/// One person's finger: how it departs from the nominal one, in standard deviations.
+/// One person's finger: its deviation from the nominal finger, in standard deviations.
 #[derive(Clone, Debug)]
 pub struct Finger {
     parameters: FingerParameters,
@@ -44,7 +44,7 @@ struct Elements {
     phalanx: C,
     /// From the phalanx' motion to the nail's, Tn.
     nail: C,
-    /// How much of the motion the contact area couples, κ.
+    /// The share of the motion coupled through the contact area, κ.
     coupling: f64,
 }
 
@@ -92,7 +92,7 @@ impl Finger {
             angle_mass: random.person(),
             angle_stiffness: random.person(),
             ripple: Ripple::draw(octaves, &mut random),
-            // Drawn last, so that the numbers above stay what they were for every stored seed.
+            // Drawn last, so that the numbers above stay the same for stored seeds.
             skin_mass: random.person(),
         }
     }
@@ -164,8 +164,8 @@ impl Finger {
             * self.gain(frequency_hz, load_n, placement)
     }
 
-    /// What finger, skin and a plate of `plate_kg` oppose to the motion of the force cell: the force at the cell per
-    /// metre, N/m.
+    /// The dynamic stiffness of finger, skin and a plate of `plate_kg` at the force cell: the force at the cell per
+    /// displacement, N/m.
     ///
     /// Formula: ms·s² + Zp·D1/(Zp + D1).
     pub(super) fn stiffness_on(
@@ -181,7 +181,7 @@ impl Finger {
         self.above_cell_kg(plate_kg, load_n) * s * s + pulp * phalanx / (pulp + phalanx)
     }
 
-    /// What moves above the force cell: a plate of `plate_kg` and the skin on it, kg.
+    /// The moving mass above the force cell: a plate of `plate_kg` and the skin on it, kg.
     fn above_cell_kg(&self, plate_kg: f64, load_n: f64) -> f64 {
         let p = &self.parameters;
         (plate_kg + p.skin_kg) * person(p.skin_mass_spread * self.narrower(load_n), self.skin_mass)
@@ -244,7 +244,7 @@ fn person(spread: f64, z: f64) -> f64 {
     (spread * z).exp()
 }
 
-/// How a finger happens to lie this time. Taking it off and putting it back draws another one.
+/// The random variation of one placement of a finger. Lifting the finger and placing it again draws another one.
 #[derive(Clone, Debug)]
 pub struct Placement {
     gain_db: f64,
@@ -253,7 +253,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The same placement as ever.
+    /// The nominal placement, without variation.
     #[must_use]
     pub fn exact() -> Self {
         Self {
@@ -280,9 +280,9 @@ impl Placement {
     }
 }
 
-/// A smooth random function of the logarithm of frequency, of variance 1: a Gaussian process of correlation
-/// length in octaves, by random Fourier features (Rahimi and Recht 2007), with straight lines between points so close
-/// that they cost a ten-thousandth of it.
+/// A smooth random function of the logarithm of frequency, of variance 1: a Gaussian process with a correlation
+/// length in octaves, by random Fourier features (Rahimi and Recht 2007), interpolated linearly between points so close
+/// that the error is a ten-thousandth.
 #[derive(Clone, Debug)]
 struct Ripple {
     /// From 1 Hz on.

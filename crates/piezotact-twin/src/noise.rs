@@ -1,4 +1,4 @@
-//! Band-limited random noise without an end, made as it is asked for.
+//! Band-limited random noise of unlimited length, generated on demand.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;

@@ -20,8 +20,8 @@ pub struct OutputStage {
 }
 
 impl OutputStage {
-    /// The output before the amplifier and the actuator of `set`. At full scale a laptop's output overdrives the 0.9 V of
-    /// the thesis' amplifier, as it does on a table.
+    /// The output in front of the amplifier and the actuator of `set`. At full scale a laptop's output overdrives the 0.9 V input
+    /// of the thesis' amplifier, as in the real setup.
     #[must_use]
     pub fn new(parameters: &OutputParameters, set: &DeviceAtGain) -> Self {
         let device = set.device();
@@ -43,7 +43,7 @@ impl OutputStage {
         }
     }
 
-    /// What a calibration of it finds.
+    /// The result of a calibration.
     #[must_use]
     pub fn setup(&self) -> &DriveSetup {
         &self.setup
@@ -63,7 +63,7 @@ impl OutputStage {
             .unwrap_or(Complex::ONE)
     }
 
-    /// The voltage at the actuator, as the actuator feels it, for a drive (full scale = 1) at `rate`:
+    /// The effective voltage at the actuator, V, for a drive (full scale = 1) at `rate`:
     /// converter limit, coupling, gain, clipping, slew limit, quadratic term.
     pub(crate) fn voltage(&self, drive: &[f64], rate: SampleRate, random: &mut Random) -> Vec<f64> {
         let volts = self.setup.volts_per_full_scale;

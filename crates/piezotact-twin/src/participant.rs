@@ -1,17 +1,17 @@
-//! One seeded person. What belongs to a person is drawn once and stays the same on every bench.
+//! One simulated person. The properties of a person are drawn once from a seed and are the same on every bench.
 
 use super::finger::Finger;
 use super::parameters::{Sample, TwinParameters};
 use piezotact_bench::random::Random;
 
-/// One person: a finger, its skin, and the hand that moves it. A sense of touch and a brain have their place here.
+/// One person: a finger, its skin, and the hand that moves it. Perception and EEG will be added here.
 #[derive(Clone, Debug)]
 pub struct Participant {
     /// The number, from 1; 0 is the reference participant, who has every mean.
     pub number: u64,
     /// The seed that draws everybody.
     pub seed: u64,
-    /// How the finger answers.
+    /// The mechanical response of the finger.
     pub finger: Finger,
     /// What touches the surface.
     pub skin: Skin,
@@ -24,18 +24,18 @@ pub struct Participant {
 pub struct Skin {
     /// The distance between ridges, m.
     pub ridge_wavelength_m: f64,
-    /// How much louder than usual everything is, a ratio.
+    /// The vibration amplitude re the mean person, a ratio.
     pub loudness: f64,
-    /// How much more friction than usual, a ratio.
+    /// The friction re the mean person, a ratio.
     pub friction: f64,
 }
 
 /// How one person moves and presses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// The speed that comes of a speed asked for, a ratio.
+    /// The actual speed re the requested speed, a ratio.
     pub speed: f64,
-    /// The force that comes of a force asked for on a sample, a ratio; on the device and the shaker the person watches
+    /// The actual force on a sample re the requested force, a ratio; not used on the device and the shaker, where the person sees
     /// the force on a screen.
     pub force: f64,
     /// The speed of free touch, m/s.
@@ -107,7 +107,7 @@ impl Participant {
         Random::stream(self.seed, self.number, name)
     }
 
-    /// How loud `sample` is for this person, m/s² rms at 30 mm/s and 0.2 N.
+    /// The vibration amplitude of `sample` for this person, m/s² rms at 30 mm/s and 0.2 N.
     #[must_use]
     pub fn level_m_s2(&self, sample: &Sample) -> f64 {
         let own = match self.number {

@@ -1,4 +1,4 @@
-//! A texture for as long as wanted: a passage without beginning and end, at one speed and under one force.
+//! Textures of any duration: a passage without onset and end, at one speed and one force.
 
 use piezotact::quantity::{Acceleration, Newtons, Seconds};
 use piezotact::recording::{BenchKind, Condition, Provenance, Touch};
@@ -12,8 +12,8 @@ use super::session::rate;
 use super::texture::Texture;
 
 /// The acceleration of the nail of `participant` for `duration` while `sample` passes under the finger at
-/// `speed_m_s`, above 0, with 0.2 N, for as long as no stroke lasts, without what the person's own finger adds to it on a
-/// bench; with its condition and provenance. A random profile: two participants or seeds never give the same.
+/// `speed_m_s`, above 0, with 0.2 N, longer than any real stroke and without the influence of the person's own finger on a
+/// bench; with its condition and provenance. The profile is random: two participants or seeds never give the same.
 ///
 /// # Errors
 /// [`SeriesError::Empty`] when the duration holds no sample.

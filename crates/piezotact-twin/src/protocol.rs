@@ -1,4 +1,4 @@
-//! What a person is asked to do, and what can be asked.
+//! Instructions to a participant, and their possible ranges.
 
 use piezotact_bench::{DeviceError, RunPlan};
 
@@ -35,7 +35,7 @@ pub(crate) const LOADS_N: [f64; 2] = [0.05, 2.0];
 /// Angles between finger and surface that a hand can take, degrees.
 pub(crate) const ANGLES_DEG: [f64; 2] = [10.0, 60.0];
 
-/// Refuses what is not within what is possible.
+/// Refuses a value outside its possible range.
 pub(crate) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), DeviceError> {
     if (low..=high).contains(&value) {
         return Ok(());

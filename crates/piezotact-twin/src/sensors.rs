@@ -9,7 +9,7 @@ use piezotact::statistics::{mean, standard_deviation};
 use piezotact_bench::SensorCalibration;
 use piezotact_bench::random::Random;
 
-/// What a calibration finds in what the channels read at rest: mean, and rms about it.
+/// The calibration from `channels` recorded at rest: mean, and rms about it.
 pub(super) fn at_rest(channels: &[Vec<f64>]) -> SensorCalibration {
     let of_all = |of: fn(&[f64]) -> f64| channels.iter().map(|x| of(x)).collect();
     SensorCalibration {
@@ -43,14 +43,14 @@ impl Accelerometer {
         }
     }
 
-    /// The same sensor as it was calibrated once: one for everybody and every bench under `seed`.
+    /// The same sensor with the sensitivity drawn by `seed`: the same for every participant and bench.
     pub(crate) fn calibrated(mut self, seed: u64) -> Self {
         let mut random = Random::stream(seed, 0, "accelerometer");
         self.sensitivity = 1.0 + self.parameters.sensitivity_spread * random.person();
         self
     }
 
-    /// What it reads, m/s², for the true acceleration.
+    /// The reading, m/s², for the true acceleration.
     pub(crate) fn read(&mut self, acceleration_m_s2: f64) -> f64 {
         self.flicker = self.forget * self.flicker + self.kept * self.random.normal();
         let reading = self.sensitivity * acceleration_m_s2
@@ -81,7 +81,7 @@ impl ForceCell {
     }
 }
 
-/// Three axes of force with crosstalk, noise, and what a cell does over minutes.
+/// Three axes of force with crosstalk, noise, and slow drift.
 #[derive(Clone, Debug)]
 pub(crate) struct TriaxialCell {
     random: Random,
@@ -91,7 +91,7 @@ pub(crate) struct TriaxialCell {
     slow: Slow,
 }
 
-/// What a cell does over minutes.
+/// The slow drift of a cell over minutes.
 #[derive(Clone, Debug)]
 enum Slow {
     /// A strain gauge: an offset that drifts.
@@ -99,7 +99,7 @@ enum Slow {
         offset_n: [f64; 3],
         step_n: [f64; 3],
     },
-    /// A charge amplifier: what is held fades.
+    /// A charge amplifier: the reading of a constant force decays.
     Discharge { lost_n: [f64; 3], share: f64 },
 }
 
@@ -215,8 +215,8 @@ impl HeldForce {
     }
 }
 
-/// A hand that holds a force: [`HeldForce`] through the muscle, critically damped. The process alone falls with the
-/// square of frequency and would shake the finger at 25 Hz, where no hand can.
+/// A hand that holds a force: [`HeldForce`] low-pass filtered by the muscle, critically damped. The process alone falls only with
+/// the square of frequency and would move the finger at 25 Hz, which no hand can do.
 #[derive(Clone, Debug)]
 pub(crate) struct SlowHand {
     held: HeldForce,

@@ -1,4 +1,4 @@
-//! A bench on which a person touches a sample while channels are acquired, behind the trait of hardware.
+//! A bench on which a person touches a sample while channels are acquired, with the trait of hardware benches.
 
 use std::collections::VecDeque;
 
@@ -78,7 +78,7 @@ pub(crate) fn empty(channels: usize, samples: usize) -> Vec<Vec<f64>> {
     (0..channels).map(|_| Vec::with_capacity(samples)).collect()
 }
 
-/// What happens on a bench, stretch by stretch: a stroke with what is before it.
+/// A simulated touch bench, stretch by stretch: a stroke with the time before it.
 pub(crate) trait Touching: Send {
     /// What the bench is, for people.
     fn name(&self) -> String;
@@ -115,7 +115,7 @@ pub(crate) struct Session<T> {
 struct UnderWay {
     stretches: Box<dyn Stretches>,
     stop: StopHandle,
-    /// The samples that were asked for, where their number was.
+    /// The requested number of samples, if there is one.
     wanted: Option<usize>,
     acquired: usize,
 }

@@ -1,4 +1,4 @@
-//! A finger that slides over a sample, sample by sample: friction, vibration, and what the nail shows of it.
+//! A finger that slides over a sample, computed sample by sample: friction, vibration, and the resulting nail acceleration.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::protocol::Movement;
 use super::texture::Texture;
 use piezotact_bench::random::Random;
 
-/// What one finger does on one sample.
+/// The simulation of one finger on one sample.
 pub(crate) struct Sliding {
     texture: Texture,
     dragged: Dragged,
@@ -30,10 +30,10 @@ pub(crate) struct Slid {
     pub(crate) friction_n: Vec<f64>,
 }
 
-/// Which finger slides how over what.
+/// The setting of a slide: participant, sample, movement, load and angle.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
-    /// What tells the run from others: it draws how the finger lies.
+    /// The name of the run, from which the placement of the finger is drawn.
     pub(crate) name: &'a str,
     pub(crate) parameters: &'a TwinParameters,
     pub(crate) participant: &'a Participant,
@@ -80,8 +80,8 @@ impl Sliding {
         }
     }
 
-    /// What follows from being dragged at `speed_m_s` (0 and more) under `force_n`, both a sample for each moment;
-    /// where the force is 0 the finger is in the air.
+    /// Nail acceleration and friction of a finger dragged at `speed_m_s` (0 and more) under `force_n`, both given for each
+    /// sample; at a force of 0 the finger is in the air.
     pub(crate) fn slide(&mut self, speed_m_s: &[f64], force_n: &[f64], random: Random) -> Slid {
         let moved = |v: &[f64]| v.iter().sum::<f64>() / RATE_HZ;
         // The mean speed along the way: what rests does not count.
@@ -93,7 +93,7 @@ impl Sliding {
                 (sum + v, square + v * v)
             });
         let usual = square / f64::max(sum, f64::MIN_POSITIVE);
-        // Slips are faster than the hand, but go no further.
+        // Slips are faster than the hand, but cover no longer path.
         let mut passage =
             self.texture
                 .passage(1.1 * moved(speed_m_s) + 1e-3, usual.max(1e-4), random);
@@ -136,7 +136,7 @@ type Plans = (
     Arc<dyn ComplexToReal<f64>>,
 );
 
-/// How much more or less of each frequency this finger shows than the reference finger: |H/Href|, without delay.
+/// The response of this finger re the reference finger: |H/Href|, without delay.
 struct OwnAnswer {
     /// At steps of half the rate over [`Self::STEPS`].
     ratio: Vec<f64>,

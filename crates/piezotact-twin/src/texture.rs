@@ -2,8 +2,8 @@
 //! texture's own comb.
 //!
 //! a(t) = RMS·(w/v₀)^α·(N/N₀)^β·[√(1 − η)·b(t) + √η·p(x(t))], with the slip speed w, the normal force N, a broad
-//! stationary noise b and a random profile p along the way x. Peaks belong to the way, so they move with speed;
-//! the broad part does so slightly.
+//! stationary noise b and a random profile p along the path x. Peaks are fixed in space, so their frequencies scale with speed;
+//! the broad part depends on speed only slightly.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ const HIGHEST_TOOTH_HZ: f64 = 1_500.0;
 const HIGHEST_HZ: f64 = 2_200.0;
 /// Points of the way for the shortest wave of the profile.
 const POINTS_PER_WAVE: f64 = 8.0;
-/// Samples that the broad noise runs before it is heard.
+/// Samples of the broad noise that are discarded at its start, until its filters have settled.
 const WARM_UP: usize = 1_000;
 
 /// One finger on one sample.
@@ -91,9 +91,9 @@ impl Texture {
         }
     }
 
-    /// What one passage over `length_m` of the surface at about `speed_m_s` sounds like; another one every time.
+    /// A random passage over `length_m` of the surface at about `speed_m_s`; a different one at each call.
     pub(crate) fn passage(&mut self, length_m: f64, speed_m_s: f64, mut random: Random) -> Passage {
-        // What the acquisition's anti-alias filter would take away is not made.
+        // Content that the acquisition's anti-alias filter would remove is not generated.
         let finest = HIGHEST_HZ / speed_m_s.max(f64::MIN_POSITIVE);
         let profile = self.profile(length_m, finest, &mut random);
         let faster =
@@ -194,7 +194,7 @@ impl Passage {
             return 0.0;
         }
         let faster = slip_m_s * self.per_speed;
-        // Almost always 1: a power costs more than all the rest.
+        // The exponent is almost always 1, and a power is expensive to compute.
         let louder = if self.speed_exponent == 1.0 {
             faster
         } else {

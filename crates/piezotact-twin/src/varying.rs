@@ -1,4 +1,4 @@
-//! The answer of something that is pressed while the load drifts.
+//! The response of a load-dependent linear system while the load drifts.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
 use super::RATE_HZ;
 
-/// Something whose linear response depends on the load that presses it.
+/// A linear system whose response depends on the load.
 pub(super) trait AtLoad {
     /// The response at `frequency_hz` under `load_n`.
     fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64>;
@@ -17,7 +17,7 @@ pub(super) trait AtLoad {
 
 /// The answer to an input while the load drifts: frames of 0.2 s, half overlapping, each through the transfer
 /// function that holds at its load. With a constant load this is the exact linear response. The input is fed as it
-/// comes and forgotten when it has been answered.
+/// arrives and discarded after its response was computed.
 pub(super) struct VaryingResponse<R> {
     response: R,
     window: Vec<f64>,
@@ -44,7 +44,7 @@ impl<R: AtLoad> VaryingResponse<R> {
     const FRAME: usize = 1024;
     const HOP: usize = Self::FRAME / 2;
     const LENGTH: usize = 4096;
-    /// Room in front of a frame for what the smooth ripple answers early.
+    /// Zero padding in front of a frame for the acausal part of the response to the smooth ripple.
     const EARLY: usize = 1024;
     const LOAD_STEP_N: f64 = 0.002;
 

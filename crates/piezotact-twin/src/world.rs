@@ -1,4 +1,4 @@
-//! The world behind the two halves of the twin: what is played on one is felt and measured on the other.
+//! The simulation between the two halves of the twin: device, finger and sensors.
 
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ pub struct TwinBench {
 }
 
 impl TwinBench {
-    /// The bench with the finger of `participant` on the device, and the device as it is `set`.
+    /// The bench with the finger of `participant` on the device with the settings `set`.
     #[must_use]
     pub fn new(parameters: &TwinParameters, participant: Participant, set: &DeviceAtGain) -> Self {
         Self {

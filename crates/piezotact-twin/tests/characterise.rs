@@ -260,7 +260,7 @@ fn a_run_that_leaves_its_load_is_asked_for_again() {
     assert_eq!((done.each.len(), done.refused.len(), runs), (2, 1, 3));
     assert!(
         told.len() == 1
-            && told[0].starts_with("2 1: the force averaged 0.3")
+            && told[0].starts_with("2 1: the mean force was 0.3")
             && told[0].contains("0.2 N ± 10 %"),
         "{told:?}"
     );
@@ -315,7 +315,7 @@ fn a_repeat_of_the_opposite_sign_is_named() {
             if not_met(refusal) == [RunCriterion::Polarity]
     ));
     assert!(
-        told[0].contains("opposite sign of the first repeat"),
+        told[0].contains("opposite sign to the first repeat"),
         "{told:?}"
     );
 }

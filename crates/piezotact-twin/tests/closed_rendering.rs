@@ -139,7 +139,7 @@ fn closed_loops_are_no_worse_than_open_ones() {
             assert!(looped.rendered.headroom.peak <= looped.rendered.headroom.limit + 1e-9);
             let steps = looped.rendered.about.provenance.steps.join("; ");
             assert!(
-                steps.contains("closed loop") && steps.contains("once more"),
+                steps.contains("closed loop") && steps.contains("confirmation measurement"),
                 "{steps}"
             );
         }
@@ -429,7 +429,7 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
     for (mishap, why) in [
         (Mishap::Lifts, "finger lifted"),
         (Mishap::Clips, "sensor clips"),
-        (Mishap::Presses, "the force averaged"),
+        (Mishap::Presses, "the mean force was"),
         (Mishap::Turns, "sign reversed"),
         (Mishap::LiftsAtAnOffset, "finger lifted"),
         (Mishap::Fails, "check the cable"),
@@ -455,13 +455,13 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
 fn what_happens_at_once_is_an_error() {
     for (mishap, why) in [
         (Mishap::Lifts, "finger lifted"),
-        (Mishap::Presses, "the force averaged"),
+        (Mishap::Presses, "the mean force was"),
         (Mishap::LiftsAtAnOffset, "finger lifted"),
         (Mishap::Turns, "sign reversed"),
     ] {
         let error = disturbed(mishap, 2).unwrap_err().to_string();
         assert!(
-            error.contains("nothing was corrected") && error.contains(why),
+            error.contains("no correction was made") && error.contains(why),
             "{error}"
         );
     }

@@ -1,5 +1,5 @@
-//! What a drive passes through on its way to the actuator: the output of the PC, and an amplifier with its gains and its
-//! limits, which a description states.
+//! The signal path from the drive to the actuator: the output of the PC, and an amplifier with its gains and limits as
+//! stated by a device description.
 
 mod contradiction;
 mod description;
@@ -35,7 +35,7 @@ pub struct DriveSetup {
     device: Arc<DeviceDescription>,
 }
 
-/// A set-up as a file states it, before it is believed.
+/// A set-up as read from a file, before validation.
 #[derive(Serialize, Deserialize)]
 struct StatedSetup {
     gain: GainName,
@@ -111,7 +111,7 @@ impl DeviceDescription {
     }
 }
 
-/// A set-up that no device has.
+/// An impossible set-up.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImpossibleSetup {
     /// A potential or a capacitance that cannot be.
@@ -164,14 +164,14 @@ impl DriveSetup {
         })
     }
 
-    /// Whether a drive for one of them means the same at the actuator of the other, but for the level of the output:
+    /// Whether a drive for one of them gives the same signal at the actuator of the other, apart from the output level:
     /// the gain with its limits, and the input before it.
     #[must_use]
     pub fn amplifies_like(&self, other: &Self) -> bool {
         self.gain == other.gain && self.device.input == other.device.input
     }
 
-    /// What amplifies it, in words: `DRV2667 at gain B3 (×83.2, up to 75 V)`.
+    /// The amplifier with its gain as text: `DRV2667 at gain B3 (×83.2, up to 75 V)`.
     #[must_use]
     pub fn amplification(&self) -> String {
         let divider = self.device.input.divider;
@@ -323,7 +323,7 @@ mod tests {
         assert!(!loud.amplifies_like(&setup(DeviceDescription::drv2667(), 20.0)));
     }
 
-    /// What a file of before says of its device means the numbers of the DRV2667; what is written now says them itself.
+    /// The device in a file of an earlier version means the values of the DRV2667; files written now contain the values.
     #[test]
     fn a_set_up_is_stored_with_its_device() {
         let before = r#"{"gain": "B3", "volts_per_full_scale": 1.25, "load_f": 8e-8}"#;

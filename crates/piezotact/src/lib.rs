@@ -9,7 +9,7 @@
 //!
 //! - ground: units, statistics, checksums, criteria, doubts, lineages;
 //! - signals: series, recordings, spectra, filters, rates, clipping, integrity;
-//! - touch: surfaces, strokes, what they say, what a finger can tell apart;
+//! - touch: surfaces, strokes, what they say, what a finger can tell apart, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
 /// `$of` of every kind of doubts: a module that raises doubts of its own has a line here.
@@ -70,6 +70,7 @@ pub mod discrimination;
 pub mod feature;
 pub mod roles;
 pub mod stroke;
+pub mod study;
 pub mod surface;
 
 // Device.

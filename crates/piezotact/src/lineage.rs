@@ -1,4 +1,4 @@
-//! What a texture was made from and what was done to it, in order: kept in its file, and passed on.
+//! The lineage of a texture: its source and all operations on it, in order; stored in its file.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Band, Measure};
 
-/// What a texture was made from and everything that was done to it, oldest first.
+/// The source of a texture and all operations on it, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Lineage {
@@ -18,7 +18,7 @@ pub struct Lineage {
     pub steps: Vec<Step>,
 }
 
-/// One thing that was done to a texture.
+/// One operation on a texture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// What, with its parameters.
@@ -29,7 +29,7 @@ pub struct Step {
     pub rms_after: Measure,
 }
 
-/// What can be done to a texture, with its parameters.
+/// An operation on a texture, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case")]
 pub enum Operation {
@@ -41,7 +41,7 @@ pub enum Operation {
         from_s: f64,
         /// Until when, s.
         to_s: f64,
-        /// The gesture below this was taken away before, Hz.
+        /// The cut-off of the high-pass that removed the gesture before, Hz.
         high_pass_hz: f64,
     },
     /// The mean was taken away.
@@ -92,7 +92,7 @@ pub enum Operation {
     Warped {
         /// By how much.
         ratio: f64,
-        /// What became of the length.
+        /// Whether the length is kept.
         length: WarpedLength,
     },
     /// The spectrum of another texture at the level of this one.
@@ -136,13 +136,13 @@ pub enum Operation {
         level_db: f64,
         /// The band that was rendered.
         band_hz: Band,
-        /// What a closed loop corrected it for; none in an open loop.
+        /// The aim of the closed loop that corrected it; none for an open loop.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         aim: Option<Mode>,
     },
 }
 
-/// What of a texture is rendered, and so what counts when it is verified.
+/// The aim of a rendering, and so what a verification judges: the waveform or the spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
@@ -153,12 +153,12 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// What it is, for people.
+    /// The aim as text.
     #[must_use]
     pub fn told(self) -> &'static str {
         match self {
             Self::Replicate => "to replicate the waveform",
-            Self::Texture => "to have the texture's spectrum, its phases free",
+            Self::Texture => "to match the spectrum of the texture, with free phases",
         }
     }
 
@@ -195,7 +195,7 @@ pub enum BandChange {
     Removed,
 }
 
-/// What becomes of the length of a warped texture.
+/// The length of a warped texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WarpedLength {
@@ -224,7 +224,7 @@ pub struct Join {
 }
 
 impl Lineage {
-    /// The beginning: nothing was done yet to `source`.
+    /// The lineage of `source` without any operation.
     #[must_use]
     pub fn of(source: impl Into<String>) -> Self {
         Self {
@@ -255,7 +255,7 @@ impl Operation {
 }
 
 impl Step {
-    /// What `operation` did to a texture of the level `before`, which is `after` since; both rms about the mean.
+    /// A step: `operation` changed the level of a texture from `before` to `after`, both rms about the mean.
     #[must_use]
     pub fn between(operation: Operation, before: Measure, after: Measure) -> Self {
         Self {
@@ -311,9 +311,9 @@ impl fmt::Display for Operation {
                 high_pass_hz,
             } => write!(
                 f,
-                "stroke {number}, {from_s:.3}–{to_s:.3} s, freed of the gesture below {high_pass_hz} Hz"
+                "stroke {number}, {from_s:.3}–{to_s:.3} s, gesture below {high_pass_hz} Hz filtered out"
             ),
-            Self::MeanTakenAway { mean } => write!(f, "mean of {} taken away", four(*mean)),
+            Self::MeanTakenAway { mean } => write!(f, "mean of {} subtracted", four(*mean)),
             Self::Gain { gain_db } => write!(f, "gain {gain_db:+.3} dB"),
             Self::RmsOf {
                 of,
@@ -339,20 +339,20 @@ impl fmt::Display for Operation {
                 held_below_hz,
             } => write!(
                 f,
-                "tilt {db_per_octave:+} dB/octave about {pivot_hz} Hz, held below {held_below_hz} Hz"
+                "tilt {db_per_octave:+} dB/octave about {pivot_hz} Hz, constant gain below {held_below_hz} Hz"
             ),
             Self::Shifted { by_hz } => write!(f, "shift {by_hz:+} Hz"),
             Self::Warped { ratio, length } => {
                 let kept = match length {
                     WarpedLength::Follows => "",
-                    WarpedLength::Kept => ", length kept",
+                    WarpedLength::Kept => ", duration kept",
                 };
                 write!(f, "warp × {ratio}{kept}")
             }
             Self::SpectrumOf {
                 of, resolution_hz, ..
             } => write!(f, "spectrum of {of} in steps of {resolution_hz:.2} Hz"),
-            Self::PhasesRandomised { drawn_by } => write!(f, "phases drawn by {drawn_by}"),
+            Self::PhasesRandomised { drawn_by } => write!(f, "phases randomised with {drawn_by}"),
             Self::Looped {
                 duration_s,
                 join: None,

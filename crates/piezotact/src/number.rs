@@ -58,3 +58,34 @@ pub fn difference_db(value_db: f64) -> String {
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
+
+/// `value` with `decimals` decimals and a minus sign that is one; what rounds to nothing has no sign.
+///
+/// ```
+/// use piezotact::number::signed;
+/// assert_eq!([signed(-1.26, 1), signed(-0.01, 1), signed(2.0, 0)], ["−1.3", "0.0", "2"]);
+/// ```
+#[must_use]
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => text,
+    }
+}
+
+/// A probability `p`, from 0 to 1.
+///
+/// ```
+/// use piezotact::number::p_text;
+/// assert_eq!([p_text(0.0001), p_text(0.0421), p_text(0.5)], ["p < 0.001", "p = 0.042", "p = 0.50"]);
+/// ```
+#[must_use]
+pub fn p_text(p: f64) -> String {
+    match p {
+        p if p < 0.001 => "p < 0.001".into(),
+        p if p < 0.1 => format!("p = {p:.3}"),
+        p => format!("p = {p:.2}"),
+    }
+}

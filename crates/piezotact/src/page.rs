@@ -220,6 +220,8 @@ fn criterion_row<W: Display>(criterion: &Criterion<W>) -> Vec<Cell> {
 
 /// `value` with its unit and as many digits as tell it from a limit.
 ///
+/// Source: decision 0046 of this project.
+///
 /// ```
 /// use piezotact::page::limit_number;
 /// assert_eq!([limit_number(-0.25, "dB"), limit_number(120.04, "")], ["−0.25\u{a0}dB", "120"]);
@@ -247,6 +249,8 @@ pub fn limit_number(value: f64, unit: &str) -> String {
 const ROUNDING: f64 = 1e-6;
 
 /// A limit in words, with the range in which nothing is decided.
+///
+/// Source: decision 0046 of this project.
 ///
 /// ```
 /// use piezotact::criterion::Limit;

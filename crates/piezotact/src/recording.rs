@@ -1,4 +1,4 @@
-//! Several channels taken together, with what was going on and where they come from.
+//! Recordings: channels acquired together, with their condition, provenance and doubts.
 
 mod about;
 mod annotations;
@@ -34,7 +34,7 @@ pub enum Touch {
     Resting,
 }
 
-/// What was going on while a recording was made; what is not known is absent.
+/// The experimental condition of a recording: sample, participant, load, angle, speed, touch. Unknown entries are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Condition {
@@ -44,10 +44,10 @@ pub struct Condition {
     /// The participant's pseudonym.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
-    /// The seed of the digital twin whose participant this is: P02 of two seeds are two people. Absent for real people.
+    /// The seed of the digital twin that the participant belongs to: P02 of two seeds are two people. Absent for real people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub twin_seed: Option<u64>,
-    /// The normal force asked for.
+    /// The requested normal force.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_n: Option<Newtons>,
     /// The angle between finger and surface.
@@ -62,7 +62,7 @@ pub struct Condition {
 }
 
 impl fmt::Display for Condition {
-    /// What is known, as a person says it; nothing when nothing is.
+    /// The known entries as text; empty when nothing is known.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let known = [
             self.sample
@@ -81,7 +81,7 @@ impl fmt::Display for Condition {
 }
 
 impl Condition {
-    /// Who it is: the pseudonym, with the seed of a twin's participant; `None` where nobody is named.
+    /// The participant as text: the pseudonym, with the seed for a participant of a twin; `None` if nobody is named.
     #[must_use]
     pub fn person(&self) -> Option<String> {
         let name = self.participant.as_ref()?;
@@ -91,8 +91,8 @@ impl Condition {
         })
     }
 
-    /// The same condition with the seed of the twin that `provenance` names, where it does not say it itself: files of
-    /// before keep it there alone.
+    /// The same condition with the twin's seed from `provenance` if it has none itself: files of earlier versions state it only
+    /// there.
     #[must_use]
     pub fn with_twin_of(mut self, provenance: &Provenance) -> Self {
         if self.participant.is_some() && provenance.bench == Some(BenchKind::Twin) {
@@ -101,8 +101,8 @@ impl Condition {
         self
     }
 
-    /// The doubts about a measurement under `measured` of a drive that was rendered for this condition: one
-    /// for the participant, the load and the angle that both state and that differ.
+    /// The doubts about a measurement under the condition `measured` with a drive rendered for this condition: one for each of
+    /// participant, load and angle that both state and that differ.
     #[must_use]
     pub fn doubts_when_measured(&self, measured: &Self) -> Vec<Doubt> {
         let text = |value: Option<f64>, unit: &str| value.map(|value| format!("{value} {unit}"));
@@ -137,30 +137,30 @@ impl Condition {
     }
 }
 
-/// Where a value comes from: which bench or file, what was done to it, with which seed.
+/// The provenance of a value: its bench or file, the processing steps, and the seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Provenance {
     /// The bench or file it comes from, as a person would name it.
     pub source: String,
-    /// Whether the source is a digital twin, hardware, or played through a measured transfer function; absent for a file that does not say.
+    /// The kind of bench: digital twin, hardware, or a measured transfer function; absent if a file does not state it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bench: Option<BenchKind>,
     /// The seed of a twin or of a random drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// The band that a drive was made to excite; absent where it is not known.
+    /// The band that the drive excites; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub driven_hz: Option<Band>,
-    /// What was done, oldest first, each step with its parameters.
+    /// The processing steps, oldest first, each with its parameters.
     pub steps: Vec<String>,
     /// The transfer functions that a drive was rendered with or corrected on.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub made_with: Vec<Checksum>,
-    /// The transfer function that answered in place of a device and a finger.
+    /// The checksum of the transfer function that was used in place of a device and a finger.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub answered_with: Option<Checksum>,
-    /// What a texture was made from and what was done to it on purpose; absent where nothing was.
+    /// The source of a texture and the manipulations applied to it; absent if there were none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lineage: Option<Lineage>,
 }
@@ -174,7 +174,7 @@ impl Provenance {
     }
 }
 
-/// What kind of bench a value comes from; reports say which.
+/// The kind of bench a value comes from; stated in reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BenchKind {
@@ -182,9 +182,9 @@ pub enum BenchKind {
     Twin,
     /// Real devices.
     Hardware,
-    /// A transfer function that was measured before, through which a drive is played: no finger is touched.
+    /// A measured transfer function that replaces device and finger: nobody is touched.
     Measured,
-    /// A fake that follows a script, for tests of what is done with a bench: no device, and no finger.
+    /// A scripted fake for tests of procedures: no device and no finger.
     Scripted,
 }
 
@@ -199,13 +199,14 @@ pub struct Channel {
     pub samples: Vec<f64>,
 }
 
-/// Channels, each with its clock, and what holds for them. Nearly always all share one clock, and are of one length then.
+/// Channels, each with its clock, with condition, provenance and annotations. Usually all channels share one clock and have the
+/// same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     clock_of: Vec<usize>,
-    /// What was going on, where it comes from, and what a person should know before relying on it.
+    /// Condition, provenance and doubts.
     pub about: About,
     /// When it began, its labels, and what happened while it ran.
     pub annotations: Annotations,
@@ -378,7 +379,7 @@ fn series_of<Q: Quantity>(
     })
 }
 
-/// Channels that make no recording, or a recording that lacks what is asked of it.
+/// Channels that do not form a recording, or a recording without the requested channel.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     /// There is no channel.
@@ -400,7 +401,8 @@ pub enum RecordingError {
     },
     /// Channels of two clocks where samples of one index have to belong together.
     #[error(
-        "expected channels of one clock, found `{first}` at {of_first} and `{channel}` at {found}: samples of one index belong to different times; take channels of one clock, or resample them to one rate and save them together"
+        "expected channels of one clock, found `{first}` at {of_first} and `{channel}` at {found}: samples of one index belong \
+            to different times; use channels of one clock, or resample them to one rate and save them together"
     )]
     Clocks {
         /// The first channel.
@@ -422,7 +424,7 @@ pub enum RecordingError {
         /// The clocks.
         found: usize,
     },
-    /// A clock that begins at no time.
+    /// A clock with a start that is not a number.
     #[error("expected a start in s, found {found_s} for channel `{channel}`; correct it")]
     Start {
         /// The channel.
@@ -437,7 +439,7 @@ pub enum RecordingError {
         name: String,
     },
     /// No channel of that name.
-    #[error("expected a channel `{wanted}`, found only {found}; take one of these")]
+    #[error("expected a channel `{wanted}`, found only {found}; use one of these")]
     Missing {
         /// The name asked for.
         wanted: String,
@@ -445,7 +447,7 @@ pub enum RecordingError {
         found: String,
     },
     /// No name was given and the choice is not clear.
-    #[error("expected one channel in {unit}, found {found}; name the one to take")]
+    #[error("expected one channel in {unit}, found {found}; name the one to use")]
     Ambiguous {
         /// The unit looked for.
         unit: Unit,
@@ -454,7 +456,7 @@ pub enum RecordingError {
     },
     /// The channel holds another quantity.
     #[error(
-        "expected {quantity} in {expected}, found channel `{channel}` in {found}; take another channel or state its unit"
+        "expected {quantity} in {expected}, found channel `{channel}` in {found}; use another channel or state its unit"
     )]
     Unit {
         /// The channel.

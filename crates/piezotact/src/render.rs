@@ -9,6 +9,7 @@ mod doubt;
 mod error;
 mod frame;
 mod inverse;
+mod level;
 mod limits;
 
 pub(crate) use coverage::runs;
@@ -17,6 +18,7 @@ pub use doubt::RenderDoubt;
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
+pub use level::at_fitting_level;
 use limits::Room;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};

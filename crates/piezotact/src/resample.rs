@@ -14,7 +14,7 @@ use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 
-/// What lies outside the band after resampling is at least this far down, dB. It is below the quantisation
+/// The stop-band attenuation after resampling, dB. Residuals are below the quantisation
 /// noise of 16 bits and of every sensor here.
 pub const REJECTION_DB: f64 = 120.0;
 
@@ -344,7 +344,8 @@ fn bessel_i0(x: f64) -> f64 {
 pub enum ResampleError {
     /// The band does not fit.
     #[error(
-        "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or take a higher rate"
+        "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or use a \
+            higher rate"
     )]
     Passband {
         /// The band's end.
@@ -356,7 +357,7 @@ pub enum ResampleError {
     },
     /// No common cycle.
     #[error(
-        "expected two rates with a simple ratio, found {from} and {to}; take a rate such as 5000, 10000, 44100 or 48000 Hz"
+        "expected two rates with a simple ratio, found {from} and {to}; use a rate such as 5000, 10000, 44100 or 48000 Hz"
     )]
     Ratio {
         /// The rate that goes in.

@@ -1,4 +1,4 @@
-//! Which channel of a recording is the vibration, which the forces, which the motion.
+//! Channel roles: which channels of a recording are the vibration, the forces and the motion.
 
 use crate::recording::RecordingDoubt;
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,7 @@ impl Roles {
         Ok(first.map_or(recording.rate(), |name| recording.clock_of(name).rate_hz))
     }
 
-    /// The roles that the units and names of the channels speak for, and what had to be guessed.
+    /// The roles inferred from the units and names of the channels, with doubts about guesses.
     ///
     /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither
     /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or

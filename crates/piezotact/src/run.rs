@@ -1,4 +1,4 @@
-//! What an acquisition says while it runs: a start, chunks of samples, what was judged of them, and an end.
+//! The documents that an acquisition emits while it runs: a start, chunks of samples, judgements of them, and an end.
 //!
 //! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
 //! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
@@ -19,7 +19,8 @@ use crate::recording::{
     About, Annotations, Channel, Clock, Event, Provenance, Recording, RecordingError,
 };
 
-/// The stretches of a recording with `doubts` that hold no measured samples, from when to when in s: what its device or its journal lost.
+/// The stretches without measured samples in a recording with `doubts`, as `[start, end]` in s: samples that its device or its
+/// journal lost.
 ///
 /// Source: the doubts [`RunDoubt::SamplesLost`] and [`RunDoubt::JournalDamaged`].
 #[must_use]
@@ -41,10 +42,10 @@ pub struct RunStart {
     pub rate_hz: SampleRate,
     /// The channels' names and SI units, in the order of [`RunChunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// Who touches what, and how; which bench, with which seed, for what. What is doubted stands in the end.
+    /// Condition and provenance: who touches what and how, which bench, which seed. Doubts are reported with [`RunEnd`].
     #[serde(flatten, serialize_with = "About::without_empty_doubts")]
     pub about: About,
-    /// When it begins, where the bench runs on the time of the day; labels; events that are planned.
+    /// The start time, if the bench knows the time of day; labels; planned events.
     #[serde(flatten)]
     pub annotations: Annotations,
     /// The clock of each channel; none where all run at [`Self::rate_hz`] from the first sample on.
@@ -53,12 +54,12 @@ pub struct RunStart {
     /// The device that plays; absent where nothing plays or nothing describes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<DriveSetup>,
-    /// The checksum of the drive that is played; absent where nothing is, or where it is made as it goes.
+    /// The checksum of the drive that is played; absent if nothing is played or the drive is generated during the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<crate::checksum::Checksum>,
 }
 
-/// Samples as they come: a list for each channel of one clock, all of one length.
+/// Consecutive samples of the channels that share one clock: one list per channel, all of the same length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunChunk {
     /// The index of its first sample in the run, lost samples counted.
@@ -69,8 +70,8 @@ pub struct RunChunk {
     /// Samples that the device lost just before the first one.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub lost: u64,
-    /// The number of the clock that its channels share, in the order in which clocks come up in [`RunStart::clocks`]; 0 where
-    /// there is one.
+    /// The index of the clock that its channels share, in order of first appearance in [`RunStart::clocks`]; 0 if there is only
+    /// one.
     #[serde(default, skip_serializing_if = "is_zero_clock")]
     pub clock: u32,
     /// One list of samples for each channel of that clock, in its SI unit.
@@ -99,7 +100,7 @@ impl RunChunk {
     }
 }
 
-/// What is judged of a run while it runs, or just after.
+/// The quantities judged during a run or directly after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunCriterion {
@@ -107,29 +108,29 @@ pub enum RunCriterion {
     Force,
     /// The median coherence of the driven lines.
     Coherence,
-    /// How much a repeat shares with the first, −1 to 1: a negative one has the opposite sign.
+    /// The correlation of a repeat with the first, −1 to 1: a negative value means the opposite sign.
     Polarity,
 }
 
 impl fmt::Display for RunCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Force => "mean force, departure from its target as a share",
+            Self::Force => "relative deviation of the mean force from its target",
             Self::Coherence => "median coherence of the driven lines",
             Self::Polarity => "correlation with the first repeat",
         })
     }
 }
 
-/// What was judged of one window of a run.
+/// The judgement of one window of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// From when to when, s since the first sample.
     pub window_s: [f64; 2],
-    /// The force that was asked for, N, where there is one.
+    /// The target force, N, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_n: Option<f64>,
-    /// The rules, each with what was found.
+    /// The criteria, each with the value found.
     pub criteria: Vec<Criterion<RunCriterion>>,
 }
 
@@ -141,14 +142,14 @@ impl Judged {
     }
 }
 
-/// One attempt at a measurement, and what was judged of all of it.
+/// One attempt at a measurement, and its judgement as a whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
     /// Which repeat, from 1.
     pub repeat: usize,
     /// Which attempt at it, from 1.
     pub attempt: usize,
-    /// Of an attempt that was accepted the worst of its windows, of one that was asked for again the window that ended it.
+    /// For an accepted attempt the worst of its windows; for a repeated attempt the window that ended it.
     #[serde(flatten)]
     pub judged: Judged,
 }
@@ -157,9 +158,9 @@ pub struct Attempt {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum Ended {
-    /// It went on until what was asked for was done.
+    /// It ran to its planned end.
     Completed,
-    /// What was judged of it did not meet its limit.
+    /// A criterion was not met.
     Refused,
     /// Somebody stopped it.
     Stopped,
@@ -188,7 +189,7 @@ pub struct RunEnd {
     pub samples: u64,
     /// How it ended.
     pub ended: Ended,
-    /// What was learned on the way, such as the sensors at rest, joined to that of the start.
+    /// The provenance of the start, completed with what became known during the run, such as the sensors' noise at rest.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -213,16 +214,16 @@ pub enum RunDocument {
 /// Why a sink could not take a document.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
-/// What takes the documents of runs as they come: a journal, a gate, a progress bar.
+/// A consumer of run documents as they are emitted: a journal, a gate, a progress bar.
 pub trait Sink {
-    /// Takes the next document. What it judges of it is emitted to all sinks; where that is not met, the run ends.
+    /// Takes the next document. A judgement that it returns is emitted to all sinks; if a criterion is not met, the run ends.
     ///
     /// # Errors
     /// Whatever keeps it from taking the document; the run then ends.
     fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError>;
 }
 
-/// A sink that takes everything and keeps nothing.
+/// A sink that discards all documents.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Discard;
 
@@ -232,7 +233,7 @@ impl Sink for Discard {
     }
 }
 
-/// The recording that the documents of one run make.
+/// Collects the documents of one run into a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
     start: Option<RunStart>,

@@ -18,6 +18,7 @@ mod score;
 mod shared_data;
 mod strokes;
 mod studies;
+mod study;
 mod touch_golden;
 mod transfer;
 mod vibrations;

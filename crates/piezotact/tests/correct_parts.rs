@@ -282,7 +282,7 @@ fn lines_that_the_noise_hides_are_named() {
         .unwrap();
     let doubt = correction.hidden(&loud).unwrap().unwrap().to_string();
     assert!(
-        doubt.starts_with("the target's lines in 100 % of the band") && doubt.contains("noise"),
+        doubt.starts_with("in 100 % of the band") && doubt.contains("noise"),
         "{doubt}"
     );
 }

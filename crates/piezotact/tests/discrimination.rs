@@ -205,7 +205,7 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
     let why = discriminate(&[vec![counts.clone(), counts]], &config()).unwrap_err();
     assert!(matches!(why, Withheld::NotAnAcceleration { .. }));
     assert!(
-        why.to_string().contains("withheld") && why.to_string().contains("cotton is in count"),
+        why.to_string().contains("not computed") && why.to_string().contains("cotton is in count"),
         "{why}"
     );
 

@@ -246,7 +246,7 @@ fn the_form_of_the_first_version_is_read() {
     let old = read(r#"{"doubt": "of_members", "count": 1, "of": 4, "example": "b: loose"}"#);
     assert_eq!(
         wording::finding(&old),
-        "1 of 4 measurements carry doubts of their own, such as b: loose"
+        "1 of 4 measurements have doubts of their own, such as b: loose"
     );
     assert!(serde_json::from_str::<Doubt>(r#"{"share": 0.1}"#).is_err());
 }

@@ -269,7 +269,7 @@ fn drop_outs_and_frozen_parts_are_found() {
                 "seed {seed}, {length}: {defects:?}"
             );
             let text = defects.doubts("nail")[0].to_string();
-            assert!(text.contains("`nail` holds one value once"), "{text}");
+            assert!(text.contains("`nail` stays at one value once"), "{text}");
         }
     }
 }

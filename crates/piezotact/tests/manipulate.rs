@@ -497,7 +497,7 @@ fn what_cannot_be_is_refused() {
     for (refused, parts) in [
         (
             gain(&silent, Decibels(3.0)).err(),
-            &["never changes", "1.000 s"][..],
+            &["constant", "1.000 s"][..],
         ),
         (
             gain(&x, Decibels(f64::NAN)).err(),
@@ -523,7 +523,7 @@ fn what_cannot_be_is_refused() {
         (warp(&x, 0.0, WarpedLength::Follows).err(), &["0.1 to 10"]),
         (
             warp(&x, std::f64::consts::SQRT_2, WarpedLength::Follows).err(),
-            &["few digits", "1.414"],
+            &["few decimals", "1.414"],
         ),
         (
             warp(
@@ -557,7 +557,7 @@ fn what_cannot_be_is_refused() {
         ),
         (
             looped(&series(vec![1.0, -1.0], 5000.0), Seconds(1.0), &usual).err(),
-            &["to join it with itself"],
+            &["for looping"],
         ),
     ] {
         let text = refused.unwrap().to_string();

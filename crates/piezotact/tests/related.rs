@@ -199,5 +199,5 @@ fn an_unrelated_pair_is_said_with_what_chance_reaches() {
     assert!((relation.chance * relation.averages - 0.95).abs() < 0.01);
     let said = function(&x, &y, &config).about.doubts[0].to_string();
     println!("{said}");
-    assert!(said.contains("no relation of drive and response is shown"));
+    assert!(said.contains("no relation between drive and response is shown"));
 }

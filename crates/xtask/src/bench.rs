@@ -1,4 +1,4 @@
-//! `xtask bench`: this program and its peers on the same inputs, in turns, in one run.
+//! `xtask bench`: compares this program with its peers on the same inputs, alternating, in one run.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,7 +17,7 @@ struct Work {
     repetitions: usize,
     agreement: Agreement,
     peers: &'static [(&'static str, f64)],
-    /// What it makes lasts this long, s, and is to be made this many times faster than it lasts.
+    /// The duration of the generated signal, s, and the least speed as a multiple of real time.
     real_time: Option<(f64, f64)>,
     /// The same work of ours on one core, and how many times faster than it this is to be by the clock on the wall.
     one_core: Option<(&'static str, f64)>,

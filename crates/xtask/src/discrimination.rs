@@ -1,4 +1,4 @@
-//! `xtask bench C1`: how often samples are told apart that are one, and how often samples that differ.
+//! `xtask bench C1`: false-positive and true-positive rates of the comparison of samples.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
@@ -15,7 +15,7 @@ use crate::studies::{
 
 const NULL_STUDIES: u64 = 1000;
 const STUDIES: u64 = 300;
-/// What is asked for: at most of null studies, at least of studies of two JND.
+/// The targets: the largest share of null studies, and the least share of studies of two JND, with a difference found.
 const ASKED: (f64, f64) = (0.065, 0.80);
 const POINTS_JND: [f64; 6] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0];
 

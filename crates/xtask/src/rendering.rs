@@ -1,4 +1,4 @@
-//! `xtask bench R1`: how well textures are rendered on the twin, by method and level, for many people.
+//! `xtask bench R1`: rendering errors on the twin by method and level, for many people.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
@@ -57,7 +57,7 @@ const METHODS: [(&str, Method); 6] = [
     ("closed, texture", Method::Closed(Mode::Texture)),
 ];
 
-/// What one method did with one texture on one finger.
+/// The result of one method for one texture on one finger.
 struct Felt {
     rms_db: f64,
     max_db: f64,
@@ -144,7 +144,7 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-/// What came of one method for one person.
+/// The result of one method for one person.
 enum Outcome {
     Felt(Felt),
     /// It was refused before anything played; the level that is offered.

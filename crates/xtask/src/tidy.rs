@@ -53,7 +53,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
         ],
     ),
 ];
-/// What the science must not touch.
+/// Names that the science must not use: files, clocks, threads, environment, entropy.
 const FORBIDDEN_IN_SCIENCE: [&str; 8] = [
     "std::fs",
     "std::env",
@@ -64,9 +64,9 @@ const FORBIDDEN_IN_SCIENCE: [&str; 8] = [
     "std::io",
     "getrandom",
 ];
-/// A file with more lines than this is two modules.
+/// The largest number of lines of a file.
 const LONGEST_FILE: usize = 700;
-/// How the name of a number ends that says its unit, or that it has none.
+/// Suffixes of names that state the unit of a number, or that it has none.
 const UNIT_SUFFIXES: [&str; 26] = [
     "_hz",
     "_s",
@@ -399,7 +399,7 @@ fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
         .collect())
 }
 
-/// No file too long to know, nothing left undone, no path of one machine.
+/// No file above the length limit, no leftover to-do, no path of one machine.
 fn files(root: &Path, findings: &mut Findings) -> Result<()> {
     // Written in two parts, so that this file does not find itself.
     let left_undone = [

@@ -8,7 +8,9 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
 use piezotact::recording::{About, Annotations, Recording};
-use piezotact::render::{Overload, RenderConfig, RenderError, RenderedDrive, render};
+use piezotact::render::{
+    Overload, RenderConfig, RenderError, RenderedDrive, at_fitting_level, render,
+};
 use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -228,22 +230,17 @@ fn rendered(
         steep: Overload::Refuse,
         ..RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?)
     };
-    let (drive, level) = match render(target, function, &config) {
-        Err(
-            RenderError::ExceedsFullScale { fits_at, .. }
-            | RenderError::ExceedsSlew { fits_at, .. },
-        ) => {
-            say(&format!(
-                "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
-                -fits_at.0
-            ));
-            (
-                render(&target.clone().amplified(fits_at), function, &config)?,
-                fits_at,
-            )
-        }
-        other => (other?, Decibels(0.0)),
-    };
+    let (level, drive) = at_fitting_level(
+        |level| render(&target.clone().amplified(level), function, &config),
+        RenderError::fits_at,
+    );
+    let drive = drive?;
+    if level.0 < 0.0 {
+        say(&format!(
+            "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
+            -level.0
+        ));
+    }
     let mut drive = drive;
     let softer = target.clone().amplified(level);
     drive.about.provenance.lineage = Some(lineage(

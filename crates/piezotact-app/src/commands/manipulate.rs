@@ -18,11 +18,12 @@ use piezotact::roles::Roles;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::{peak, standard_deviation};
+use piezotact::study::Take;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use serde_json::json;
 
-use super::touch::{Take, take_all};
+use super::touch::take_all;
 use super::{outputs, read, texture};
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};

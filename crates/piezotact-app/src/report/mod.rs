@@ -1,6 +1,5 @@
 //! Reports: one HTML file that holds everything it shows.
 
-mod criteria;
 pub(crate) mod figures;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
@@ -8,13 +7,13 @@ pub(crate) mod rendering;
 pub(crate) mod replay;
 pub(crate) mod roughness;
 pub(crate) mod score;
-pub(crate) mod touch;
 pub(crate) mod transfer;
 pub(crate) mod verify;
 
 use std::path::Path;
 
 use piezotact::recording::BenchKind;
+use piezotact_report::criteria;
 pub(crate) use piezotact_report::{broad_document, document, figure};
 
 /// A file's name without its folder.

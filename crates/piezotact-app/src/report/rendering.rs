@@ -3,22 +3,19 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use piezotact::criterion::Outcome as Judged;
 use piezotact::doubt::merged;
 use piezotact::lineage::Mode;
 use piezotact::quantity::Band;
 use piezotact::render::RenderedDrive;
 use piezotact::statistics::mean;
-use piezotact_bench::procedure::{GainIn, LoopEnd, Looped};
+use piezotact_bench::procedure::{LoopEnd, Looped};
 
 use super::{UNKNOWN_BENCH, bench_told, broad_document, figure, figures};
 use crate::advice::merged_text;
 use crate::failure::Outcome;
 use crate::output::{difference_db, headroom_text};
-use crate::wording;
-
-/// What counts as close, dB: the rms over what the inverse reaches, and the largest of its lines.
-const CLOSE_DB: (f64, f64) = (1.0, 3.0);
+use piezotact::number::signed;
+use piezotact::verify::CLOSE_DB;
 
 /// One texture on one finger.
 struct Row<'a> {
@@ -94,7 +91,7 @@ impl Page {
             open_db: looped.iterations[0].verification.judged_error_db(),
             closed_db: looped.told().judged_error_db(),
             most_db: looped.told().error_db_max_achievable(),
-            close: is_close(&row),
+            close: looped.is_close(),
             open_kept: looped.kept.is_open(),
         });
         self.lines.push(line(&row));
@@ -131,21 +128,6 @@ impl Page {
         };
         broad_document(&title, &body)
     }
-}
-
-/// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
-fn got_worse(row: &Row<'_>) -> bool {
-    let gain = row.looped.gain.as_ref();
-    !row.looped.kept.is_open()
-        && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Judged::NotMet)
-}
-
-fn is_close(row: &Row<'_>) -> bool {
-    let v = row.looped.told();
-    row.looped.confirmed.is_some()
-        && !got_worse(row)
-        && v.judged_error_db() <= CLOSE_DB.0
-        && v.error_db_max_achievable() <= CLOSE_DB.1
 }
 
 fn summary(page: &Page) -> Markup {
@@ -235,7 +217,7 @@ fn line(row: &Row<'_>) -> Markup {
         tr {
             td { (row.called) }
             td.n { (format!("{:+.1}", row.level_db).replace('-', "−").replace("+0.0", "0")) }
-            td class=(if is_close(row) { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
+            td class=(if row.looped.is_close() { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
             td.n { (then(open.error_db_max_achievable(), closed.error_db_max_achievable(), 1)) }
             td.n { (difference_db(closed.level_error_db)) }
             td.n { (then(open.waveform_correlation, closed.waveform_correlation, 3)) }
@@ -257,7 +239,7 @@ fn gain(row: &Row<'_>) -> String {
     let [aim, _] = &gain.criteria;
     match (aim.found, aim.interval) {
         (Some(found), Some([low, high])) => {
-            let [found, low, high] = [found, low, high].map(|db| wording::signed(db, 2));
+            let [found, low, high] = [found, low, high].map(|db| signed(db, 2));
             format!("{found} ({low} to {high})")
         }
         _ => "–".into(),
@@ -268,7 +250,7 @@ fn gain(row: &Row<'_>) -> String {
 fn kept(row: &Row<'_>) -> &'static str {
     match row.looped.kept {
         kept if kept.is_open() => "open loop",
-        _ if got_worse(row) => "corrected, spectrum worse",
+        _ if row.looped.got_worse() => "corrected, spectrum worse",
         _ => "corrected",
     }
 }

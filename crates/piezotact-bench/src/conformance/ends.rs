@@ -1,4 +1,4 @@
-//! How runs end.
+//! Conformance tests of how runs end.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::plan::Until;
 
-/// Behind a stop so many chunks may still come, which were under way.
+/// The largest number of chunks that may still arrive after a stop.
 const CHUNKS_BEHIND: usize = 2;
 /// A stop ends a run within this time, also while something waits.
 const ENDS_WITHIN: Duration = Duration::from_millis(1_500);
@@ -65,7 +65,7 @@ pub(super) fn stopped(make: &Make, subject: &Subject) -> Result<(), String> {
     expect(
         taken.samples() >= enough,
         format!(
-            "samples for {:.2} and more, as nobody stops it",
+            "samples for {:.2} and more, since it is not stopped",
             subject.goes_on_for
         ),
         format!("an end after {}", taken.samples()),
@@ -85,7 +85,7 @@ fn ends_soon(bench: &mut super::Bench) -> Result<(), String> {
         }
     }
     Err(format!(
-        "expected an end at most {CHUNKS_BEHIND} chunks behind a stop, found more"
+        "expected an end at most {CHUNKS_BEHIND} chunks after a stop, found more"
     ))
 }
 
@@ -120,7 +120,7 @@ pub(super) fn stop_from_outside(make: &Make, subject: &Subject) -> Result<(), St
     bench.acquirer.stop();
     expect(
         behind <= CHUNKS_BEHIND,
-        format!("at most {CHUNKS_BEHIND} chunks behind a stop"),
+        format!("at most {CHUNKS_BEHIND} chunks after a stop"),
         "more",
     )?;
     let late = over_at.saturating_duration_since(stopped_at);

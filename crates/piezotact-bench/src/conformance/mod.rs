@@ -1,7 +1,7 @@
-//! What every bench passes: tests of the contract, for the tests of any crate that builds a bench.
+//! Conformance tests that every bench passes, for use in the tests of any crate that builds a bench.
 //!
-//! [`of_bench`] and [`of_acquirer`] take what makes a bench and a [`Subject`], and return one [`Finding`] for each rule that the bench
-//! breaks. Each rule is checked on a bench of its own, in a thread of its own: a bench that never comes back breaks a rule too.
+//! [`of_bench`] and [`of_acquirer`] take a constructor of a bench and a [`Subject`], and return one [`Finding`] for each rule
+//! that the bench breaks. Each rule is checked on a new bench in its own thread: a bench that never returns breaks a rule too.
 
 mod ends;
 mod playing;
@@ -29,17 +29,17 @@ use crate::traits::{Acquire, Bench, PlayProgress};
 pub enum Rule {
     /// Steps out of order are refused and named.
     Order,
-    /// What comes is what the bench describes: channels, rate, at rest.
+    /// The samples match the description of the bench: channels, rate, calibration at rest.
     Described,
-    /// Samples follow one another, in chunks of at most a second, and device time passes with them.
+    /// Samples are contiguous, in chunks of at most a second, and the device time advances with them.
     Stream,
     /// A run of a stated duration has exactly that duration.
     Duration,
-    /// A run until the playback ended holds all of it and what comes behind it, and ends.
+    /// A run until the end of playback contains the whole playback and the decay after it, and ends.
     PlaybackEnded,
-    /// A run until it is stopped goes on until then.
+    /// A run until a stop continues until it is stopped.
     Stopped,
-    /// A stop from another thread ends a run soon, also while something waits.
+    /// A stop from another thread ends a run promptly, even while the bench waits.
     StopFromOutside,
     /// A run that was stopped before its start holds nothing.
     StoppedBefore,
@@ -51,13 +51,13 @@ pub enum Rule {
     AfterStop,
     /// A drive at another rate is refused.
     Rate,
-    /// A drive that is made as it goes gives the same as one that is there as a whole.
+    /// A drive generated during playback gives the same samples as the same drive given as a whole.
     Made,
     /// The progress of a playback grows to its end.
     Progress,
     /// A calibration between runs changes nothing.
     Calibration,
-    /// The halves work in different threads.
+    /// The playing and the acquiring half work in different threads.
     Threads,
 }
 
@@ -76,16 +76,16 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What is to be known of a bench before it is tested.
+/// The properties of a bench that its tests need.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    /// A run that it can do, whatever its end; the label is taken for every run.
+    /// A run that the bench can do; its label is used for every run, its end is replaced by each test.
     pub run: RunPlan,
     /// A drive that it can play, at the rate of its output, of a second or so; none for a bench that only acquires.
     pub drive: Option<Series<Drive>>,
-    /// Whether what it draws comes from a seed.
+    /// The origin of the bench's randomness.
     pub draws: Draws,
-    /// How long a run goes on at least when nobody stops it, s; a bench of devices goes on for ever.
+    /// The least duration of a run that nobody stops, s; a bench of real devices has no limit.
     pub goes_on_for: Seconds,
 }
 
@@ -117,7 +117,7 @@ impl Subject {
 pub enum Draws {
     /// From a seed: the same run gives the same samples.
     Seeded,
-    /// From the world.
+    /// Physical noise: no two runs are equal.
     Nature,
 }
 
@@ -157,7 +157,7 @@ const PLAYING: [(Rule, Check); 7] = [
     (Rule::Threads, playing::threads),
 ];
 
-/// The rules that the bench which `make` makes breaks; none for a bench that passes.
+/// The rules broken by the bench that `make` constructs; none for a bench that passes.
 #[must_use]
 pub fn of_bench(
     make: impl Fn() -> Bench + Send + Sync + 'static,
@@ -168,7 +168,7 @@ pub fn of_bench(
     all(&make, subject, checks)
 }
 
-/// The rules that the acquiring half which `make` makes breaks, of a bench that only acquires.
+/// The rules broken by the acquiring half that `make` constructs, for a bench that only acquires.
 #[must_use]
 pub fn of_acquirer(
     make: impl Fn() -> Box<dyn Acquire> + Send + Sync + 'static,
@@ -194,7 +194,7 @@ fn all<'a>(
             let (said, hear) = mpsc::channel();
             let (make, subject, check) = (Arc::clone(make), subject.clone(), *check);
             std::thread::spawn(move || {
-                // Nobody hears it when it took too long.
+                // The receiver is gone if the check took too long.
                 let _heard = said.send(check(&make, &subject));
             });
             (*rule, hear)

@@ -1,4 +1,4 @@
-//! What an output does with a drive.
+//! Conformance tests of the playing half.
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;
@@ -66,7 +66,7 @@ pub(super) fn playback_ended(make: &Make, subject: &Subject) -> Result<(), Strin
     let found_s = taken.samples() as f64 / rate_hz;
     expect(
         found_s > drive_s && found_s < drive_s + 10.0,
-        format!("the {drive_s:.2} s of the drive, what comes behind it, and an end"),
+        format!("the {drive_s:.2} s of the drive, what follows it, and an end"),
         format!("{found_s:.2} s"),
     )
 }
@@ -119,7 +119,11 @@ pub(super) fn made(make: &Make, subject: &Subject) -> Result<(), String> {
     let whole = whole_run(&mut make(), playback(subject), &ended(subject))?;
     let found = whole_run(&mut make(), Some(made), &ended(subject))?;
     match subject.draws {
-        Draws::Seeded => same(&whole, &found, "of a drive that is made as it goes"),
+        Draws::Seeded => same(
+            &whole,
+            &found,
+            "of a drive that is computed during playback",
+        ),
         Draws::Nature => {
             let (whole, found) = (whole.samples(), found.samples());
             expect(whole.abs_diff(found) * 100 <= whole, whole, found)
@@ -153,7 +157,7 @@ pub(super) fn progress(make: &Make, subject: &Subject) -> Result<(), String> {
     let early = taken.progress.first().is_some_and(|first| first.ended);
     expect(
         !early || first_s >= drive(subject)?.duration().0,
-        "a playback that goes on behind the first chunk",
+        "a playback that continues after the first chunk",
         "its end",
     )?;
     // A playback that was stopped is over.

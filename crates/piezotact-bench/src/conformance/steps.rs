@@ -1,4 +1,4 @@
-//! Steps out of order.
+//! Conformance tests of steps out of order.
 
 use super::{DURATION, Make, Playing, Subject, begin, expect, playback, take, until};
 use crate::error::DeviceError;

@@ -1,4 +1,4 @@
-//! What comes out of an input.
+//! Conformance tests of the acquired samples.
 
 use super::{Draws, Make, Subject, expect, same, usual};
 
@@ -56,7 +56,7 @@ pub(super) fn contiguous(make: &Make, subject: &Subject) -> Result<(), String> {
             format!("a chunk that begins with sample {}", chunk.first),
         )?;
         let numbers = chunk.channels.iter().flatten().all(|v| v.is_finite());
-        expect(numbers, "numbers", "a sample that is none")?;
+        expect(numbers, "numbers", "a sample that is not a number")?;
         if let (Some((first, before_s)), Some(now_s)) = (time, chunk.device_s) {
             let passed_s = (chunk.first - first) as f64 / rate_hz;
             let found = now_s - before_s;

@@ -1,4 +1,4 @@
-//! The halves of a fake.
+//! The playing and acquiring halves of the scripted fake.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -21,7 +21,7 @@ use crate::traits::{
 
 /// From the start of the playback to its first sample, s.
 const LATENCY_S: f64 = 0.05;
-/// What is acquired behind the playback, s.
+/// The time acquired after the playback, s.
 const REST_S: f64 = 0.3;
 /// A chunk with too many samples, s.
 const TOO_LONG_S: f64 = 2.5;
@@ -29,7 +29,7 @@ const TOO_LONG_S: f64 = 2.5;
 const UNREPORTED_S: f64 = 0.05;
 /// The interval at which a waiting half checks whether it was stopped, s.
 const LOOKS_EVERY_S: f64 = 3600.0;
-/// What the fake is called.
+/// The name of the fake.
 const NAME: &str = "scripted fake of a bench (no device and no finger)";
 
 /// The halves of the bench that `script` describes.
@@ -87,17 +87,17 @@ struct Playing {
     output: Output,
     /// The sample of the run at which it was started.
     since: u64,
-    /// What it was when it ended.
+    /// The progress at its end.
     ended: Option<PlayProgress>,
 }
 
-/// What the next chunk waits for.
+/// What has to happen before the next chunk is delivered.
 enum Next {
-    /// Nothing.
+    /// Nothing: the chunk is delivered at once.
     Chunk(Option<RunChunk>),
     /// Time, then the chunk.
     After(Duration, StopHandle, RunChunk),
-    /// What never comes.
+    /// Samples that never arrive.
     Never(StopHandle),
 }
 
@@ -128,7 +128,7 @@ impl Shared {
         }
     }
 
-    /// Where in what leaves the output the sample `at` of the run lies.
+    /// The position in the output signal of the sample `at` of the run.
     fn position(&self, playing: &Playing, at: u64) -> f64 {
         let by_input_s = (at as f64 - playing.since as f64) / self.input_hz();
         let by_output_s = by_input_s / (1.0 + self.script.clock_ppm * 1e-6);
@@ -261,7 +261,7 @@ impl Shared {
             .collect();
         let due = gaps.iter().find(|(_, place, _)| at >= *place).copied();
 
-        // A late chunk is an empty one first, unless time passes as it does.
+        // Unless the fake runs in real time, a late chunk is preceded by an empty one.
         if let (Some((i, _)), Pace::Asked) = (late, self.script.pace) {
             if let Some(run) = &mut self.running {
                 run.late.push(i);
@@ -532,7 +532,7 @@ impl Acquire for Acquirer {
     }
 
     fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
-        // Who waits does not hold what the player needs.
+        // The lock is released while waiting, as the player needs it.
         let next = locked(&self.0).next()?;
         Ok(match next {
             Next::Chunk(chunk) => chunk,

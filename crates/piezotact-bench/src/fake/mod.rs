@@ -1,5 +1,5 @@
-//! A scripted fake of a bench, for tests of what is done with a bench: two clocks, drop-outs, late and short chunks, lost devices, a
-//! full input, an output that runs dry, and what no bench may do. As hardware it does not see by itself when a playback ends.
+//! A scripted fake of a bench, for tests of procedures: two clocks, drop-outs, late and short chunks, lost devices, a
+//! full input, output underruns, and breaches of the contract. Like hardware, it does not detect by itself when a playback ends.
 
 mod halves;
 mod script;
@@ -13,7 +13,7 @@ pub use script::{
 use crate::error::DeviceError;
 use crate::traits::Bench;
 
-/// The bench that does what `script` says, with somebody called `participant` at it.
+/// The bench that follows `script`, with a participant called `participant`.
 ///
 /// # Errors
 /// [`DeviceError::Impossible`] when a number of the script cannot be.

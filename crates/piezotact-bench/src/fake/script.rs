@@ -1,4 +1,4 @@
-//! The script of a fake: what it does, when, as a plain value.
+//! The script of a fake bench: its settings and faults as a plain value.
 
 use piezotact::quantity::{QuantityError, SampleRate};
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use crate::watch::LONGEST_PAUSE;
 
 /// Times that a script may name, s.
 const LONGEST_S: f64 = 86_400.0;
-/// The longest gap of a script, s: more is a device that is gone.
+/// The longest gap of a script, s: a longer one is a lost device.
 const LONGEST_GAP_S: f64 = 60.0;
 
-/// What a scripted fake does. Everything that is left out has its usual value, and a fake with nothing in its script has no fault.
+/// The settings of a scripted fake. Settings that are left out have default values; a fake with default values has no faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FakeScript {
@@ -22,11 +22,11 @@ pub struct FakeScript {
     pub input_hz: f64,
     /// How much faster the clock of the input runs than that of the output, parts per million.
     pub clock_ppm: f64,
-    /// The lengths of the chunks, s, one after the other and again from the first.
+    /// The lengths of the chunks, s, used in turn and repeated cyclically.
     pub chunks_s: Vec<f64>,
     /// How fast time passes.
     pub pace: Pace,
-    /// What the device answers.
+    /// The simulated device.
     pub device: FakeDevice,
     /// Samples that the input loses and reports.
     pub drop_outs: Vec<DropOut>,
@@ -42,7 +42,7 @@ pub struct FakeScript {
     pub input_full_after_s: Option<f64>,
     /// How long it may deliver no samples before a run is ended, s.
     pub longest_pause_s: f64,
-    /// What no bench may do.
+    /// A breach of the contract of a bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
 }
@@ -51,10 +51,10 @@ pub struct FakeScript {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", expecting = "\"asked\" or \"real_time\"")]
 pub enum Pace {
-    /// As fast as chunks are asked for.
+    /// As fast as chunks are requested.
     #[default]
     Asked,
-    /// In real time: who asks for a chunk waits until its last sample was acquired.
+    /// In real time: a request for a chunk waits until its last sample was acquired.
     RealTime,
 }
 
@@ -80,14 +80,14 @@ pub struct FakeDevice {
     pub force_share: f64,
 }
 
-/// From when on a time counts.
+/// The origin of a time in the script.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", expecting = "\"run\" or \"opened\"")]
 pub enum Since {
     /// From the start of every run: it happens in each.
     #[default]
     Run,
-    /// From when the bench was opened: it happens once. The time is that of what was acquired.
+    /// From the opening of the bench: it happens once. Time is counted in acquired samples.
     Opened,
 }
 
@@ -116,7 +116,7 @@ pub struct DropOut {
 pub struct Late {
     /// The chunk behind this time of every run, s.
     pub at_s: f64,
-    /// By how much, s; where time passes as it is asked for, an empty chunk comes in its place.
+    /// By how much, s; with [`Pace::Asked`] an empty chunk is delivered instead.
     pub by_s: f64,
 }
 
@@ -188,9 +188,9 @@ pub enum Breach {
     RepeatedChunk,
     /// Samples that are lost and not reported.
     UnreportedGap,
-    /// A sample that is no number.
+    /// A sample that is NaN.
     NotANumber,
-    /// An input that says that the run is over.
+    /// An input that reports the end of the run too early.
     EndsEarly,
     /// An input that does not end when the playback has ended.
     NeverEnds,
@@ -234,7 +234,7 @@ impl Default for FakeDevice {
     }
 }
 
-/// Why a script is none.
+/// Why a script is not valid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScriptError {
     /// The text says nothing.
@@ -363,7 +363,7 @@ impl FakeScript {
     }
 }
 
-/// What the reader of TOML says, in the words of whoever writes a script.
+/// The error of the TOML reader, in terms of the script.
 fn in_words(message: &str) -> String {
     let message = message.replace("invalid length ", "invalid value: a list of ");
     let found = ["invalid type: ", "invalid value: "];

@@ -1,6 +1,6 @@
-//! A bench made from a transfer function that was measured before: a drive is played through the device and the finger as
-//! they were that day, and noise is added. It is for rehearsing a rendering on people who have been measured, or on
-//! responses that others published, before anybody sits down. No finger is touched, and whatever is recorded says so.
+//! A bench simulated by a measured transfer function: the drive is filtered with it, and sensor noise is added. It serves to
+//! rehearse a rendering for people who were measured before, or with published responses. Nobody is touched, and every
+//! recording states that.
 
 mod world;
 
@@ -20,31 +20,31 @@ use crate::traits::Bench;
 
 /// The rate of the output, Hz: that of a sound card, as the twin's.
 const OUTPUT_RATE_HZ: f64 = 48_000.0;
-/// The rates at which a response can be played through, Hz: none of touch needs another.
+/// The range of supported acquisition rates, Hz.
 const RATES_HZ: [f64; 2] = [200.0, 192_000.0];
-/// What of the narrower band comes through the change of rate unchanged.
+/// The share of the narrower band that resampling leaves unchanged.
 const PASSBAND_SHARE: f64 = 0.9;
-/// A load or an angle that differs by less than this share is the same, read back from a file.
+/// The relative tolerance for equal loads and angles after reading them from a file.
 const SAME_SHARE: f64 = 1e-6;
 
-/// How the sensor behind a measured transfer function is imitated.
+/// The simulated noise of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
     /// White Gaussian noise on the acceleration over all of the acquisition's band, rms, m/s².
     pub rms_m_s2: f64,
-    /// Draws it, with the label of each run.
+    /// The seed of the noise, combined with the label of each run.
     pub seed: u64,
 }
 
 impl SensorNoise {
-    /// What a small piezoelectric accelerometer adds between 0 and 2.5 kHz, m/s² rms: the twin's 2 mm/s² of white and
-    /// 1 mm/s² of slow noise together.
+    /// The noise of a small piezoelectric accelerometer between 0 and 2.5 kHz, m/s² rms: 2 mm/s² of white and
+    /// 1 mm/s² of slow noise combined, as for the twin.
     pub const USUAL_RMS_M_S2: f64 = 0.0022;
-    /// The most that can be asked for, m/s² rms: more than any finger does.
+    /// The largest noise that can be set, m/s² rms: above any acceleration of a finger.
     pub const LARGEST_RMS_M_S2: f64 = 1_000.0;
 }
 
-/// A device with a finger on it as a transfer function has it.
+/// A device with a finger on it, simulated by a measured transfer function.
 #[derive(Clone, Debug)]
 pub struct MeasuredBench {
     called: String,
@@ -55,12 +55,12 @@ pub struct MeasuredBench {
     to_acquisition: Resampler,
     /// From the earliest time to the latest.
     impulse: Vec<f64>,
-    /// How it departs from what was measured, in words; empty where it does not.
+    /// How the simulated placement differs from the measured one, as text; empty if it does not.
     placed: String,
 }
 
 impl MeasuredBench {
-    /// The bench that answers as `function` does, which is called `called` where people read it.
+    /// The bench simulated by `function`, named `called` in texts.
     ///
     /// # Errors
     /// [`DeviceError::Impossible`] when its lines end where no acquisition of touch has its half rate, or at a frequency
@@ -112,7 +112,7 @@ impl MeasuredBench {
         let mut impulse = function.impulse_response();
         if rms(&impulse) == 0.0 {
             return Err(wrong(
-                "a transfer function that answers where it was driven".into(),
+                "a transfer function that is not zero where it was driven".into(),
                 format!("zeros in {called}"),
                 "measure it again",
             ));
@@ -138,8 +138,8 @@ impl MeasuredBench {
         })
     }
 
-    /// The bench that answers as another placement of the finger might: `function` times a factor of level and phase that is
-    /// drawn from how placements of one finger lie apart in a panel, by the noise's seed and the placement's `number`.
+    /// The bench for another, simulated placement of the finger: `function` times a random factor of level and phase, drawn
+    /// from the spread between placements in a panel with the seed of the noise and the placement's `number`.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -155,7 +155,8 @@ impl MeasuredBench {
         let mut bench = Self::new(function.times(spread.factor(&normals)), called, noise)?;
         if let Some((level_db, phase_rad)) = spread.apart_over(bench.answers) {
             bench.placed = format!(
-                "another placement of the finger, number {number} of seed {}, drawn from how {} of {} people and cells lie apart ({level_db:.2} dB and {:.1}° rms): ",
+                "another placement of the finger, number {number} of seed {}, drawn from the differences between {} for {} \
+                    combinations of participant and condition ({level_db:.2} dB and {:.1}° rms): ",
                 noise.seed,
                 spread.of.name(),
                 spread.groups,
@@ -173,7 +174,7 @@ impl MeasuredBench {
 
     fn name(&self) -> String {
         format!(
-            "measured transfer function {} (no finger was touched)",
+            "measured transfer function {} (no finger was involved)",
             self.called
         )
     }
@@ -184,9 +185,9 @@ impl MeasuredBench {
         let on = match provenance.bench {
             Some(BenchKind::Twin) => "measured on a digital twin",
             Some(BenchKind::Hardware) => "measured on hardware",
-            Some(BenchKind::Scripted) => "of a scripted fake, and no measurement of a finger",
-            Some(BenchKind::Measured) => "itself a rehearsal and no measurement of a finger",
-            None => "of which the file does not say whether a finger was measured",
+            Some(BenchKind::Scripted) => "from a scripted fake, not a measurement of a finger",
+            Some(BenchKind::Measured) => "itself a rehearsal, not a measurement of a finger",
+            None => "the file does not state whether a finger was measured",
         };
         match provenance.source.as_str() {
             "" => format!("{}the transfer function {}, {on}", self.placed, self.called),
@@ -210,7 +211,7 @@ impl MeasuredBench {
         move || rms_m_s2 * random.normal()
     }
 
-    /// Refuses another load or angle than the transfer function was measured at.
+    /// Refuses a load or angle other than that of the transfer function.
     fn answers_as(&self, run: &RunPlan) -> Result<(), DeviceError> {
         let Condition {
             load_n, angle_deg, ..
@@ -237,7 +238,7 @@ impl MeasuredBench {
                     ),
                     found: format!("{asked} {unit}"),
                     todo: format!(
-                        "leave --{what} out, or take a transfer function measured at {asked} {unit}"
+                        "leave --{what} out, or use a transfer function measured at {asked} {unit}"
                     ),
                 });
             }

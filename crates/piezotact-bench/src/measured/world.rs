@@ -1,4 +1,4 @@
-//! What is played on one half of the bench is answered on the other.
+//! The simulation of a measured bench: the response to the played drive, run by run.
 
 use piezotact::Doubt;
 use piezotact::convolve::Convolver;
@@ -29,7 +29,7 @@ const CALIBRATION_S: f64 = 1.0;
 struct Rehearsal {
     /// What is looped back, as it was sent.
     drive: Vec<f64>,
-    /// What is left of it behind the limit, from the first sample that was not fed.
+    /// The drive after the output limit, from the first sample that has not been filtered yet.
     played_through: Vec<f64>,
     fed: usize,
     device: Convolver,
@@ -119,7 +119,7 @@ impl World for MeasuredBench {
         };
         doubts.extend(unknown.map(|what| Doubt::from(RecordingDoubt::Guessed {
             what: format!(
-                "{} does not say the {what} at which it was measured: whatever was asked for, none is recorded",
+                "{} does not state the {what} at which it was measured: no value is recorded, even if one was requested",
                 self.called
             ),
         })));
@@ -155,7 +155,7 @@ impl World for MeasuredBench {
             chunk: ((CHUNK_S * self.rate.hz()) as usize).max(1),
             at: 0,
         };
-        // What the impulse response holds at negative times is answered early: that much is fed ahead.
+        // The impulse response has a part at negative times: that many samples are fed ahead.
         let ahead = self.impulse.len() / 2;
         let _before_the_first_sample = started.answer(ahead);
         Ok(Box::new(started))
@@ -163,7 +163,7 @@ impl World for MeasuredBench {
 }
 
 impl Rehearsal {
-    /// The next `count` samples of the answer; behind its end the drive is silent.
+    /// The next `count` samples of the response; after its end the drive is silent.
     fn answer(&mut self, count: usize) -> Vec<f64> {
         let from = self.fed.min(self.played_through.len());
         let to = (self.fed + count).min(self.played_through.len());

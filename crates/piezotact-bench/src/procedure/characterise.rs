@@ -1,4 +1,4 @@
-//! A device with a finger on it, characterised: a drive goes in, a transfer function comes out.
+//! Characterisation of a device with a finger on it: plays a drive and estimates the transfer function.
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;
@@ -19,15 +19,15 @@ use crate::excitation::{ExcitationConfig, excitation};
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 
-/// Below this frequency no device of this kind answers, and low coherence is no finding.
+/// Below this frequency devices of this kind do not respond, and low coherence is not reported.
 pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
-/// Coherence below this in the band that was driven is said.
+/// A doubt is raised for coherence below this in the driven band.
 pub(super) const LEAST_COHERENCE: f64 = 0.8;
 
-/// How a device is characterised.
+/// The settings of a characterisation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CharacteriseConfig {
-    /// The drive, its peak relative to what the device can play.
+    /// The drive, with its peak re the limit of the device.
     pub excitation: ExcitationConfig,
     /// How the spectra are estimated.
     pub welch: WelchConfig,
@@ -37,14 +37,14 @@ pub struct CharacteriseConfig {
     pub run: RunPlan,
 }
 
-/// A device with a finger on it, characterised.
+/// The result of a characterisation of a device with a finger on it.
 #[derive(Clone, Debug)]
 pub struct Characterisation {
     /// What was recorded.
     pub recording: Recording,
     /// From the digital drive to the nail's acceleration.
     pub function: TransferFunction<Drive, Acceleration>,
-    /// Noise and distortion told apart; only multisines can.
+    /// Noise and distortion, separated; only for multisines.
     pub distortion: Option<Distortion>,
 }
 
@@ -71,7 +71,7 @@ pub fn excite(
             "lower its end",
         ));
     }
-    // Checked as it was asked for, then brought to what the device can play.
+    // Checked as requested, then scaled to the limit of the device.
     let drive = excitation(&config.excitation, bench.player.describe().rate)?;
     let blocks = config.excitation.blocks(acquisition)?;
     let holds = match blocks {
@@ -100,7 +100,7 @@ pub fn excite(
         ));
     }
 
-    // No steeper than the amplifier follows into the actuator: beyond, it bends what it plays.
+    // Within the slew limit of the amplifier with the actuator: above it the signal would be distorted.
     let playable = setup.as_ref().map_or(1.0, |setup| {
         let slope = headroom(drive.samples(), drive.rate(), Some(setup)).slope_v_per_s;
         let followed = slope.map_or(1.0, |slope| setup.slew_limit_v_per_s() / slope);
@@ -130,7 +130,7 @@ pub fn characterise(
     transfer_of(recording, setup.as_ref(), config)
 }
 
-/// The transfer function that a recording of the drive gives, with all that it holds for.
+/// The transfer function estimated from a recording of the drive, with the condition and device it is valid for.
 ///
 /// # Errors
 /// [`ProcedureError::Recording`] when it lacks a channel, [`ProcedureError::Transfer`] when nothing comes through.
@@ -167,7 +167,7 @@ pub fn transfer_of(
         }
     };
     function.about.doubts.extend(clocks);
-    // A drive has ends, and what they make beyond its band is not what it drives.
+    // The onset and end of a drive have power outside its band, which does not count as driven.
     function.driven_within(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     function.about.provenance = recording
@@ -175,7 +175,7 @@ pub fn transfer_of(
         .provenance
         .clone()
         .then(excitation.told(drive.peak()));
-    // The transfer function says itself which band was driven.
+    // The driven band is stated by the transfer function itself.
     function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
@@ -197,7 +197,7 @@ pub fn transfer_of(
     })
 }
 
-/// The part of the driven band in which a device of this kind answers; `None` when it lies below.
+/// The part of the driven band in which a device of this kind responds; `None` if the driven band lies below it.
 pub(super) fn judged_band(config: &CharacteriseConfig) -> Option<Band> {
     Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
         .ok()

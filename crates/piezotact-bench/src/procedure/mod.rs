@@ -1,4 +1,4 @@
-//! What is done with a bench, whichever it is: play a drive and keep what comes back, characterise a device.
+//! Procedures that run on any bench: play a drive and record the response, characterise a device, closed loops.
 
 mod characterise;
 mod closed_loop;
@@ -27,11 +27,11 @@ pub const DRIVE_CHANNEL: &str = "drive";
 pub const ACCELERATION_CHANNEL: &str = "acceleration";
 /// The normal force of the finger, where it is measured.
 pub const FORCE_CHANNEL: &str = "normal_force";
-/// The potential at full scale may depart by this share from what a drive was made for: 0.4 dB.
+/// The tolerance of the voltage at full scale re the one for which a drive was made, as a share: 0.4 dB.
 const OUTPUT_TOLERANCE: f64 = 0.05;
 
-/// Refuses a drive that was made for another device than the bench is now: another gain or other limits of it, another potential
-/// at full scale, another rate, a described device where the bench's is not, or samples beyond full scale.
+/// Refuses a drive that does not match the present state of the bench: another gain or other limits, another voltage
+/// at full scale, another rate, a described device while that of the bench is not described, or samples beyond full scale.
 ///
 /// # Errors
 /// [`ProcedureError::Gain`], [`ProcedureError::Described`], [`ProcedureError::OutputLevel`], [`DeviceError::Rate`], [`ProcedureError::Impossible`].
@@ -64,10 +64,11 @@ pub fn require_device(
     let (Some(gain), Some(found)) = (gain, bench.player.calibrate()?) else {
         return Err(ProcedureError::Impossible {
             expected: format!(
-                "a drive for a device that nothing describes, as that of the {name} is"
+                "a drive for a device without a description, like that of the {name}"
             ),
             found: format!("one for gain {}", setup.gain),
-            todo: "render it with the transfer function that stands behind this bench, and leave --gain out".into(),
+            todo: "render it with the transfer function that this bench uses, and leave --gain out"
+                .into(),
         });
     };
     if setup.device().name() == found.device().name() && setup.gain.name != gain {

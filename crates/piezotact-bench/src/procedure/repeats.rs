@@ -1,4 +1,4 @@
-//! Repeats of a characterisation, each judged while it runs and asked for again when it does not pass.
+//! Repeats of a characterisation, each judged while it runs and measured again if it does not pass.
 
 use piezotact::transfer::TransferDoubt;
 use std::fmt;
@@ -20,19 +20,19 @@ use crate::gate::{Gate, GateConfig, GateRoles, Refusal};
 use crate::plan::{Placement, RunPlan};
 use crate::traits::Bench;
 
-/// How often a device is characterised, and what every repeat must keep to.
+/// The number of repeats of a characterisation, and the limits for each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RepeatConfig {
-    /// How many repeats, with the finger lying as it lies.
+    /// The number of repeats, without lifting the finger.
     pub repeats: usize,
-    /// How often each may be tried.
+    /// The largest number of attempts at each repeat.
     pub attempts: usize,
-    /// What it must keep to.
+    /// The limits for each repeat.
     pub gating: Gating,
 }
 
 impl RepeatConfig {
-    /// Which repeat and which attempt of `plan` the run called `label` is, both from 1; the first where it is none.
+    /// The repeat and the attempt of `plan` to which the run `label` belongs, both from 1; (1, 1) if it belongs to none.
     #[must_use]
     pub fn attempt_of(&self, plan: &RunPlan, label: &str) -> (usize, usize) {
         (1..=self.repeats.max(1))
@@ -45,13 +45,13 @@ impl RepeatConfig {
 /// Whether measurements are judged while they run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Gating {
-    /// Everything is taken.
+    /// Every measurement is accepted.
     Open,
-    /// What does not keep to this is asked for again.
+    /// A measurement that does not keep these limits is repeated.
     Judged(GateConfig),
 }
 
-/// A measurement that was asked for again.
+/// A refused measurement, which was repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refused {
     /// Which repeat, from 1.
@@ -81,18 +81,18 @@ impl fmt::Display for Refused {
 pub struct Repeated {
     /// Each.
     pub each: Vec<Characterisation>,
-    /// What was asked for again.
+    /// The refused measurements.
     pub refused: Vec<Refused>,
-    /// Every attempt with what was judged of it, in their order; none where nothing was judged.
+    /// All attempts with their judgements, in order; none if nothing was judged.
     pub attempts: Vec<Attempt>,
-    /// All as one estimate.
+    /// The pooled estimate.
     pub function: TransferFunction<Drive, Acceleration>,
     /// How far the two that differ most lie apart over the driven band from 20 Hz up, dB rms; `None` for one.
     pub apart_db: Option<f64>,
 }
 
-/// Characterises a device several times with the finger lying as it lies, asking for a measurement again whose force or
-/// coherence leaves what was agreed. The documents of every run go to `keeper`; `refused_one` hears of every refusal.
+/// Characterises a device several times without lifting the finger; a measurement whose force or coherence exceeds its limits is
+/// repeated. The documents of every run go to `keeper`; `refused_one` is called for every refusal.
 ///
 /// # Errors
 /// [`ProcedureError::RepeatRefused`] when a repeat does not pass in as many attempts as it has; those of [`excite`],

@@ -21,18 +21,18 @@ use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress, SensorCalibration};
 use crate::watch::Watch;
 
-/// The mean force may depart by this share from what was asked for.
+/// The tolerance of the mean force re the target, as a share.
 const FORCE_TOLERANCE: f64 = 0.1;
-/// A chunk is at most this long, s, with a little room for rates that are no whole numbers.
+/// The longest chunk, s, with a margin for non-integer rates.
 const LONGEST_CHUNK_S: f64 = 1.001;
-/// More lost samples in a row than this are no gap, but a device that is gone, s.
+/// A longer run of lost samples is not a gap but a lost device, s.
 const LONGEST_GAP_S: f64 = 60.0;
-/// The device's own time may depart by this, and by this share, from what the number of samples since the chunk before says: a
-/// driver's stamps are rounded, and further off samples were lost or repeated that it did not report.
+/// The tolerance of the device time re the number of samples since the previous chunk, in s and as a share: time stamps of
+/// drivers are rounded; a larger difference means lost or repeated samples that were not reported.
 const TIME_OFF: (f64, f64) = (0.005, 0.001);
-/// The clocks of input and output may lie apart by this share.
+/// The largest relative difference between the clocks of input and output.
 const CLOCKS_APART: f64 = 0.01;
-/// Playback and the rest behind it end within the length of the drive, and this much more, s.
+/// The time allowed for playback and the rest after it, beyond the length of the drive, s.
 const ENDS_WITHIN_S: f64 = 60.0;
 
 /// The kinds of events of a run: samples that the device lost, with their number; a stop by hand; a gate that refused.
@@ -40,31 +40,31 @@ const SAMPLES_LOST: &str = "samples_lost";
 const STOPPED: &str = "stopped";
 const REFUSED: &str = "refused";
 
-/// Where the runs of a procedure are kept.
+/// Stores the runs of a procedure, and finds runs stored before.
 pub trait RunKeeper {
-    /// The recording of a run with this start that was completed before, by a procedure that was interrupted: it is used in
-    /// place of another measurement.
+    /// The stored recording of a run with this start that an interrupted procedure completed: it is used instead of a new
+    /// measurement.
     ///
     /// # Errors
-    /// Whatever keeps it from looking.
+    /// Any error of the store.
     fn completed(&mut self, _start: &RunStart) -> Result<Option<Recording>, SinkError> {
         Ok(None)
     }
-    /// What takes the documents of the run that begins with `start`.
+    /// The sink for the documents of the run that begins with `start`.
     ///
     /// # Errors
     /// Whatever keeps it from beginning.
     fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError>;
 }
 
-/// Keeps nothing.
+/// Stores nothing.
 impl RunKeeper for Discard {
     fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
         Ok(Box::new(Self))
     }
 }
 
-/// What is known of the run `run` on `acquirer` before its first sample.
+/// The start document of the run `run` on `acquirer`.
 #[must_use]
 pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
     let description = acquirer.describe();
@@ -189,7 +189,7 @@ pub(super) fn excite_and_record(
     let mut doubts = bench.acquirer.doubts(run);
     doubts.extend(run_of.force_doubt(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
-    // A run that ended early for a known cause says that one.
+    // If a run ended early for a known cause, that cause is reported.
     let early = outcome.is_err() || bench.stop.is_stopped() || run_of.refused.is_some();
     if played < expected && !early || progress.underruns > 0 {
         doubts.push(Doubt::from(RunDoubt::PlaybackIncomplete {
@@ -213,8 +213,8 @@ pub fn record(acquirer: &mut dyn Acquire, run: &RunPlan) -> Result<Recording, Pr
     Ok(gathered.recording()?)
 }
 
-/// Acquires a run in which a person touches something; its documents go to `sink`, and nothing is held on to, so that a run of
-/// any length fits. Returns what is known of it at its end, and its number of samples.
+/// Acquires a run in which a person touches something; its documents go to `sink` and no samples are kept in memory, so a run may
+/// have any length. Returns its end document with its number of samples.
 ///
 /// # Errors
 /// [`ProcedureError::Impossible`] for a run until a playback ended, as nothing plays; [`ProcedureError::Keep`] when a document cannot be
@@ -228,8 +228,9 @@ pub fn acquire(
 ) -> Result<(RunStart, usize), ProcedureError> {
     if run.until == Until::PlaybackEnded {
         return Err(ProcedureError::Impossible {
-            expected: "a run of a stated duration, or one until it is stopped, as nothing plays"
-                .into(),
+            expected:
+                "a run of a stated duration, or one until it is stopped, since there is no playback"
+                    .into(),
             found: "one until a playback ended".into(),
             todo: "state a duration".into(),
         });
@@ -269,22 +270,22 @@ pub fn acquire(
     Ok((start, samples))
 }
 
-/// A run under way: what it hands to its sinks, and what it checks of the bench.
+/// A run in progress: passes documents to its sinks and checks that the bench keeps its contract.
 struct Run<'a> {
     sinks: Vec<&'a mut dyn Sink>,
     start: &'a RunStart,
     /// The acquiring half, for messages.
     name: String,
-    /// Samples that were handed out, with those filled in.
+    /// The number of samples passed to the sinks, including those filled in.
     samples: u64,
     /// The first sample of the last chunk, lost samples counted, and the device's own time of it, s.
     device: Option<(u64, f64)>,
     /// The last sample of each channel; none before the first.
     last: Option<Vec<f64>>,
-    /// Samples lost behind the last one that came.
+    /// Samples lost since the last one received.
     pending: u64,
     gaps: Vec<u64>,
-    /// From when to when each of them lies, s.
+    /// Start and end of each gap, s.
     places_s: Vec<[f64; 2]>,
     /// How long the drive is, s; none where nothing plays.
     drive_s: Option<f64>,
@@ -320,7 +321,7 @@ impl<'a> Run<'a> {
         acquires(self)
     }
 
-    /// Hands a document, and what is judged of it, to all sinks, also where one of them fails.
+    /// Passes a document, and the judgements of it, to all sinks, even if one of them fails.
     fn emit(&mut self, document: RunDocument) -> Result<(), ProcedureError> {
         let mut judged = Vec::new();
         let mut failed = None;
@@ -356,7 +357,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Takes note that the device says that the run is over.
+    /// Records that the device reported the end of the run.
     fn over(&mut self, until: Until, stop: &StopHandle) -> Result<(), ProcedureError> {
         let pending = std::mem::take(&mut self.pending);
         if pending > 0 {
@@ -376,7 +377,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Checks that an input that says that the run is over was there until the playback ended.
+    /// Checks that an input that reports the end of the run acquired until the playback ended.
     fn as_long_as_the_drive(
         &self,
         until: Until,
@@ -397,7 +398,7 @@ impl<'a> Run<'a> {
         )
     }
 
-    /// Checks that a run until the end of playback comes to its end.
+    /// Checks that a run until the end of playback terminates.
     fn in_time(&self, until: Until) -> Result<(), DeviceError> {
         let (Until::PlaybackEnded, Some(drive_s)) = (until, self.drive_s) else {
             return Ok(());
@@ -405,7 +406,7 @@ impl<'a> Run<'a> {
         let acquired_s = self.at_s();
         if acquired_s > drive_s * (1.0 + CLOCKS_APART) + ENDS_WITHIN_S {
             return self.broken(
-                format!("an end at most {ENDS_WITHIN_S} s behind a drive of {drive_s:.2} s"),
+                format!("an end at most {ENDS_WITHIN_S} s after a drive of {drive_s:.2} s"),
                 format!("samples for {acquired_s:.2} s"),
             );
         }
@@ -423,7 +424,7 @@ impl<'a> Run<'a> {
         self.refused.is_none() && !enough
     }
 
-    /// Hands on a chunk that keeps to the contract, with what is filled in for lost samples before it.
+    /// Passes on a chunk that keeps the contract, after samples filled in for lost ones.
     fn take(&mut self, chunk: RunChunk, until: Until, watch: &Watch) -> Result<(), ProcedureError> {
         self.check(&chunk)?;
         self.pending += chunk.lost;
@@ -444,7 +445,7 @@ impl<'a> Run<'a> {
         self.hand_on(chunk, until)
     }
 
-    /// Says what happened from `onset_s` on.
+    /// Emits an event at `onset_s`.
     fn happened(
         &mut self,
         onset_s: f64,
@@ -538,7 +539,7 @@ impl<'a> Run<'a> {
         if !chunk.channels.iter().flatten().all(|v| v.is_finite()) {
             return self.broken(
                 "numbers in every channel".into(),
-                format!("a sample that is none, after {:.2} s", self.at_s()),
+                format!("a sample that is not a number, after {:.2} s", self.at_s()),
             );
         }
         if chunk.lost as f64 > LONGEST_GAP_S * rate_hz {
@@ -554,7 +555,7 @@ impl<'a> Run<'a> {
                     "sample {} next, after {lost} lost ones",
                     self.samples + lost
                 ),
-                format!("a chunk that begins with sample {}", chunk.first),
+                format!("a chunk that begins at sample {}", chunk.first),
             );
         }
         let Some(now_s) = chunk.device_s else {
@@ -591,7 +592,7 @@ impl<'a> Run<'a> {
         self.samples as f64 / self.rate_hz()
     }
 
-    /// The mean force against what was asked for.
+    /// The doubt about a mean force that differs from the target.
     fn force_doubt(&self, run: &RunPlan) -> Option<Doubt> {
         if self.force.1.is_none() {
             let load_n = self.start.about.condition.load_n?.0;
@@ -603,7 +604,7 @@ impl<'a> Run<'a> {
             .then_some(Doubt::from(RunDoubt::LoadOffTarget { mean_n, target_n }))
     }
 
-    /// Emits the end document, whatever came before it; the number of samples where all is well.
+    /// Emits the end document in any case; returns the number of samples if there was no error.
     fn end(
         &mut self,
         outcome: Result<(), ProcedureError>,
@@ -665,7 +666,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The provenance of a run with what the sensors read at rest.
+/// The provenance of a run with the calibration of the sensors at rest.
 fn with_rest(start: &RunStart, at_rest: &SensorCalibration) -> Provenance {
     let read: Vec<String> = start
         .channels

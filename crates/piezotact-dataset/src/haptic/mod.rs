@@ -1,7 +1,7 @@
 //! Files for consumer haptic devices: `.haptic` clips, Apple's AHAP, and the interchange format of MPEG, HJIF.
 //!
-//! None of them holds what a texture is here, a waveform in m/s². What each leaves out is handed back as
-//! [`RecordingDoubt::FormatLoses`], so that nobody takes a file for more than it is.
+//! None of them holds a waveform in m/s², as a texture is here. Whatever a format cannot represent is returned as
+//! [`RecordingDoubt::FormatLoses`], so that nobody takes such a file for a complete copy.
 
 mod ahap;
 mod clip;
@@ -31,12 +31,12 @@ pub use hjif_write::{HjifTexture, date_of, piezo_device, write_hjif};
 
 pub(crate) use target::{recording_of_clip, recording_of_hjif};
 
-/// What was written, and what the format could not take along.
+/// The result of an export, and the information that the format could not represent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported<T> {
-    /// What stands in the file.
+    /// The content of the file.
     pub content: T,
-    /// What does not.
+    /// The doubts about information that was lost.
     pub losses: Vec<Doubt>,
 }
 

@@ -1,4 +1,4 @@
-//! The journal of a run on disk: blocks that can be read one without the other.
+//! The journal of a run on disk: a sequence of blocks that can be read independently.
 //!
 //! Layout: 8 bytes `PZRUN\x01\r\n`, the sixth of which is the format, then blocks of 4 bytes `PZBK`, one byte for the kind, the length of the content (u32), the
 //! CRC-32 of kind, length and content (u32), and the content; numbers are little-endian. Kinds: `S` start document (JSON;
@@ -26,7 +26,7 @@ pub(super) enum Block {
     Start(String),
     /// Samples.
     Chunk(RunChunk),
-    /// What was judged.
+    /// A judgement.
     Judged(Judged),
     /// Something that happened.
     Event(Event),

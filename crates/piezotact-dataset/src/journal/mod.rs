@@ -510,7 +510,7 @@ mod tests {
         assert_eq!(recording.len(), 200);
         let said = recording.about.doubts[0].to_string();
         assert!(
-            said.contains("format 2, this version reads up to 1"),
+            said.contains("format 2, but this version reads up to 1"),
             "{said}"
         );
         // Other blocks, all of them or one.

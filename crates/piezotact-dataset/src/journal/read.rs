@@ -1,4 +1,4 @@
-//! Reads the journals of runs, as far as they are whole.
+//! Reads the journals of runs, including incomplete and damaged ones.
 
 use piezotact::recording::{Clock, RecordingDoubt};
 use std::fs::File;
@@ -19,8 +19,8 @@ pub(crate) fn is_journal(head: &[u8]) -> bool {
     looks_like_journal(head)
 }
 
-/// Reads a journal as far as it goes: what is there is returned, with the doubt that it was interrupted, and with what is
-/// damaged. Straight lines stand in the place of damaged blocks, so that what comes after keeps its time.
+/// Reads a journal as far as possible, with doubts about an interruption and about damage. Damaged blocks are replaced by
+/// straight lines, so that the following samples keep their times.
 pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
     let damaged = |found: &str| {
@@ -63,7 +63,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(newer(start.format));
     }
-    // What is no block of today's format may be one of a newer one.
+    // A block that is unknown to this format may belong to a newer one.
     if let Header::Format(format) = header
         && format > FORMAT
         && damages > 0

@@ -14,8 +14,8 @@ use crate::lock::{Lock, LockFile, NoLock};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
-/// Keeps one run as the recording at a path: a journal while it runs, a Parquet file when it ends, however it ends; no file where
-/// nothing was acquired of an interrupted run.
+/// Stores one run as the recording at a path: a journal while it runs, a Parquet file at its end, whether completed or not; no
+/// file if an interrupted run has no samples.
 #[derive(Debug)]
 pub struct JournalSink {
     path: PathBuf,
@@ -93,8 +93,8 @@ impl Sink for JournalSink {
     }
 }
 
-/// A folder in which every run of a procedure is kept, one recording each, so that a procedure that was interrupted goes on
-/// with what it has. It is of one procedure at a time.
+/// A folder with the runs of one procedure, one recording each, from which an interrupted procedure can be resumed. It belongs to
+/// one procedure at a time.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -109,8 +109,9 @@ impl RunFolder {
     /// The file that says what the runs are for.
     pub const PURPOSE: &str = "purpose";
 
-    /// The folder at `path`, which is made with its first run. Nobody else has it while this value or a clone of it is there: the
-    /// file `NAME.lock` beside it is locked until then, and removed. What a program that was killed has left of it holds nobody up.
+    /// The folder at `path`, which is created with its first run. It is locked for other programs as long as this value or a
+    /// clone of it exists: the file `NAME.lock` beside it is locked, and removed at the end. A lock file left by a killed
+    /// program does not block.
     ///
     /// # Errors
     /// [`WriteError::Content`] when another procedure that still runs has it; [`WriteError::Io`] when nothing can be written beside it.
@@ -142,7 +143,7 @@ impl RunFolder {
         self.path.is_dir() && !self.path.join(Self::DONE).exists()
     }
 
-    /// The same folder for the runs of what `purpose` describes, which its first run writes down.
+    /// The same folder for the runs of the procedure described by `purpose`, which is stored with its first run.
     #[must_use]
     pub fn for_purpose(&self, purpose: String) -> Self {
         Self {
@@ -206,7 +207,7 @@ impl RunFolder {
             && stored.about.provenance.source == start.about.provenance.source
             && stored.about.provenance.seed == start.about.provenance.seed
             && stored.about.provenance.answered_with == start.about.provenance.answered_with
-            // How the bench is set and what it is; what the sensors read at rest comes behind it.
+            // The steps that describe the bench and its settings; the calibration at rest follows them.
             && stored.about.provenance.steps.starts_with(&start.about.provenance.steps);
         let completed = end.is_some_and(|end| end.ended == Some(Ended::Completed));
         Ok((same && completed).then_some(recording))
@@ -235,7 +236,7 @@ impl RunFolder {
         remove_left_behind(&self.path, UNFINISHED)
     }
 
-    /// Puts the folder aside under the first free `NAME.before-N`, where it is there.
+    /// Renames the folder to the first free `NAME.before-N`, if it exists.
     ///
     /// # Errors
     /// [`WriteError::Io`] when the operating system refuses.

@@ -1,4 +1,4 @@
-//! Writes the journal of a run, and makes the recording of it.
+//! Writes the journal of a run, and converts it to the recording at the end.
 
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
@@ -19,7 +19,7 @@ pub struct JournalWriter {
     path: PathBuf,
     journal: PathBuf,
     start: StartDocument,
-    /// Held locked: nobody else takes it for what an interrupted program has left.
+    /// Kept locked, so that no other program takes it for the leftover of an interrupted one.
     file: File,
     /// The number of the clock of each channel; all 0 where they share one.
     clock_of: Vec<usize>,
@@ -210,7 +210,7 @@ impl JournalWriter {
         doubts: Vec<Doubt>,
         ended: Option<Ended>,
     ) -> Result<Option<PathBuf>, WriteError> {
-        // What was learned on the way, as the sensors' noise, joins what was known at the start.
+        // Provenance that became known during the run, such as the sensors' noise, is added to that of the start.
         self.start.about.provenance = provenance;
         let fingerprint = Some(Fingerprint::all(&self.fingerprints));
         let end = EndDocument {
@@ -243,7 +243,7 @@ impl JournalWriter {
         self.in_place(&aside)
     }
 
-    /// Gives up a recording of which nothing was acquired: its journal goes, and a recording that stood there before stays.
+    /// Discards a recording without samples: its journal is removed, and an earlier recording of that name stays.
     ///
     /// # Errors
     /// [`WriteError::Io`] when the operating system refuses.
@@ -319,7 +319,7 @@ fn set_aside(journal: &Path, path: &Path) -> Result<Option<PathBuf>, WriteError>
     keep_at_free(journal, |number| set_aside_path(path, number))
 }
 
-/// Where a finished recording stands until the one before it is out of the way: `NAME.whole`.
+/// The temporary name of a finished recording until an earlier one of the same name has been renamed: `NAME.whole`.
 fn side_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".whole");

@@ -1,4 +1,4 @@
-//! What a sidecar adds to the samples of the file that it lies beside.
+//! Sidecars: metadata files that complete the samples of the file beside them.
 
 use std::path::{Path, PathBuf};
 
@@ -169,7 +169,7 @@ impl Beside {
         });
         recording.about.doubts = about.doubts;
         for doubt in own.into_iter().chain(self.doubts).chain(outside) {
-            // What the sidecar says already is not said again.
+            // Doubts already stated in the sidecar are not added again.
             if !recording.about.doubts.contains(&doubt) {
                 recording.about.doubts.push(doubt);
             }

@@ -1,4 +1,4 @@
-//! The files that the bench of a panel is made of: a bench is the same where they hold the same.
+//! The files from which the bench of a panel is built: two benches are the same if these files have the same content.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ReadError;
 
-/// A file that a bench is made of, as a device description, a script or a transfer function, by its checksum.
+/// A file from which a bench is built (a device description, a script or a transfer function), with its checksum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BenchFile {
     /// The file, as it was named.
@@ -29,7 +29,7 @@ impl BenchFile {
         })
     }
 
-    /// The first of `now` that held something else `before`.
+    /// The first file of `now` whose content differs from that in `before`.
     pub(super) fn changed<'a>(before: &[Self], now: &'a [Self]) -> Option<&'a Self> {
         let other = |now: &&Self| {
             before

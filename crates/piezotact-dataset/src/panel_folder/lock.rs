@@ -22,7 +22,7 @@ pub(super) fn take(folder: &Path) -> Result<Lock, ReadError> {
     })
 }
 
-/// Removes what a writer that was killed has left unfinished; nobody else writes while the lock is held.
+/// Removes unfinished files of a killed writer; no other program writes while the lock is held.
 pub(super) fn remove_unfinished(folder: &Path) {
     let Ok(found) = std::fs::read_dir(folder) else {
         return;

@@ -187,7 +187,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What the second line of a binary dataset says.
+/// The content of the second line of a binary dataset.
 struct Binary {
     order: ByteOrder,
     bytes: usize,

@@ -1,4 +1,4 @@
-//! The numbers of the twin: read from a documented file, in which each stands with its range and its origin.
+//! The parameters of the twin: read from a documented file that gives each with its range and its origin.
 
 mod sections;
 
@@ -17,18 +17,18 @@ pub const PARAMETERS: &str = include_str!("../../parameters.toml");
 
 /// A list of numbers is no longer than this.
 const MOST_VALUES: usize = 12;
-/// Where a number may come from.
+/// The possible origins of a parameter.
 const ORIGINS: [&str; 4] = ["thesis", "source", "chosen", "measured"];
 
-/// All numbers of the twin, in SI units. What each means, its range and its origin stand in the file
+/// All parameters of the twin, in SI units. The meaning, range and origin of each are given in the file
 /// `crates/piezotact-twin/parameters.toml`, which `piezotact twin parameters` prints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinParameters {
-    /// How people differ.
+    /// The variation between people.
     pub person: PersonParameters,
     /// A finger as a chain of masses and springs.
     pub finger: FingerParameters,
-    /// How differently it lies each time.
+    /// The variation between placements of a finger.
     pub placement: PlacementParameters,
     /// How a hand moves and presses.
     pub hand: HandParameters,
@@ -38,7 +38,7 @@ pub struct TwinParameters {
     pub friction: FrictionModel,
     /// The heights of the samples.
     pub relief: ReliefParameters,
-    /// What the fingertip hangs on.
+    /// The stiffness and damping that hold the fingertip.
     pub drag: DragParameters,
     /// The sensor on the nail.
     pub accelerometer: AccelerometerParameters,
@@ -55,7 +55,7 @@ pub struct TwinParameters {
     /// The shaker bench.
     pub shaker: ShakerParameters,
     samples: BTreeMap<String, Sample>,
-    /// What a laboratory's own file changes, one line each.
+    /// The changes made by a laboratory's own file, one line each.
     changes: Vec<String>,
 }
 
@@ -71,7 +71,7 @@ enum SampleKind {
     Ridges,
 }
 
-/// A sample: its relief, and how a finger that slides over it vibrates and is held back.
+/// A sample: its relief, and the vibration and friction of a finger that slides over it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Its name.
@@ -129,7 +129,7 @@ fn plate_m(kind: SampleKind) -> f64 {
 /// Why a file of parameters cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ParameterError {
-    /// A value that cannot be.
+    /// A value outside its range.
     #[error("{what}: expected {expected}, found {found}; {todo}")]
     Value {
         /// The parameter.
@@ -167,7 +167,7 @@ fn wrong(
     }
 }
 
-const SEE_FILE: &str = "see `piezotact twin parameters` for the form";
+const SEE_FILE: &str = "see `piezotact twin parameters` for the format";
 
 impl TwinParameters {
     /// The numbers that come with the program.
@@ -259,7 +259,7 @@ impl TwinParameters {
         &self.changes
     }
 
-    /// One step of a recording's provenance: which numbers the twin had.
+    /// One step of a recording's provenance: the parameters of the twin.
     #[must_use]
     pub fn provenance(&self) -> String {
         if self.changes.is_empty() {

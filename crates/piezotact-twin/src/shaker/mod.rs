@@ -4,8 +4,8 @@
 //! The drive is random noise, and the ratio of acceleration to force is the finger's inertance. The same bench
 //! with the accelerometer waxed to the plate gives the control measurement.
 //!
-//! What it leaves out: a finger that leaves the plate when the drive is strong and the load light, the nail's motion
-//! by the hand's own unrest, and the coil's inductance.
+//! Not modelled: a finger that loses contact at strong drive and light load, the nail's motion by
+//! tremor of the hand, and the coil's inductance.
 
 mod model;
 #[cfg(test)]
@@ -28,7 +28,7 @@ use super::varying::VaryingResponse;
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
-/// What the accelerometer is on.
+/// The mounting of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShakerMount {
     /// The nail of the participant, whose finger is on the plate.
@@ -70,7 +70,7 @@ impl ShakerExcitation {
 
 /// The twin of the shaker bench.
 ///
-/// Where the finger lies is drawn by the label of the run for which it was put down.
+/// The placement of the finger is drawn from the label of the run for which it was placed.
 #[derive(Clone, Debug)]
 pub struct ShakerBench {
     twin: TwinParameters,
@@ -146,7 +146,7 @@ impl ShakerBench {
             }
             (ShakerMount::Plate, Some(load)) => {
                 return Err(DeviceError::Impossible {
-                    expected: "no load, as nobody touches the plate".into(),
+                    expected: "no load, since no finger touches the plate".into(),
                     found: load.to_string(),
                     todo: "leave it out, or mount the finger".into(),
                 });
@@ -236,7 +236,7 @@ impl Run {
         let drive_v = self.noise.take(count);
         let load_n: Vec<f64> = (self.drawn..self.drawn + count)
             .map(|sample| match &mut self.hand {
-                // The person watches the reading, and lets go what the cell's warmth adds to it.
+                // The person watches the reading, and compensates the drift from the cell's warming.
                 Some(hand) => {
                     let held_n = hand.next();
                     (held_n - self.cell.warmth_n(sample as f64 / RATE_HZ)).max(0.0)

@@ -9,7 +9,7 @@ use crate::parameters::ShakerParameters;
 use crate::varying::AtLoad;
 
 impl ShakerParameters {
-    /// What the bench's own dynamics multiply the acceleration with, at `frequency_hz`: an antiresonance.
+    /// The factor of the bench's own dynamics on the acceleration at `frequency_hz`: an antiresonance.
     ///
     /// The thesis sees it in the control measurement and in every finger's acceleration per force, where the motion
     /// of the shaker itself would cancel. It is therefore modelled in the sensing of the acceleration, with the
@@ -22,7 +22,7 @@ impl ShakerParameters {
     }
 }
 
-/// What stands on the shaker.
+/// The load on the shaker.
 #[derive(Clone, Debug)]
 pub(super) enum Standing {
     /// A finger, as it lies this time.

@@ -45,7 +45,7 @@ pub enum SurfaceError {
     },
     /// A skewness that no surface of this kind has.
     #[error(
-        "expected a skewness from -3 to 3, found {found}; state one within, 0 for even heights"
+        "expected a skewness from -3 to 3, found {found}; state one in this range, 0 for a symmetric distribution of heights"
     )]
     Skewness {
         /// What was found.

@@ -1,4 +1,4 @@
-//! What clipping leaves open.
+//! Doubts about clipping.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ doubts! {
             /// The share of samples at the limit, 0–1.
             fraction: f64,
         },
-        /// Samples of the drive that was played at or beyond what the device can do.
+        /// Samples of the played drive at or beyond the limit of the device.
         PlayedDriveClipped("played_drive_clipped") {
             /// The share of samples at the limit, 0–1.
             fraction: f64,
@@ -45,13 +45,16 @@ impl fmt::Display for ClippingDoubt {
         match self {
             Self::Clipped { what, fraction } => {
                 let share = percent(*fraction);
-                write!(f, "{share} of {what} lies at or beyond the limit")
+                write!(
+                    f,
+                    "{share} of the samples of {what} are at or beyond the limit"
+                )
             }
             Self::PlayedDriveClipped { fraction } => {
                 let share = percent(*fraction);
                 write!(
                     f,
-                    "{share} of the drive that was played lies at or beyond the limit"
+                    "{share} of the samples of the played drive are at or beyond the limit"
                 )
             }
             Self::DriveClipped {
@@ -61,7 +64,7 @@ impl fmt::Display for ClippingDoubt {
                 let share = percent(*fraction);
                 write!(
                     f,
-                    "{share} of the drive was cut at the limit of {limited_by}"
+                    "{share} of the samples of the drive were clipped at the limit of {limited_by}"
                 )
             }
         }

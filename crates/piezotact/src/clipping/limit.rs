@@ -1,4 +1,4 @@
-//! How much of a signal stands at a limit, from the distribution of its amplitudes.
+//! Detection of clipping from the distribution of amplitudes: the share of samples at a limit.
 
 /// The shares of samples at a lower and at an upper limit, 0–1 of all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,18 +17,18 @@ impl Limited {
     }
 }
 
-/// A limit that was reached fewer times is the crest of a slow signal.
+/// The least number of visits to a limit; fewer visits are crests of a slow signal.
 const FEWEST_VISITS: usize = 3;
 /// Samples of exactly the extreme value are a limit from this number on.
 const FEWEST_SAMPLES: usize = 6;
 /// The extreme value has to come so much more often than any of the values beside it. A sine that is quantised has 2.4
 /// times as many samples on its last step as on the one before, a crest that is flat to the third order 5.3 times.
 const ABOVE_NEIGHBOURS: usize = 6;
-/// So many values beside the extreme are looked at.
+/// The number of values beside the extreme that are examined.
 const NEIGHBOURS: usize = 8;
 /// A signal of no more steps than these of a converter stands at its limits without having been clipped.
 const FEW_STEPS: usize = 16;
-/// One side alone, and more than this share of the samples: a level of rest, no limit.
+/// A single-sided extreme with more than this share of the samples is a rest level, not a limit.
 const REST: f64 = 0.5;
 /// One side alone, near zero, and held for so many samples at a time on average: a sensor at rest between contacts. Near zero: within this
 /// part of the largest magnitude.
@@ -89,7 +89,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// The share of samples that equal the extreme, where that is a limit.
 fn at_the_extreme(samples: &[f64], sign: f64, extreme: f64, rounding: f64) -> Option<f64> {
-    // Silence is no limit.
+    // Silence is not clipping.
     if extreme == 0.0 {
         return Some(0.0);
     }
@@ -160,7 +160,7 @@ const FEWEST_BINS: usize = 64;
 /// The narrowest peak that is looked for, in bins, and the widest, as a part of all.
 const NARROWEST: usize = 2;
 const WIDEST_PART: usize = 5;
-/// Fewer samples than these carry no statistics of amplitudes.
+/// The fewest samples for statistics of amplitudes.
 const FEWEST_FOR_A_PEAK: usize = 1000;
 /// A peak that is visited less often is a level that was held, such as a force.
 const FEWEST_VISITS_OF_A_PEAK: usize = 50;
@@ -168,9 +168,9 @@ const FEWEST_VISITS_OF_A_PEAK: usize = 50;
 const LONG_VISIT: f64 = 24.0;
 /// The least share that is found under noise.
 const LEAST_PEAK: f64 = 0.002;
-/// What lies beyond a limit, at most, of what lies at it.
+/// The largest number of samples beyond a limit, as a share of those at the limit.
 const BEYOND: f64 = 0.05;
-/// A peak holds so many times what the crests of a smooth wave would.
+/// The least ratio of the count in a peak to that expected from the crests of a smooth wave.
 const ABOVE_PREDICTION: f64 = 3.0;
 /// Between a crest that is flat to the third order and an even distribution: the ratio of counts in two widths and one.
 const FLATTEST_CREST: f64 = 1.19;
@@ -287,8 +287,8 @@ fn peak_at_the_end(samples: &[f64], sign: f64, extreme: f64, middle: f64) -> f64
     }
 }
 
-/// Whether what stands at the end of the distribution is a level of rest: near zero, re the `largest` magnitude, and held for
-/// long at a time.
+/// Whether the peak at the end of the distribution is a rest level: near zero, re the `largest` magnitude, and held for
+/// long times.
 fn rests_near_zero(samples: &[f64], sign: f64, extreme: f64, middle: f64, largest: f64) -> bool {
     let end = Counts::of(samples, sign, extreme, middle)
         .and_then(|counts| {

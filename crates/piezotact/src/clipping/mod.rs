@@ -1,4 +1,4 @@
-//! How much of a signal stands at a limit: of a sensor, a converter or a drive.
+//! Clipping: the share of a signal at a limit of a sensor, a converter or a drive.
 
 mod doubt;
 mod limit;
@@ -22,9 +22,9 @@ pub struct Clipping {
     pub doubts: Vec<Doubt>,
 }
 
-/// What clipped while `response` was measured, at the rate it was acquired with: the sensor (samples at its limits), the
-/// drive that was played beside it (beyond the limit, full scale = 1), and the share of the drive as it was rendered that lies
-/// beyond it, 0–1.
+/// The clipping during the measurement of `response`, as shares 0–1 at the rate of the acquisition: of the sensor (samples at its
+/// limits), of the recorded drive (beyond the limit, full scale = 1), and the share of the rendered drive beyond
+/// the limit.
 ///
 /// Source: [`flat_top_fraction`]; the share of a rendered drive is that of its headroom.
 #[must_use]
@@ -60,7 +60,7 @@ pub fn clipping<Q: Quantity>(
     }
 }
 
-/// The share of samples that stand at a limit, 0–1, whether they stay there or come for single samples.
+/// The share of samples at a limit, 0–1, in plateaus or as single samples.
 ///
 /// Source: [`limited`].
 #[must_use]

@@ -1,4 +1,4 @@
-//! What comparisons leave open.
+//! Doubts about comparisons.
 
 use std::fmt;
 
@@ -6,9 +6,9 @@ use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 
 doubts! {
-    /// What summaries of groups and comparisons between them leave open.
+    /// Doubts about summaries of groups and comparisons between them.
     pub enum CompareDoubt {
-        /// Recordings that have nothing to be compared with.
+        /// Recordings without a counterpart for comparison.
         NotCompared("not_compared") {
             /// Their names.
             recordings: String,
@@ -29,7 +29,7 @@ doubts! {
             /// The number recommended.
             recommended: usize,
         },
-        /// A group holds recordings that differ in more than chance.
+        /// A group contains recordings made under different conditions.
         Pooled("pooled") of Group(group) {
             /// The group.
             group: String,
@@ -75,15 +75,15 @@ impl fmt::Display for CompareDoubt {
         match self {
             Self::NotCompared { recordings } => write!(
                 f,
-                "nothing to compare with: {recordings} differ from the others in more than what is compared"
+                "{recordings} cannot be compared: they differ from the others in more than the compared factor"
             ),
             Self::Scattered { group, share } => write!(
                 f,
-                "{group}: the rms of the strokes scatters by {} of its mean, far more than strokes of one texture do",
+                "{group}: the rms of the strokes varies by {} of its mean, far more than usual for strokes of one texture",
                 percent(*share)
             ),
             Self::FewStrokes { what, kept, .. } => {
-                write!(f, "{what}: strokes kept: {kept}, averages scatter")
+                write!(f, "{what}: strokes kept: {kept}, so averages are uncertain")
             }
             Self::Pooled { group, what } => write!(
                 f,
@@ -91,10 +91,14 @@ impl fmt::Display for CompareDoubt {
             ),
             Self::NoCommonPeriod { prominence_db } => write!(
                 f,
-                "no spatial period stands out at every speed (the strongest candidate by {prominence_db:.1} dB): the surface may have none, or the speeds stated are not those that were reached"
+                "no spatial period is clear at every speed (the strongest candidate is {prominence_db:.1} dB above the \
+                    background): the surface may have none, or the stated speeds were not reached"
             ),
             Self::NoInterval { what, groups } => {
-                write!(f, "{what} comes from {groups} group(s) and has no interval")
+                write!(
+                    f,
+                    "{what} is from {groups} group(s) only, so it has no confidence interval"
+                )
             }
         }
     }

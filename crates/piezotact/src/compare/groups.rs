@@ -13,13 +13,13 @@ use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
 use crate::statistics::{Draws, holm, permutation_test, smallest_p, units_needed};
 
-/// Recordings whose strokes are this likely to be those of one recording count as one.
+/// Recordings are pooled when the p-value of a difference between them is at least this.
 const POOLED_FROM: f64 = 0.1;
 /// The divisions of a sample's units into halves that are looked at.
 const HALVINGS: usize = 199;
 /// The divisions of strokes among recordings that are looked at.
 const SHUFFLES: usize = 499;
-/// More divisions than this are never drawn for one pair.
+/// The largest number of divisions drawn for one pair.
 const MOST_DRAWS: usize = 200_000;
 
 /// What is compared: a sample's strokes, by recording.
@@ -57,9 +57,9 @@ impl Texture {
 /// How samples are compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiscriminationConfig {
-    /// What a finger feels, and what of a difference.
+    /// The perceptual model of excitation and just-noticeable differences.
     pub model: Model,
-    /// The probability with which any two samples of a study that are alike may be said to be told apart.
+    /// The family-wise error rate α: the probability of declaring any two equal samples of a study distinguishable.
     pub alpha: f64,
     /// Draws the divisions.
     pub seed: u64,
@@ -82,7 +82,7 @@ impl DiscriminationConfig {
 pub struct AcrossSamples {
     /// One for each setting.
     pub settings: Vec<Groups>,
-    /// What is taken for independent.
+    /// The independent units: strokes or recordings.
     pub units: Sampled,
     /// The pairs of all settings, over which errors are controlled.
     pub family: usize,
@@ -92,13 +92,14 @@ pub struct AcrossSamples {
     pub doubts: Vec<Doubt>,
 }
 
-/// Why it is not said which samples can be told apart.
+/// Why distinguishability cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 #[serde(tag = "withheld", rename_all = "snake_case")]
 pub enum Withheld {
     /// The vibration is no acceleration in m/s².
     #[error(
-        "which samples can be told apart is withheld: thresholds and JND are known of accelerations in m/s², and {sample} is in {}; state the scale of the sensor",
+        "it is not computed which samples are distinguishable: thresholds and JND are known for accelerations in m/s², \
+            but {sample} is in {}; state the scale of the sensor",
         if unit.is_empty() { "a unit that is not stated" } else { unit }
     )]
     NotAnAcceleration {
@@ -107,9 +108,10 @@ pub enum Withheld {
         /// Its unit.
         unit: String,
     },
-    /// The recordings end below what is felt.
+    /// The recordings end below the perceptible frequencies.
     #[error(
-        "which samples can be told apart is withheld: the spectra end at {highest_hz:.0} Hz, and vibrations are felt over {band}; record at 400 Hz or faster"
+        "it is not computed which samples are distinguishable: the spectra end at {highest_hz:.0} Hz, but vibrations are felt \
+            over {band}; record at 400 Hz or faster"
     )]
     BandNotHeld {
         /// The highest frequency, Hz.
@@ -119,7 +121,8 @@ pub enum Withheld {
     },
     /// Spectra with other lines.
     #[error(
-        "which samples can be told apart is withheld: the PSDs of {one} and {other} have other lines; record all at one rate"
+        "it is not computed which samples are distinguishable: the PSDs of {one} and {other} have different spectral lines; \
+            record all at one rate"
     )]
     OtherLines {
         /// One sample.
@@ -129,7 +132,7 @@ pub enum Withheld {
     },
 }
 
-/// Spectra that end below this hold too little of what is felt, Hz.
+/// The least upper frequency of spectra for a comparison, Hz.
 const LEAST_HIGH_HZ: f64 = 200.0;
 
 /// The band over which `settings` can be compared: that of the model, or as much of it as the PSDs hold.
@@ -162,7 +165,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
     Ok(Band::new(band.low(), Hertz(band.high().0.min(highest_hz))).unwrap_or(band))
 }
 
-/// What the units of a sample excite.
+/// The excitations of the units of a sample.
 struct Sample {
     units: Vec<Excitation>,
     mean: Excitation,
@@ -236,7 +239,7 @@ pub fn discriminate(
     })
 }
 
-/// What every stroke excites, by sample and recording.
+/// The excitation of every stroke, by sample and recording.
 fn excitations(textures: &[Texture], model: &Model) -> Vec<Vec<Vec<Excitation>>> {
     let Some(first) = textures.first() else {
         return Vec::new();
@@ -498,7 +501,7 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
     }
 }
 
-/// What there was too little of.
+/// The doubts about too few strokes or recordings.
 fn about_units(
     settings: &[Vec<Texture>],
     found: &[Groups],

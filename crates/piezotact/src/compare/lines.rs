@@ -1,4 +1,4 @@
-//! Lines that every recording has, whatever is touched and however fast: the machine's or the mains', no texture's.
+//! Lines common to all recordings, independent of sample and speed: they come from the machine or the mains, not from a texture.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,13 +24,13 @@ pub struct LinesOf<'a> {
     pub sample: &'a str,
     /// How fast, m/s; none where that is not known.
     pub speed_m_s: Option<f64>,
-    /// What was felt.
+    /// The PSDs of its strokes.
     pub psd: &'a StrokeSpectra,
     /// Where peaks are looked for.
     pub band: Band,
 }
 
-/// Where a line comes from that all samples have.
+/// The origin of a line that all samples share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LineOrigin {
@@ -38,7 +38,7 @@ pub enum LineOrigin {
     Mains,
     /// It does not move with the speed: the machine's, or the sensor's.
     Machine,
-    /// Not decided: all recordings are of one speed, or of unknown ones, so that it may be the finger's too.
+    /// Not decided: all recordings have one speed, or unknown ones, so the line may also come from the finger.
     NotDecided,
 }
 
@@ -61,7 +61,7 @@ pub struct CommonLine {
 }
 
 impl CommonLine {
-    /// Whether it is known to be neither the finger's nor the texture's.
+    /// Whether it certainly comes neither from the finger nor from the texture.
     #[must_use]
     pub fn is_the_machines(&self) -> bool {
         matches!(self.origin, LineOrigin::Mains | LineOrigin::Machine)
@@ -147,8 +147,8 @@ fn of_the_mains(frequency_hz: f64, resolution_hz: f64) -> bool {
     })
 }
 
-/// Takes `lines` that are the machine's from what `summary` says of finger and texture: such a peak is neither the
-/// finger's frequency nor a tooth of the texture's comb.
+/// Removes machine and mains `lines` (Hz) from the peaks that `summary` assigns to finger and texture: such a peak is neither
+/// the ridge frequency of the finger nor a harmonic of the texture's period.
 ///
 /// Source: [`common_lines`].
 pub fn set_apart(summary: &mut Summary, lines: &[CommonLine]) {

@@ -1,5 +1,6 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
+mod conclusion;
 mod doubt;
 mod groups;
 mod lines;
@@ -64,13 +65,11 @@ pub fn comparable(groups: &[&Summary]) -> Result<(), CompareError> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// There is nothing.
-    #[error(
-        "expected strokes to compare, found none; look at what was rejected with `piezotact segment`"
-    )]
+    #[error("expected strokes to compare, found none; look at what was rejected, and why")]
     Nothing,
     /// Recordings that cannot be averaged.
     #[error(
-        "cannot average recordings: {what} is {one} in one and {other} in another; compare those apart"
+        "cannot average recordings: {what} is {one} in one and {other} in another; compare them separately"
     )]
     NotTogether {
         /// What differs.

@@ -18,7 +18,7 @@ pub struct Sliding<'a> {
     pub speed_m_s: f64,
     /// The rate.
     pub rate: SampleRate,
-    /// What it shares with others beside the speed, such as the load: recordings of one group are repeats of each other.
+    /// The condition shared with other recordings apart from the speed, such as the load: recordings of one group are repeats.
     pub group: String,
     /// Every stroke of every channel.
     pub stretches: Vec<&'a [f64]>,
@@ -35,7 +35,7 @@ pub struct SpeedPeak {
     pub prominence_db: f64,
 }
 
-/// What the interval of a period is over.
+/// The units over which the interval of a period is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodUnit {
@@ -45,7 +45,7 @@ pub enum PeriodUnit {
     Recordings,
 }
 
-/// What a period has to meet.
+/// The criteria for a spatial period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodRule {
@@ -53,16 +53,16 @@ pub enum PeriodRule {
     Prominence,
     /// The share of the speeds that have a peak there.
     Speeds,
-    /// How far it stands above the background at the speed where it does least: a line that stays at its frequency stands high at
-    /// one speed and carries the mean.
+    /// Its level above the background at the speed where it is lowest: a line at a fixed frequency is high at one speed and would
+    /// raise the mean.
     EverySpeed,
     /// How often it fits into the shortest stroke.
     Cycles,
-    /// How far it stands above the background in the group where it does least.
+    /// Its level above the background in the group where it is lowest.
     EveryGroup,
 }
 
-/// What one group says of the period.
+/// The period found in one group.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupPeriod {
     /// Which.
@@ -94,10 +94,10 @@ pub struct SpatialPeriod {
     pub peaks: Vec<SpeedPeak>,
     /// How far the period stands above the background in the mean over speeds, dB.
     pub prominence_db: f64,
-    /// What every group says, where there are two or more.
+    /// The results of every group, if there are two or more.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub groups: Vec<GroupPeriod>,
-    /// Whether it is a period.
+    /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodRule>>,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -134,19 +134,19 @@ const PADDING: usize = 8;
 const STEP: f64 = 1.001;
 /// The peak of one speed is looked for this far from v/λ, as a share of it.
 const REACH: f64 = 0.1;
-/// Less than this above the background is no period, dB …
+/// The least level of a period above the background, dB …
 const PROMINENT_DB: f64 = 6.0;
 /// … nor is what noise reaches: the level of one periodogram's line scatters by this, dB, and the highest of a
 /// thousand lines lies this many standard deviations up.
 const SCATTER_DB: f64 = 5.57;
 const HIGHEST_OF_MANY: f64 = 4.0;
-/// Of the few lines close to a period it lies this many up.
+/// The same for the few lines close to a period.
 const HIGHEST_OF_FEW: f64 = 2.5;
-/// Of the lines close to a period at one speed noise lies no higher, this many standard deviations up.
+/// The same for the lines close to a period at one speed, in standard deviations.
 const HIGHEST_AT_A_SPEED: f64 = 3.0;
 /// Close to a period is within this ratio of it.
 const NEAR: f64 = 1.03;
-/// A peak of one speed that stands lower than this above the background is none, dB.
+/// The least level of a peak at one speed above the background, dB.
 const PEAK_DB: f64 = 3.0;
 /// A period that fits less often than this into a stroke may be the stroke's own shape.
 const CYCLES: f64 = 3.0;

@@ -1,10 +1,10 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
 use crate::compare::CompareDoubt;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::CompareError;
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, merged};
 use crate::feature::{
     Analysis, Peak, RECOMMENDED_STROKES, Statistics, StrokeFeatures, StrokeSpectra, peaks,
     peaks_above,
@@ -48,10 +48,10 @@ pub struct Tooth {
     pub found_hz: Option<f64>,
 }
 
-/// What the strokes of one kind say together. Statistics run over strokes; `u` is the unit of the vibration.
+/// Summary of the strokes of one group. Statistics are over strokes; `u` is the unit of the vibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// What they have in common.
+    /// The condition that they have in common.
     pub name: String,
     /// The number of recordings.
     pub recordings: usize,
@@ -104,11 +104,17 @@ pub struct Summary {
     /// PSDs of the strokes, u²/Hz.
     #[serde(skip)]
     pub psd: StrokeSpectra,
-    /// What a person should know before relying on it.
+    /// What a person should know before relying on it; written with those of one kind as one.
+    #[serde(serialize_with = "as_merged")]
     pub doubts: Vec<Doubt>,
 }
 
-/// What is known beforehand of finger and texture; lengths in m.
+/// Writes doubts, those of one kind as one.
+fn as_merged<S: Serializer>(doubts: &[Doubt], to: S) -> Result<S::Ok, S::Error> {
+    merged(doubts).serialize(to)
+}
+
+/// Known spatial periods of finger and texture; lengths in m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Periods {
     /// The wavelength of the finger's ridges.
@@ -218,7 +224,7 @@ pub fn summarise(
         strongest_hz: strongest(&psd, band),
         machine_lines_hz: Vec::new(),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
-            // Where it is expected a smaller peak is believed.
+            // At its expected frequency a smaller peak is accepted.
             Some(_) => {
                 let low = peaks_above(&psd.mean, psd.resolution_hz, band, EXPECTED_DB);
                 fingerprint(&low, &comb, speed.mean, periods.ridge_m)
@@ -299,7 +305,7 @@ fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {
         .map_or(0.0, |(f, _)| f)
 }
 
-/// The finger's peak is none of the texture's own, unless its place is known.
+/// The peak of the finger's ridges is not assigned to the texture, unless the texture's frequency is known.
 fn fingerprint(
     found: &[Peak],
     comb: &[Tooth],

@@ -1,4 +1,4 @@
-//! What is said of pairs of samples, and the criteria that it rests on.
+//! Distinguishability of pairs of samples: outcomes, and the criteria from which they follow.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::statistics::Permuted;
 /// More pairs than this are counted and not listed.
 const LISTED: usize = 15;
 
-/// What a pair is judged by.
+/// The criteria for a pair of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PairCriterion {
@@ -16,8 +16,8 @@ pub enum PairCriterion {
     JustNoticeableDifference,
     /// The distance against how far halves of one of the two samples lie apart, of 95 % of divisions into halves.
     DistanceWithin,
-    /// The probability of such a distance were the strokes of both those of one sample, adjusted for all pairs of the study: at most
-    /// α they differ, above it nothing is known.
+    /// The p-value of the distance under the hypothesis that the strokes of both are from one sample, adjusted for all pairs of
+    /// the study: up to α they differ, above it nothing is decided.
     Chance,
 }
 
@@ -29,7 +29,7 @@ pub enum Telling {
     ToldApart,
     /// They differ by less than the JND, at which 75 % of judgements are right.
     BelowJnd,
-    /// The strokes allow both.
+    /// The strokes are compatible with both.
     NotDecided,
 }
 
@@ -38,7 +38,7 @@ impl Telling {
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Self::ToldApart => "told apart",
+            Self::ToldApart => "distinguishable",
             Self::BelowJnd => "below the just-noticeable difference (75 % correct)",
             Self::NotDecided => "not decided",
         }
@@ -71,7 +71,7 @@ pub struct Pair {
     pub b: usize,
     /// Their distance, JND.
     pub distance_jnd: f64,
-    /// Within which it lies with 95 % confidence, JND; absent where a sample has one stroke or recording.
+    /// The 95 % confidence interval of the distance, JND; absent where a sample has one stroke or recording.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub interval_jnd: Option<[f64; 2]>,
     /// The parts of the distance: spectrum, level and balance, JND.
@@ -84,13 +84,13 @@ pub struct Pair {
     pub p_adjusted: Option<f64>,
     /// Whether neither reaches the detection threshold.
     pub neither_felt: bool,
-    /// What decides.
+    /// The criteria.
     pub criteria: Vec<Criterion<PairCriterion>>,
-    /// What is decided.
+    /// The outcome.
     pub outcome: Telling,
 }
 
-/// What a sample was compared by.
+/// The independent units of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampled {
@@ -160,16 +160,17 @@ impl Pair {
             all.any(|c| c.what == what && c.outcome == outcome)
         };
         if self.interval_jnd.is_none() {
-            return "a sample has one stroke or recording".into();
+            return "a sample has only one stroke or recording".into();
         }
         if !is(PairCriterion::JustNoticeableDifference, Outcome::NotMet) {
-            return "the interval reaches into the published range of the just-noticeable difference".into();
+            return "the interval overlaps the published range of the just-noticeable difference"
+                .into();
         }
         match self.p_adjusted {
             Some(p) if !is(PairCriterion::Chance, Outcome::Met) => {
-                format!("strokes of one sample could differ as much, p = {p:.3}")
+                format!("the difference may be due to chance, p = {p:.3}")
             }
-            _ => "halves of one sample differ as much".into(),
+            _ => "the halves of one sample differ by as much".into(),
         }
     }
 
@@ -198,7 +199,7 @@ impl Pair {
 }
 
 impl Groups {
-    /// What is said of the pairs: each of them, or, of many, how many there are of each kind and the sets below the JND.
+    /// The results as text: every pair, or for many pairs the number of each outcome and the sets below the JND.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         if self.pairs.len() <= LISTED {
@@ -222,15 +223,15 @@ impl Groups {
 }
 
 impl PairCriterion {
-    /// What is judged, in plain words.
+    /// The criterion as text.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::JustNoticeableDifference => {
                 "distance below the just-noticeable difference (75 % correct)"
             }
-            Self::DistanceWithin => "distance within what halves of one sample differ by",
-            Self::Chance => "differ by more than strokes of one sample do (p, adjusted)",
+            Self::DistanceWithin => "distance below that between the halves of one sample",
+            Self::Chance => "permutation test of the difference (adjusted p)",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What changes with the sample, the speed, the participant and the kind of touch.
+//! Effects of the sample, the speed, the participant and the kind of touch.
 
 use serde::Serialize;
 

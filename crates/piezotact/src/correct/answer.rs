@@ -1,17 +1,17 @@
-//! What of a response was meant.
+//! Splits a response into the part explained by the intended drive and the residual.
 
 use num_complex::Complex;
 
 use super::crest::smoothed;
 
-/// A response, brought to the drive, in two parts: what was meant, times a gain, and the rest.
+/// A response expressed as drive, in two parts: the intended drive times a gain, and the residual.
 pub(super) struct Answers {
     meant_share: Vec<f64>,
     missing: Vec<Complex<f64>>,
 }
 
-/// The lines `answered`, a response brought to the drive by the inverse, as those that were `meant` times a gain that is the
-/// same within `smooth` neighbours on either side, and a rest: the least-squares fit, as in H1.
+/// Splits the lines `answered` (a response expressed as drive through the inverse) into the intended lines `meant` times a gain,
+/// which is constant over `smooth` neighbours on either side, and a residual: a least-squares fit, as in H1.
 pub(super) fn answers(meant: &[Complex<f64>], answered: &[Complex<f64>], smooth: usize) -> Answers {
     let both = || meant.iter().zip(answered).map(|(m, y)| m.conj() * y);
     let asked = smoothed(meant.iter().map(Complex::norm_sqr), smooth);
@@ -42,19 +42,19 @@ pub(super) fn answers(meant: &[Complex<f64>], answered: &[Complex<f64>], smooth:
 }
 
 impl Answers {
-    /// The share of a line's power that was meant, 0–1.
+    /// The share of a line's power explained by the intended drive, 0–1.
     pub(super) fn meant_share(&self, line: usize) -> f64 {
         self.meant_share[line]
     }
 
-    /// What is missing of a line for it to be what was meant, with the phase in which it came: as drive.
+    /// The missing part of a line, as drive: the intended magnitude at the phase of the response, minus the response.
     pub(super) fn missing(&self, line: usize) -> Complex<f64> {
         self.missing[line]
     }
 }
 
-/// How far each of the lines `missing` is to be believed, 0–1, when they scatter with the variance `spread`: what is left of
-/// their power without it, averaged over `smooth` neighbours on either side.
+/// The reliability of each of the lines `missing`, 0–1, when they scatter with the variance `spread`: the share of their power
+/// left after subtracting it, averaged over `smooth` neighbours on either side.
 pub(super) fn sure(missing: &[Complex<f64>], spread: &[f64], smooth: usize) -> Vec<f64> {
     let power = smoothed(missing.iter().map(Complex::norm_sqr), smooth);
     let spread = smoothed(spread.iter().copied(), smooth);

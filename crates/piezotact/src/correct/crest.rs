@@ -1,4 +1,4 @@
-//! Drives made to fit: less peaked, and where that is not enough, softer where they cost most.
+//! Fits a drive into the limits of a device: its crests are limited first, then the lines that cost most drive are attenuated.
 
 use num_complex::Complex;
 
@@ -7,29 +7,31 @@ use crate::fourier::RealTransform;
 use crate::render::share_of_least_error;
 use crate::statistics::{correlation, peak, rms};
 
-/// Rounds of clipping with the magnitudes put back, for a texture.
+/// Iterations of clipping and restoring the magnitudes, for a texture.
 const TURNS: usize = 60;
-/// Rounds of clipping and filtering.
+/// Iterations of clipping and filtering, for a waveform.
 const ROUNDS: usize = 24;
 /// A line this much weaker than their mean keeps its phase.
 const WEAK: f64 = 0.1;
-/// How far a line may depart, dB, and what may be missing or added of it, dB re what it should be, when crests are pressed.
+/// The tolerated change of a line when crests are limited: its level in dB, and the power of its error in dB re its intended
+/// power.
 const LEVEL_DB: f64 = 0.3;
 const ERROR_DB: f64 = -20.0;
-/// Every so many rounds what is above the limit has to have fallen to this share of what it was.
+/// The number of iterations between two convergence checks, and the share to which the excess over the limit must have fallen at
+/// each check, or limiting stops.
 const LOOK: usize = 8;
 const GAINING: f64 = 0.9;
-/// How strongly lines may be turned down, as powers of ten of λ, how finely that is found, and how far from the last strength it
-/// is looked for first.
+/// The range of the attenuation strength λ as powers of ten, the resolution of the search, and the range around the last strength
+/// that is searched first.
 const STRENGTHS: (f64, f64) = (-4.0, 8.0);
 const FINE: f64 = 0.01;
 const NEAR: f64 = 0.2;
 
-/// What drives are made to fit into.
+/// The limits that a drive has to fit into.
 pub(super) struct Room {
     /// No sample beyond this, full scale = 1.
     pub(super) limit: f64,
-    /// No drive steeper than this, full scale = 1 per sample; none where steepness does not count.
+    /// The slew limit, full scale = 1 per sample; none if steepness is not limited.
     pub(super) slope: Option<f64>,
     /// Nothing is played after so many samples.
     pub(super) length: usize,
@@ -40,7 +42,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// How much of the slope that the amplifier follows the drive with the lines `bins` takes; more than 1 does not fit.
+    /// The steepest slope of the drive with the lines `bins` re the slew limit; more than 1 does not fit.
     ///
     /// Formula: the largest of the derivative, on its samples and at three places between them.
     pub(super) fn slope_taken(&self, transform: &mut RealTransform, bins: &[Complex<f64>]) -> f64 {
@@ -64,17 +66,16 @@ impl Room {
 /// A drive that fits.
 pub(super) struct Fitted {
     pub(super) samples: Vec<f64>,
-    /// What is left of every line, 0–1; 1 where nothing had to be taken.
+    /// The share of every line that remains, 0–1; 1 where no attenuation was needed.
     pub(super) shares: Vec<f64>,
-    /// The correlation with what it would be, had its crests not been pressed down.
+    /// The correlation with the same drive before its crests were limited.
     pub(super) likeness: f64,
     /// How strongly lines were turned down, where they had to be.
     pub(super) strength: Option<f64>,
 }
 
-/// The drive with the lines `bins`, within `room`: its crests are pressed down as far as costs next to nothing, and what
-/// still does not fit is turned down where it costs most, the cost being a line's own power; about as strongly as the `last`
-/// drive was.
+/// The drive with the lines `bins`, within `room`: its crests are limited as far as the lines hardly change; if it still does
+/// not fit, the lines that cost most drive (those with the most power) are attenuated. The search starts at the strength `last`.
 pub(super) fn fitted(
     transform: &mut RealTransform,
     bins: &[Complex<f64>],
@@ -91,7 +92,7 @@ pub(super) fn fitted(
     }
     let loud = peak(&transform.inverse(bins.to_vec())) / room.limit;
     let cost = match room.slope_taken(transform, bins) > loud {
-        // What is too steep is turned down at the top.
+        // A drive that is too steep is attenuated at high frequencies.
         true => {
             let steep = bins.iter().enumerate().map(|(k, bin)| bin * k as f64);
             costs(&steep.collect::<Vec<_>>(), room.smooth)
@@ -116,7 +117,7 @@ pub(super) fn fitted(
             strength: Some(strength),
         })
     };
-    // One drive of a loop needs about what the last one did.
+    // Consecutive drives of a loop need about the same strength.
     let near = last.map(|last| (last - NEAR, last + NEAR));
     let mut best = near.and_then(|(_, strong)| at(strong));
     let (mut weak, mut strong) = match (near, &best) {
@@ -153,7 +154,7 @@ pub(super) struct Pressed {
     pub(super) likeness: f64,
 }
 
-/// The drive with the lines `bins`, its crests pressed down into `room`; `None` when that changes a line by more than it may.
+/// The drive with the lines `bins`, its crests limited to `room`; `None` when that changes a line by more than is tolerated.
 ///
 /// For a texture every line gets its magnitude back after clipping, and keeps the phase that clipping gave it: E. Van der
 /// Ouderaa, J. Schoukens and J. Renneboog (1988), IEEE Trans. Instrum. Meas. 37(1). Otherwise, and for the rest, what
@@ -174,7 +175,7 @@ pub(super) fn pressed(
             likeness: 1.0,
         });
     }
-    // A drive nearly as loud as its limit is a square wave, which few lines make.
+    // A drive whose rms is close to its limit would have to be a square wave, which lines in a band cannot form.
     if rms(&samples) > 0.9 * room.limit {
         return None;
     }
@@ -196,7 +197,8 @@ pub(super) fn pressed(
         for ((line, bin), power) in lines.iter_mut().zip(bins).zip(&asked_power) {
             let (is, was) = (line.norm_sqr(), bin.norm_sqr());
             if *power <= weak {
-                // Next to nothing of a crest, and all of what is heard where the device answers loudest.
+                // These lines contribute almost nothing to the crest, but dominate the response where the device is most
+                // sensitive.
                 *line = *bin;
             } else if round < turns && is > 0.0 {
                 *line *= (was / is).sqrt();
@@ -208,7 +210,7 @@ pub(super) fn pressed(
             break;
         }
         if round % LOOK == LOOK - 1 {
-            // What hardly falls any more will not come below.
+            // An excess that hardly decreases will not fall below the limit.
             if now - room.limit > GAINING * (highest - room.limit) {
                 return None;
             }
@@ -228,7 +230,7 @@ pub(super) fn pressed(
     Some(Pressed { samples, likeness })
 }
 
-/// Whether `samples` still have the lines that were asked for, averaged over the neighbours of each.
+/// Whether `samples` still have the requested lines, averaged over the neighbours of each.
 fn kept(
     transform: &mut RealTransform,
     samples: &[f64],

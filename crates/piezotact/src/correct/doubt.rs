@@ -1,4 +1,4 @@
-//! What a closed loop leaves open.
+//! Doubts about a closed loop.
 
 use std::fmt;
 
@@ -7,11 +7,11 @@ use crate::doubt::{Advice, Doubt, DoubtKind, Subject, causes, doubts};
 use crate::quantity::Band;
 
 doubts! {
-    /// What a closed loop leaves open.
+    /// Doubts about a closed loop.
     pub enum LoopDoubt {
         /// A closed loop got worse and was stopped.
         LoopStopped("loop_stopped") {
-            /// The iteration that was best.
+            /// The best iteration.
             best: usize,
             /// Why it was stopped.
             why: LoopStop,
@@ -30,7 +30,7 @@ doubts! {
             /// The bands in which they lie.
             bands: Vec<Band>,
         },
-        /// The crests of a drive were limited, and its waveform changed with them.
+        /// The crests of a drive were limited, which changed its waveform.
         CrestsPressed("crests_pressed") {
             /// The correlation with the drive as it was asked for.
             correlation: f64,
@@ -43,12 +43,12 @@ causes! {
     pub enum LoopStop {
         /// It got clearly worse.
         GotWorse("got_worse"),
-        /// A measurement could not be believed.
+        /// A measurement was not reliable.
         NotBelieved("not_believed") {
             /// What was wrong with it.
             cause: Doubt,
         },
-        /// The drive that is kept could not be measured once more.
+        /// The confirmation measurement of the drive that was kept failed.
         NotConfirmed("not_confirmed") {
             /// What was wrong with the measurement.
             cause: Doubt,
@@ -121,12 +121,14 @@ impl fmt::Display for MishapDoubt {
                 share,
             } => write!(
                 f,
-                "from {from_s:.0} s on the force averaged {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so that the display shows it",
+                "from {from_s:.0} s on, the mean force was {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so \
+                    that the display shows this force",
                 share * 100.0
             ),
             Self::SensorClips { fraction } => write!(
                 f,
-                "{:.1} % of the response stands at a limit: the sensor clips; take its larger range, or render softer",
+                "{:.1} % of the samples of the response are at a limit: the sensor clips; use its larger range, or render at a \
+                    lower level",
                 fraction * 100.0
             ),
             Self::Faint {
@@ -134,7 +136,8 @@ impl fmt::Display for MishapDoubt {
                 noise_m_s2,
             } => write!(
                 f,
-                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the sensor came off, the amplifier is off, or the texture is too soft to be corrected"
+                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the \
+                    sensor came off, the amplifier is off, or the level of the texture is too low for a correction"
             ),
         }
     }
@@ -143,13 +146,13 @@ impl fmt::Display for MishapDoubt {
 impl fmt::Display for LoopStop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::GotWorse => f.write_str("stopped: it got clearly worse"),
+            Self::GotWorse => f.write_str("stopped: the error became clearly larger"),
             Self::NotBelieved { cause } => {
-                write!(f, "a measurement could not be believed: {cause}")
+                write!(f, "a measurement was invalid: {cause}")
             }
             Self::NotConfirmed { cause } => write!(
                 f,
-                "the drive that is kept could not be measured once more: {cause}"
+                "the confirmation measurement of the drive that is kept failed: {cause}"
             ),
             Self::Said { text } => f.write_str(text),
         }
@@ -185,17 +188,20 @@ impl fmt::Display for LoopDoubt {
                 limit_db,
             } => write!(
                 f,
-                "the best drive of the loop misses its target by {error_db_rms:.1} dB rms (limit {limit_db} dB): the device may not respond in all of the band"
+                "the best drive of the loop has an error of {error_db_rms:.1} dB rms (limit {limit_db} dB): the device may not \
+                    respond over the whole band"
             ),
             Self::TargetInNoise { share, bands } => write!(
                 f,
-                "the target's lines in {} of the band ({}) are so soft there that the sensor's noise hides them: much of the error is the noise's, and little of it can be corrected",
+                "in {} of the band ({}) the target is below the noise of the sensor: most of the error there is noise, and \
+                    little of it can be corrected",
                 percent(*share),
                 list(bands)
             ),
             Self::CrestsPressed { correlation } => write!(
                 f,
-                "so that the drive fits, its crests were limited (correlation {correlation:.2} with the drive asked for): the spectrum is kept, sudden bursts are softer"
+                "the peaks of the drive were limited so that it fits (correlation {correlation:.2} with the requested drive): \
+                    the spectrum is kept, but sudden bursts are weaker"
             ),
         }
     }

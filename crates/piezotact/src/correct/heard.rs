@@ -1,4 +1,4 @@
-//! Responses brought onto the time of what was meant.
+//! Measured responses, aligned in time with the intended response.
 
 use std::ops::Range;
 
@@ -7,20 +7,20 @@ use crate::series::Series;
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::verify::{VerifyError, align};
 
-/// The responses to one drive, on the time of its aim.
+/// The measured responses to one drive, aligned in time with its aim.
 pub(super) struct Heard<O: Quantity> {
     /// The samples of the aim that all of them cover.
     pub(super) shared: Range<usize>,
-    /// Each of them there.
+    /// The samples of each response in that range.
     pub(super) measured: Vec<Vec<f64>>,
-    /// The PSD of the aim there.
+    /// The PSD of the aim in that range.
     pub(super) wanted: Spectrum<O>,
     /// Their mean PSD.
     pub(super) got: Spectrum<O>,
 }
 
 impl<O: Quantity> Heard<O> {
-    /// `responses` on the time of `aim`.
+    /// `responses` aligned in time with `aim`.
     ///
     /// # Errors
     /// [`VerifyError::Rate`] when one has another rate, [`VerifyError::Silent`] when one holds nothing in `band`,

@@ -1,11 +1,11 @@
-//! What no description of a device may say.
+//! Validation of device descriptions: contradictions that are refused.
 
 use super::description::{Coupling, DeviceDescription, GainSetting, Slew, VoltageGain};
 
 /// The capacitances that an actuator can have, F.
 pub(super) const LOADS_F: std::ops::RangeInclusive<f64> = 1e-12..=1.0;
 
-/// Why a description of a device is not believed.
+/// Why a device description is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DescriptionError {
     /// The text does not hold the fields of a description.
@@ -44,7 +44,7 @@ pub enum DescriptionError {
     },
     /// The usual gain is none of the gains.
     #[error(
-        "expected a usual gain that the {device} has ({gains}), found {found}; take one of them"
+        "expected a usual gain that the {device} has ({gains}), found {found}; use one of them"
     )]
     NoSuchUsualGain {
         /// The device.
@@ -81,7 +81,8 @@ pub enum DescriptionError {
     },
     /// The actuator bears less than the amplifier gives at its lowest gain.
     #[error(
-        "expected an actuator of the {device} that bears at least the {lowest_v} V of gain {gain}, the lowest, found a limit of {limit_v} V; correct one of them"
+        "expected an actuator of the {device} with a limit of at least {lowest_v} V, which its lowest gain {gain} can give, \
+            found a limit of {limit_v} V; correct one of them"
     )]
     LimitBelowLowestGain {
         /// The device.
@@ -95,7 +96,7 @@ pub enum DescriptionError {
     },
 }
 
-/// Whether a description can be believed.
+/// Whether a description is free of contradictions.
 pub(super) fn check(description: &DeviceDescription) -> Result<(), DescriptionError> {
     let device = || description.name.clone();
     if description.name.trim().is_empty() {
@@ -246,7 +247,7 @@ mod tests {
             (
                 "limit_v = 100.0\n\n[input]",
                 "limit_v = 20.0\n\n[input]",
-                "bears at least the 25 V of gain B1, the lowest, found a limit of 20 V",
+                "with a limit of at least 25 V, which its lowest gain B1 can give, found a limit of 20 V",
             ),
             (
                 "name = \"B2\"",

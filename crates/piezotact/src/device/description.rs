@@ -1,4 +1,4 @@
-//! Amplifiers and actuators as descriptions: what a data sheet says of them, as data.
+//! Device descriptions: the data-sheet values of amplifiers and actuators.
 
 use std::fmt;
 use std::sync::LazyLock;
@@ -24,7 +24,7 @@ pub struct DeviceDescription {
     pub(super) input: Input,
 }
 
-/// A description as it is stated, before it is believed.
+/// A description as read from a file, before validation.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StatedDescription {
@@ -39,7 +39,7 @@ pub(super) struct StatedDescription {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Amplifier {
-    /// The gain that is set where nothing else is said; absent where there is one gain, or no usual one.
+    /// The default gain; absent if there is only one gain, or no default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub usual_gain: Option<GainName>,
     /// The gains.
@@ -178,7 +178,7 @@ impl fmt::Display for GainSetting {
 /// A gain that the amplifier does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected a gain of the {device} ({gains}), found `{found}`; take the one set on the amplifier"
+    "expected a gain of the {device} ({gains}), found `{found}`; use the one set on the amplifier"
 )]
 pub struct UnknownGain {
     /// The device.
@@ -237,7 +237,7 @@ static DRV2667: LazyLock<DeviceDescription> = LazyLock::new(|| {
 });
 
 impl DeviceDescription {
-    /// The amplifier board and the actuator of the thesis: what files mean that name a gain and no device.
+    /// The amplifier board and the actuator of the thesis, assumed for files that name a gain but no device.
     #[must_use]
     pub fn drv2667() -> &'static Self {
         &DRV2667

@@ -1,4 +1,4 @@
-//! What is wrong with the text of a description, in plain words and with an example.
+//! Error messages for the text of a device description, in plain words and with an example.
 
 /// How every entry is written.
 const EXAMPLES: [(&str, &str); 14] = [

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Band, Hertz};
 
-/// Ratios beyond this, either way, are no finger's, dB.
+/// The largest plausible ratio for a finger, in either direction, dB.
 const LARGEST_DB: f64 = 80.0;
 
 /// The ratio of the skin's acceleration to the nail's over frequency, as it was measured.

@@ -1,4 +1,4 @@
-//! What is doubtful of whether vibrations can be told apart.
+//! Doubts about the distinguishability of vibrations.
 
 use std::fmt;
 
@@ -67,27 +67,32 @@ impl fmt::Display for DiscriminationDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ThresholdsOfSkin => f.write_str(
-                "detection thresholds and JND are those of skin displacement under a large contact, and are applied to the acceleration that was measured as if the skin moved as the nail does; published thresholds differ by 15 to 35 dB at 250 Hz",
+                "detection thresholds and JND are for skin displacement under a large contactor; they are applied to the \
+                    measured acceleration, assuming that the skin moves with the nail; published thresholds differ by 15 to 35 \
+                    dB at 250 Hz",
             ),
             Self::ContactMapEnds {
                 measured_hz: [low_hz, high_hz],
             } => write!(
                 f,
-                "the nail-to-skin map was measured from {low_hz:.0} to {high_hz:.0} Hz: beyond, its last values are held"
+                "the nail-to-skin map was measured from {low_hz:.0} to {high_hz:.0} Hz: outside this range, its first or last \
+                    value is used"
             ),
             Self::OneRecording { samples } => write!(
                 f,
-                "{}: all strokes are from one recording; what changes from one placement, session or day to the next is not in the distance within a sample",
+                "{}: all strokes are from one recording; the distance within a sample does not include the variation between \
+                    placements, sessions or days",
                 samples.join(", ")
             ),
             Self::OneStroke { samples } => write!(
                 f,
-                "{}: one stroke, so nothing says how strokes of it differ, and nothing is decided about it",
+                "{}: only one stroke, so the variation between strokes is not known, and nothing is decided",
                 samples.join(", ")
             ),
             Self::RecordingsDiffer { p_value } => write!(
                 f,
-                "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings, not strokes, are the units that are compared"
+                "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings are compared \
+                    instead of strokes"
             ),
             Self::TooFewUnits {
                 unit,
@@ -96,11 +101,13 @@ impl fmt::Display for DiscriminationDoubt {
                 pairs,
             } => write!(
                 f,
-                "{found} {unit} of a sample cannot show a difference at 5 % over {pairs} {}: it takes {needed} of each",
+                "with {found} {unit} of a sample, no difference can be significant at 5 % over {pairs} {}: {needed} of each are \
+                    needed",
                 if *pairs == 1 { "pair" } else { "pairs" }
             ),
             Self::NotStationary => f.write_str(
-                "the level or the spectrum wanders within a recording by more than noise of one spectrum does: the limits are taken from how its parts differ, and what comes after the recording may differ more",
+                "the level or the spectrum varies within a recording by more than stationary noise would: the 95 % limits are \
+                    computed from the differences between its parts, and later recordings may differ more",
             ),
         }
     }

@@ -1,4 +1,4 @@
-//! How sure a difference is: from how the units that were averaged differ, at every scale at which they can be looked at.
+//! The uncertainty of a difference, from the variation between the averaged units at every available time scale.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
@@ -139,11 +139,11 @@ fn t_quantile(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// Of recordings that do not wander, this share is not found to.
+/// The confidence level of the stationarity test: the share of stationary recordings that pass it.
 const STEADY: f64 = 0.975;
 /// The same where nothing but the spectrum of noise says how segments scatter.
 const STEADY_NOISE: f64 = 0.8;
-/// With fewer independent segments than this, noise is not believed: parts alone are.
+/// With fewer independent segments than this, the uncertainty follows from parts alone, not from a noise model.
 const LEAST_AVERAGES: f64 = 2.5;
 
 /// Whether `coarse` is larger than `fine` by more than chance makes it.

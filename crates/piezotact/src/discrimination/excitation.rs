@@ -1,10 +1,10 @@
-//! What a power spectrum excites, band by band and as a whole: sums that are linear in its lines.
+//! The excitation of a power spectrum, by band and in total: sums that are linear in its lines.
 
 use super::Model;
 use crate::quantity::{Band, Hertz};
 
-/// How the excitation of a line spreads over bands: by a normal distribution of `ln f` as wide as `width`, so that
-/// what moves by a hair from one band to the next makes a hair's difference.
+/// The spreading of the excitation of a line over bands: a normal distribution of `ln f` with the standard deviation `width`, so
+/// that a small shift of frequency across a band edge makes a small difference.
 fn spreading(bands: &[Band], log_frequency: f64, width: f64) -> Vec<f64> {
     let weights: Vec<f64> = bands
         .iter()
@@ -18,7 +18,7 @@ fn spreading(bands: &[Band], log_frequency: f64, width: f64) -> Vec<f64> {
     weights.iter().map(|w| w / sum).collect()
 }
 
-/// What one line gives to the sums, for each unit of its density.
+/// The contribution of one line to the sums, per unit of its density.
 #[derive(Clone, Debug)]
 struct LineWeights {
     line: usize,
@@ -95,7 +95,7 @@ impl ExcitationPlan {
         Excitation { power, sums }
     }
 
-    /// What each line of `psd` gives to the sum Σ gradient·sums.
+    /// The contribution of each line of `psd` to the sum Σ gradient·sums.
     pub(super) fn line_terms(&self, psd: &[f64], gradient: &[f64]) -> Vec<f64> {
         let mut terms = vec![0.0; psd.len()];
         for weights in &self.lines {
@@ -106,7 +106,7 @@ impl ExcitationPlan {
     }
 }
 
-/// What a vibration excites: sums that are linear in its power, so that those of a mean are the mean of those.
+/// The excitation of a vibration: sums that are linear in its power, so that the sums of a mean are the mean of the sums.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Excitation {
     /// The power of each band, (m/s²)².

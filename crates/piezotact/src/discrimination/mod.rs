@@ -31,7 +31,7 @@ const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 /// What a difference below one JND means: fewer than this many of a hundred judgements between two intervals are right.
 pub const PERCENT_CORRECT: f64 = 75.0;
 
-/// What a finger feels of a vibration, and what of a difference.
+/// The perceptual model: detection threshold, just-noticeable differences and spread of excitation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// The band over which vibrations are compared.
@@ -44,7 +44,7 @@ pub struct Model {
     pub frequency_jnd_share: f64,
     /// Whose detection threshold counts.
     pub weighting: Weighting,
-    /// How skin moves when the nail does; absent, they are taken to move alike.
+    /// The ratio of skin to nail motion; if absent, they are assumed to be equal.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub contact: Option<ContactMap>,
 }
@@ -92,7 +92,8 @@ impl Model {
     }
 
     /// From which difference on, JND, it is noticed.
-    pub(crate) fn noticed_jnd(&self) -> f64 {
+    #[must_use]
+    pub fn noticed_jnd(&self) -> f64 {
         self.limit().not_met_from()
     }
 
@@ -113,7 +114,7 @@ impl Model {
         self.threshold_m_s2(frequency).powi(-2)
     }
 
-    /// What is in doubt of the model itself.
+    /// The doubts about the model itself.
     #[must_use]
     pub fn doubts(&self) -> Vec<Doubt> {
         match &self.contact {
@@ -152,7 +153,7 @@ impl Model {
     }
 }
 
-/// What a band has to excite to be felt.
+/// The thresholds of excitation above which a band is perceptible.
 struct Floor {
     /// Where the strongest band stands when the louder of the two is just at threshold: 1 or more where neither is felt.
     level: f64,
@@ -172,7 +173,7 @@ impl Floor {
         }
     }
 
-    /// How much a band counts of which the louder of the two feels `louder`, 0–1.
+    /// The weight of a band, 0–1, in which the larger excitation of the two is `louder`.
     fn share(&self, louder: f64) -> f64 {
         if louder > self.level {
             louder / self.felt
@@ -191,7 +192,7 @@ pub struct Difference {
     pub low_jnd: f64,
     /// At most.
     pub high_jnd: f64,
-    /// How much of it mere scatter makes, on average, where there is no difference at all.
+    /// The expected value due to scatter alone, without any difference.
     pub scatter_jnd: f64,
 }
 
@@ -215,7 +216,7 @@ impl Difference {
     }
 }
 
-/// What is felt of the difference in one band.
+/// The perceptible difference in one band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BandDifference {
     /// B over A with what lies below the floor lifted to it, dB.
@@ -327,7 +328,7 @@ pub(crate) fn differences(
     let level_jnd = DB_PER_NEPER * (all_b.max(1.0) / all_a.max(1.0)).ln().abs() / jnd_db;
     let level = Difference::within(level_jnd, of_level.reach, of_level.error);
 
-    // What is not felt has no frequency.
+    // An imperceptible vibration has no defined frequency.
     let balance = if all_a <= 1.0 || all_b <= 1.0 {
         Difference::within(0.0, 0.0, 0.0)
     } else {

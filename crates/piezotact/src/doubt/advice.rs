@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What a person can do about a doubt. Its `Display` words it for any reader; a front end adds how it is done there: the
+/// What a person can do about a doubt. Its `Display` is a general text; each front end adds its own means: the
 /// command line an option, a page a button, Python a keyword.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,7 +105,7 @@ pub enum Advice {
     StateLoad,
     /// Cut strokes by hand.
     CutByHand,
-    /// Take one stroke.
+    /// Use a single stroke.
     TakeStroke,
     /// State a high-pass filter.
     StateHighPass {
@@ -125,7 +125,7 @@ pub enum Advice {
         /// By what.
         by: String,
     },
-    /// Compare recordings that share all else.
+    /// Compare recordings that share all other conditions.
     CompareLike,
     /// Compare by hand.
     CompareByHand,
@@ -156,16 +156,16 @@ pub enum Advice {
     },
     /// Exchange the sign of the inverted channel and add the measurement again.
     InvertChannel,
-    /// File the measurement under the participant whom it names.
+    /// File the measurement under the participant named in it.
     FileUnder {
-        /// Whom.
+        /// The participant.
         participant: String,
     },
     /// Keep the twins in panels of their own.
     SeparatePanels,
     /// Measure the control longer or louder.
     MeasureControl,
-    /// Run the campaign again, which goes on with it.
+    /// Run the campaign again; it continues where it stopped.
     ContinueCampaign,
     /// Use a smaller change, or record at another rate.
     SmallerChange,
@@ -181,7 +181,7 @@ pub enum Advice {
     JoinWithItself,
     /// Ask the author of the program that wrote the file.
     AskExporter,
-    /// What a newer version writes.
+    /// An advice of a newer version, kept unchanged.
     #[serde(untagged)]
     Other(serde_json::Value),
 }
@@ -196,7 +196,7 @@ pub enum ChannelRole {
     Motion,
     /// The vibration.
     Vibration,
-    /// The signal that is worked on.
+    /// The signal to be processed.
     Signal,
 }
 
@@ -222,7 +222,7 @@ pub enum Subject {
     ForceChannel,
     /// Which channel is the normal force.
     ForceAxes,
-    /// The force cell: its zero, what pulls at it.
+    /// The force cell: its zero, and what pulls on it.
     ForceCell,
     /// What was assumed.
     Assumption,
@@ -270,12 +270,12 @@ impl fmt::Display for Subject {
             Self::UnitAndScale => "its unit and scale",
             Self::ForceChannel => "the force channel",
             Self::ForceAxes => "which channel is the normal force",
-            Self::ForceCell => "the zero of the force cell, and what it carries",
-            Self::Assumption => "this",
-            Self::WhichIsRight => "which is right",
+            Self::ForceCell => "the zero of the force cell, and any weight on it",
+            Self::Assumption => "this assumption",
+            Self::WhichIsRight => "which value is correct",
             Self::Belonging => "that they belong together",
             Self::CutTimes => "the times of the cuts",
-            Self::Strokes => "them in the report",
+            Self::Strokes => "the rejected parts in the report",
             Self::Lines => "the lines in the report",
             Self::OtherSources => "distortion, mains and other sources of vibration",
             Self::Speeds => "that the stated speeds were reached",
@@ -283,9 +283,11 @@ impl fmt::Display for Subject {
             Self::LooseSensor => "whether the sensor is loose or the conditions differ",
             Self::Recorder => "whether the recorder is overloaded",
             Self::Disk => "the disk",
-            Self::Journal => "whether that is the recording you mean",
-            Self::OutsideBand => "whether what lies outside is texture",
-            Self::OutputClock => "whether the sound output changes its rate, or the sensor moves",
+            Self::Journal => "whether this is the intended recording",
+            Self::OutsideBand => "whether the power outside the band belongs to the texture",
+            Self::OutputClock => {
+                "whether the rate of the sound output changes, or the sensor moves"
+            }
         })
     }
 }
@@ -321,7 +323,7 @@ impl fmt::Display for Advice {
                 ChannelRole::NormalForce => "name the channel of the normal force",
                 ChannelRole::Motion => "name the channel of the motion",
                 ChannelRole::Vibration => "name the channel of the vibration",
-                ChannelRole::Signal => "name the channel to take",
+                ChannelRole::Signal => "name the channel to use",
             },
             Self::Other(other) => return write!(f, "advice of a newer version: {other}"),
             Self::MeasureAgain => "measure again",
@@ -329,63 +331,64 @@ impl fmt::Display for Advice {
             Self::RecordAgain => "record again",
             Self::RecordLonger => "record longer",
             Self::RecordEachSampleAgain => "record each sample several times",
-            Self::RecordLift => "record a lift",
-            Self::RecordWholePlayback => "record from before the playback until it has ended",
+            Self::RecordLift => "record a part with the finger lifted",
+            Self::RecordWholePlayback => "start recording before the playback and stop after its end",
             Self::RaiseGain => "record with more gain",
-            Self::MeasureForce => "measure the force beside the acceleration",
-            Self::HoldForce => "repeat with the force held",
+            Self::MeasureForce => "measure the force together with the acceleration",
+            Self::HoldForce => "repeat while holding the stated force",
             Self::ZeroForceCell => "let the cell warm up, or zero it between trials",
             Self::RaiseLevel => "raise the level",
             Self::LowerLevel { to_db: None } => "lower the level",
             Self::NarrowBand => "narrow the band",
-            Self::WidenBand => "widen the band where the device answers",
+            Self::WidenBand => "widen the band where the device responds",
             Self::DriveWholeBand => "drive the whole band",
-            Self::LongerSegments => "take longer segments",
-            Self::ShorterSegments { to_s: None } => "take shorter segments",
+            Self::LongerSegments => "use longer segments",
+            Self::ShorterSegments { to_s: None } => "use shorter segments",
             Self::AlignChannels => "align the channels",
             Self::ExchangeDriveAndResponse => "exchange drive and response",
             Self::CharacteriseAgain => "characterise again",
             Self::CharacteriseAtLevel => "characterise at the level that will be played",
-            Self::CharacterisePerson => "characterise the person where that is too much",
-            Self::DescribeDevice => "state gain and volts when the transfer function is made",
+            Self::CharacterisePerson => "characterise the participant if this error is too large",
+            Self::DescribeDevice => "state amplifier gain and volts at full scale when the transfer function is estimated",
             Self::PlayAgain => "play again",
             Self::PlayOnDevice => "play it on the device before relying on it",
             Self::PlayThroughOtherPlacement => {
-                "play it through another placement, drawn from a panel's repeats, through another person's, or on the device"
+                "play it through another placement (drawn from the repeats of a panel), through the transfer function of \
+                    another participant, or on the device"
             }
             Self::CloseOtherPrograms => "close other programs",
             Self::LeaveOut => "leave these parts out",
-            Self::StateScale => "state the scale, or give a sidecar",
+            Self::StateScale => "state the scale, or add a sidecar file",
             Self::OmitRate => "do not state a rate",
             Self::StateLoad => "state the load",
-            Self::CutByHand => "cut it by hand",
-            Self::TakeStroke => "take one stroke",
+            Self::CutByHand => "cut the strokes by hand",
+            Self::TakeStroke => "use a single stroke",
             Self::StateCutoff => "state the cut-off",
             Self::StateInFile => "state it in the file",
             Self::CorrectFile => "correct the file",
             Self::ShowDoubts => "look at the doubts of the transfer function",
-            Self::CompareLike => "give recordings that share all else",
+            Self::CompareLike => "give recordings that differ only in the compared factor",
             Self::CompareByHand => "compare them by hand",
-            Self::ExchangeReferenceAndTest => "exchange the two",
-            Self::UseScore => "use the score",
-            Self::GiveRecording => "give what was recorded while the drive was played",
-            Self::OneClock => "drive both from one clock, or keep to short textures",
-            Self::QuieterSensor => "take a quieter sensor",
-            Self::GiveContactMap => "give a nail-to-skin map where one was measured",
+            Self::ExchangeReferenceAndTest => "exchange reference and test",
+            Self::UseScore => "use the score instead",
+            Self::GiveRecording => "give the recording made while the drive was played",
+            Self::OneClock => "drive playback and recording from one clock, or use short textures",
+            Self::QuieterSensor => "use a sensor with less noise",
+            Self::GiveContactMap => "give a nail-to-skin map if one was measured",
             Self::MeasureLargerSurface => "measure a longer line or a larger area",
             Self::RemoveMoreForm => "remove more form or waviness",
-            Self::FillPoints => "fill or measure again where they cluster",
-            Self::MeasureOthers => "measure the others",
+            Self::FillPoints => "fill or measure again the areas where many are missing",
+            Self::MeasureOthers => "complete the missing measurements",
             Self::InvertChannel => "invert that channel and add the measurement again",
-            Self::SeparatePanels => "keep them in panels of their own",
-            Self::MeasureControl => "measure the control longer or louder",
-            Self::ContinueCampaign => "run the campaign again to go on with it",
-            Self::SmallerChange => "change it less, or record at another rate",
-            Self::LongerStroke => "take a longer stroke, or one with the gesture filtered out",
-            Self::SteadyStroke => "take a stroke that neither grows nor decays",
-            Self::KeepOriginal => "keep the original beside it",
+            Self::SeparatePanels => "keep them in separate panels",
+            Self::MeasureControl => "measure the control longer or at a higher level",
+            Self::ContinueCampaign => "run the campaign again to continue it",
+            Self::SmallerChange => "use a smaller change, or record at another rate",
+            Self::LongerStroke => "use a longer stroke, or one with the gesture filtered out",
+            Self::SteadyStroke => "use a stroke of constant level",
+            Self::KeepOriginal => "keep the original file as well",
             Self::LowerRate => "state a lower rate",
-            Self::JoinWithItself => "join it with itself",
+            Self::JoinWithItself => "loop it",
             Self::AskExporter => "ask the author of the program that exported it",
         })
     }

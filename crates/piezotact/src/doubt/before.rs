@@ -1,4 +1,4 @@
-//! Doubts as version 0.1.0 wrote them: `{"doubt": "force_not_measured", "load_n": 0.3}`.
+//! Reads doubts in the format of version 0.1.0: `{"doubt": "force_not_measured", "load_n": 0.3}`.
 
 use serde_json::{Map, Value as Json};
 
@@ -39,7 +39,7 @@ const EXAMPLES: [(&str, &str); 4] = [
     ("other_participant", "found"),
     ("rejected", "reasons"),
 ];
-/// Fields that were added while version 0.1.0 was made, with the value that stands for an absent one.
+/// Fields added during the development of version 0.1.0, with the value used when they are absent.
 const ADDED: [(&str, &str); 5] = [
     ("impossible_coherence", "lines"),
     ("late_response", "reach_s"),
@@ -61,7 +61,7 @@ pub(super) fn doubt(mut fields: Map<String, Json>) -> Option<Doubt> {
     for (_, field) in ADDED.iter().filter(|(of, _)| *of == code) {
         fields.entry(*field).or_insert(0.into());
     }
-    // The place of clipping was told apart by the words alone.
+    // Only the wording distinguished where clipping happened.
     if let ("clipped", Some(what)) = (code.as_str(), fields.get("what").and_then(Json::as_str)) {
         if what == "the drive that was played" {
             code = "played_drive_clipped".into();
@@ -89,7 +89,7 @@ pub(super) fn doubt(mut fields: Map<String, Json>) -> Option<Doubt> {
                 Value::Text(text) if EXAMPLES.contains(&(code.as_str(), name.as_str())) => {
                     Value::Example(text)
                 }
-                // A sentence that was made when the file was written.
+                // A sentence that was generated when the file was written.
                 Value::Text(text) if code == "of_members" => noted(text),
                 other => other,
             };
@@ -119,7 +119,7 @@ fn bands(value: Value) -> Value {
     }
 }
 
-/// A doubt of which only the sentence is known.
+/// A doubt known only as a sentence.
 fn noted(text: String) -> Value {
     let fields = [("text", Example(text).into_value())];
     Value::Doubt(Box::new(Doubt::of_fields(

@@ -1,4 +1,4 @@
-//! The written form of a doubt: `{code, about, values, seen, advice}`. The form of version 0.1.0, a tag and its fields, is
+//! The JSON format of a doubt: `{code, about, values, seen, advice}`. The format of version 0.1.0, a tag and its fields, is
 //! read too.
 
 use std::borrow::Cow;

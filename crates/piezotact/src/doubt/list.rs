@@ -1,4 +1,4 @@
-//! Several doubts.
+//! A list of doubts without duplicates.
 
 use std::ops::Deref;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Doubt, Merged, merged};
 
-/// Several doubts, each once: one that says the same of the same thing as one that is held is not added.
+/// A list of doubts without duplicates: a doubt with the code, subject and values of one already in the list is not added.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Doubts(Vec<Doubt>);
@@ -18,13 +18,13 @@ impl Doubts {
         Self::default()
     }
 
-    /// Whether one of them says the same as `doubt` of the same thing.
+    /// Whether the list contains a doubt with the code, subject and values of `doubt`.
     #[must_use]
     pub fn say(&self, doubt: &Doubt) -> bool {
         self.0.iter().any(|known| known.says_the_same(doubt))
     }
 
-    /// Adds a doubt that is not yet said.
+    /// Adds a doubt that is not yet in the list.
     pub fn push(&mut self, doubt: impl Into<Doubt>) {
         let doubt = doubt.into();
         if !self.say(&doubt) {
@@ -32,7 +32,7 @@ impl Doubts {
         }
     }
 
-    /// Puts `first` before these, each once.
+    /// Inserts `first` before the others, without duplicates.
     pub fn put_first(&mut self, first: impl IntoIterator<Item = Doubt>) {
         let later = std::mem::replace(self, first.into_iter().collect());
         self.extend(later);
@@ -43,7 +43,7 @@ impl Doubts {
         self.0.retain(keep);
     }
 
-    /// Those of one kind as one.
+    /// Merges doubts of one kind into one.
     ///
     /// Source: decision 0030 of this project.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What a doubt is about, and the values that it holds.
+//! The subject of a doubt, and the values that it holds.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::quantity::{Band, Hertz};
 pub enum About {
     /// A channel, by its name.
     Channel(String),
-    /// A signal that is no channel of a recording: "the target".
+    /// A signal that is not a channel of a recording, such as "the target".
     Signal(String),
     /// A file, by its name.
     File(String),
@@ -69,9 +69,9 @@ pub enum Value {
     Number(f64),
     /// A name or a text.
     Text(String),
-    /// One of several: two doubts that differ in it say the same.
+    /// One example of several; not compared when doubts are compared.
     Example(String),
-    /// How often each of several things was, by their names: two doubts that differ in it say the same.
+    /// Counts by name; not compared when doubts are compared.
     Counts(BTreeMap<String, usize>),
     /// A band of frequencies.
     Band(Band),
@@ -83,7 +83,7 @@ pub enum Value {
     Other(serde_json::Value),
 }
 
-/// One of several, by its name: two doubts that differ in it say the same.
+/// The name of one example of several; not compared when doubts are compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Example(pub String);
 
@@ -93,7 +93,7 @@ impl std::fmt::Display for Example {
     }
 }
 
-/// How often each of several things was, by their names.
+/// Counts of several things, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counts(pub BTreeMap<String, usize>);
 
@@ -116,7 +116,7 @@ impl FieldValue for Counts {
     fn from_value(value: Option<&Value>) -> Option<Self> {
         match value? {
             Value::Counts(counts) => Some(Self(counts.clone())),
-            // In files of before it is a text: `too short: 2, clipped: 1`.
+            // Files of earlier versions hold a text: `too short: 2, clipped: 1`.
             Value::Example(text) | Value::Text(text) => {
                 let counts = text.split(", ").map(|part| {
                     let (name, count) = part.rsplit_once(": ")?;
@@ -129,7 +129,7 @@ impl FieldValue for Counts {
     }
 }
 
-/// What can stand in a field of a doubt.
+/// A type that a field of a doubt can have.
 pub trait FieldValue: Sized {
     /// The value; `None` where there is nothing to hold.
     fn into_value(self) -> Option<Value>;
@@ -145,7 +145,7 @@ impl FieldValue for f64 {
     fn from_value(value: Option<&Value>) -> Option<Self> {
         match value? {
             Value::Number(number) => Some(*number),
-            // JSON has no other word for a number that is none.
+            // JSON has no NaN: it is written as null.
             Value::Other(serde_json::Value::Null) => Some(Self::NAN),
             _ => None,
         }

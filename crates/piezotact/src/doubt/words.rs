@@ -1,8 +1,8 @@
-//! Parts of the sentences of doubts.
+//! Text fragments shared by the sentences of doubts.
 
 use crate::quantity::Band;
 
-/// As many of a list are named.
+/// The number of entries of a list that are named.
 const LISTED: usize = 4;
 
 /// A share in per cent.
@@ -15,13 +15,13 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// The first four of `bands`, and how many there are beside them.
+/// The first four of `bands`, and the number of the others.
 pub(crate) fn bands(bands: &[Band]) -> String {
     let names: Vec<String> = bands.iter().map(ToString::to_string).collect();
     first_of(&names, ", ")
 }
 
-/// The first four of `names`, and how many there are beside them.
+/// The first four of `names`, and the number of the others.
 pub(crate) fn first_of(names: &[String], between: &str) -> String {
     let named = names.iter().take(LISTED).map(String::as_str);
     let named: Vec<&str> = named.collect();

@@ -58,7 +58,7 @@ pub fn shares_of_full_scale<Q: Quantity>(x: &Series<Q>) -> Result<Shares, Envelo
     let mean = mean(x.samples());
     let mut shares: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
     let full_scale = crate::statistics::peak(&shares);
-    // What rounding leaves of a constant is no signal.
+    // The rounding errors of a constant are not a signal.
     if full_scale <= 1e-12 * mean.abs() || full_scale < f64::MIN_POSITIVE {
         return Err(EnvelopeError::FullScale { found: 0.0 });
     }

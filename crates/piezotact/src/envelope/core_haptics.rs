@@ -1,4 +1,4 @@
-//! What amplitudes and frequencies of a clip become on an iPhone.
+//! The mapping of amplitudes and frequencies of a clip to Core Haptics on an iPhone.
 
 use super::{AmplitudePoint, Emphasis, FrequencyPoint};
 

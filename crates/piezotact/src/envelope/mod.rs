@@ -205,7 +205,7 @@ pub enum EnvelopeError {
         found: String,
     },
     /// A signal without length.
-    #[error("expected something that lasts, found {found}; there is nothing to play or to carry")]
+    #[error("expected a duration above 0 s, found {found}; there is nothing to play or to export")]
     NoLength {
         /// What was found.
         found: String,

@@ -68,7 +68,7 @@ pub struct Keyframe {
     pub frequency_hz: Option<f64>,
 }
 
-/// What a wave does with its keyframes.
+/// The meaning of the keyframes of a wave.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WaveKind {
     /// The amplitudes are the signal.
@@ -125,7 +125,7 @@ impl Wave {
         for frame in &self.keyframes {
             if !(before_s..=LONGEST.0).contains(&frame.time_s) {
                 return Err(wrong(
-                    "keyframes at times from 0 to 3600 s that do not fall",
+                    "keyframes at times from 0 to 3600 s that do not decrease",
                     frame.time_s,
                 ));
             }
@@ -262,7 +262,7 @@ fn add_wavelets(
     for (from, signal) in signals {
         let signal = Series::<Uncalibrated>::new(signal, from)?;
         let signal = resample(&signal, rate).map_err(|error| EnvelopeError::Wave {
-            expected: format!("wavelets at a rate that goes into {rate}"),
+            expected: format!("wavelets at a rate that divides {rate}"),
             found: error.to_string(),
         })?;
         for (sample, value) in samples.iter_mut().zip(signal.samples()) {

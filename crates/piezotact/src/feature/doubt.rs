@@ -1,4 +1,4 @@
-//! What the features of strokes leave open.
+//! Doubts about the features of strokes.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, doubts};
 
 doubts! {
-    /// What the features of strokes leave open.
+    /// Doubts about the features of strokes.
     pub enum FeatureDoubt {
         /// Strokes too short for a spectrum with the lines of the others.
         ShortStrokes("short_strokes") {
@@ -47,7 +47,8 @@ impl fmt::Display for FeatureDoubt {
             ),
             Self::GestureKept { share, below_hz } => write!(
                 f,
-                "{} of the power lies below {below_hz} Hz, where gestures are, and was kept (only accelerations are filtered unasked)",
+                "{} of the power is below {below_hz} Hz, in the range of gestures, and was kept (only accelerations are \
+                    filtered by default)",
                 percent(*share)
             ),
         }

@@ -1,4 +1,4 @@
-//! How much of a vibration a person can feel: detection thresholds of the mechanoreceptor channels.
+//! Perceptual weighting of a vibration: detection thresholds of the mechanoreceptor channels.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ impl Receptor {
     }
 }
 
-/// By whose sensitivity a vibration's power is weighed.
+/// The sensitivity by which a vibration's power is weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {

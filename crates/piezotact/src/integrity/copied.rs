@@ -4,7 +4,7 @@ use crate::clipping::step;
 use crate::fourier::RealTransform;
 use crate::statistics::{mean, rms, standard_deviation};
 
-/// How one signal is another.
+/// The relation of a copied signal to its original.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Copy {
     /// The copy over the original.
@@ -17,7 +17,7 @@ pub struct Copy {
 const EXCERPT: usize = 8192;
 /// Two signals whose shapes differ by more than this are not compared.
 const ALIKE: f64 = 0.02;
-/// What may be left of an excerpt, where converters round.
+/// The largest residual of an excerpt, for converters that round.
 const LEFT_OF_EXCERPT: f64 = 0.05;
 /// What may be left of the whole: the noise of two converters, −66 dB. What a device and a sensor make of a drive differs by more.
 const LEFT: f64 = 5e-4;
@@ -26,8 +26,8 @@ const FEWEST_STEPS: f64 = 20.0;
 /// Rounding of both, in steps.
 const ROUNDED: f64 = 0.75;
 
-/// How `b` is a copy of `a`, two signals of one rate and length; `None` where it is none. What is left may be the
-/// noise of converters and what they round: nothing that was measured is so equal.
+/// The relation of `b` to `a` (factor and delay in samples) if `b` is a copy; both have one rate and length; otherwise `None`.
+/// The residual may be the noise and rounding of converters: independent measurements are never so equal.
 ///
 /// Formula: b(i) = factor·a(i − later) + offset, by the largest cross-correlation of their changes.
 ///
@@ -88,7 +88,7 @@ pub fn copied(a: &[f64], b: &[f64]) -> Option<Copy> {
     (level > 0.0 && (left <= LEFT * level || rounded)).then_some(Copy { factor, later })
 }
 
-/// What a factor and a delay leave as it is.
+/// Signal properties that a factor and a delay do not change.
 struct Shape {
     mean_change: f64,
     next: f64,

@@ -1,11 +1,11 @@
-//! What a signal leaves open that broke on its way, in fields and in words.
+//! Doubts about signal defects: fields and sentences.
 
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 
 doubts! {
-    /// One thing that broke a signal on its way from the sensor to the file.
+    /// A defect of a signal on its way from the sensor to the file.
     pub enum SignalDoubt {
         /// A channel that never changes.
         DeadChannel("dead_channel") of Channel(channel) {
@@ -72,7 +72,7 @@ doubts! {
             limit: f64,
             /// The share of samples beyond it, 0–1.
             share: f64,
-            /// How much less than this drive was played, dB.
+            /// By how much the level of the played drive is below this drive, dB.
             lost_db: f64,
         },
         /// A response that is dead while the drive goes on.
@@ -122,7 +122,7 @@ impl DoubtKind for SignalDoubt {
     }
 }
 
-/// A share as a person says it.
+/// A share as text.
 fn percent(share: f64) -> String {
     let p = share * 100.0;
     if p >= 1.0 || p <= 0.0 {
@@ -134,7 +134,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// A time as a person says it.
+/// A time as text.
 fn time(seconds: f64) -> String {
     if seconds.abs() < 1.0 {
         format!("{:.0} ms", seconds * 1e3)
@@ -155,7 +155,7 @@ impl fmt::Display for SignalDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::DeadChannel { channel } => {
-                write!(f, "`{channel}` never changes and says nothing")
+                write!(f, "`{channel}` is constant and contains no signal")
             }
             Self::Frozen {
                 channel,
@@ -165,7 +165,8 @@ impl fmt::Display for SignalDoubt {
                 share,
             } => write!(
                 f,
-                "`{channel}` holds one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection froze",
+                "`{channel}` stays at one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its \
+                    connection was frozen",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -178,7 +179,8 @@ impl fmt::Display for SignalDoubt {
                 share,
             } => write!(
                 f,
-                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls to its floor at once and comes back at once",
+                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls abruptly to its floor \
+                    and returns abruptly",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -198,7 +200,8 @@ impl fmt::Display for SignalDoubt {
                 let more = if harmonics.len() > 4 { ", …" } else { "" };
                 write!(
                     f,
-                    "`{channel}` holds lines of constant phase at {}{more} Hz, {} of its power and up to {above_db:.0} dB above their surroundings: this is how mains hum looks",
+                    "`{channel}` contains spectral lines of constant phase at {}{more} Hz, {} of its power and up \
+                        to {above_db:.0} dB above the neighbouring lines: this is typical of mains hum",
                     lines.join(", "),
                     percent(*share)
                 )
@@ -215,7 +218,7 @@ impl fmt::Display for SignalDoubt {
                     write!(f, ", {:.2} ms {side}", delay_s.abs() * 1e3)?;
                 }
                 f.write_str(
-                    ": one signal was recorded twice and nothing was measured between the two",
+                    ": the same signal was recorded twice, so a transfer function between the two has no meaning",
                 )
             }
             Self::DriveBeyondLimit {
@@ -227,11 +230,15 @@ impl fmt::Display for SignalDoubt {
             } => {
                 write!(
                     f,
-                    "`{channel}` reaches {peak:.2} and {limit:.2} of full scale can be played: {} of it lies beyond",
+                    "`{channel}` reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are \
+                        beyond this limit",
                     percent(*share)
                 )?;
                 if *lost_db >= 0.05 {
-                    write!(f, ", and {lost_db:.1} dB less than it says can be played")?;
+                    write!(
+                        f,
+                        ", and the level that can be played is {lost_db:.1} dB lower"
+                    )?;
                 }
                 Ok(())
             }
@@ -243,7 +250,8 @@ impl fmt::Display for SignalDoubt {
                 low_db,
             } => write!(
                 f,
-                "`{channel}` is dead {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low",
+                "`{channel}` has no signal {}, longest for {}, while {} of the drive is played: the transfer function is \
+                    about {low_db:.1} dB too low",
                 times(*count),
                 time(*longest_s),
                 percent(*share)
@@ -253,7 +261,11 @@ impl fmt::Display for SignalDoubt {
                 fraction,
                 off_db,
             } => {
-                write!(f, "{} of `{channel}` lies at a limit", percent(*fraction))?;
+                write!(
+                    f,
+                    "{} of the samples of `{channel}` are at a limit",
+                    percent(*fraction)
+                )?;
                 match off_db {
                     Some(off_db) if *off_db < 0.0 => write!(
                         f,

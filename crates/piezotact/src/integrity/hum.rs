@@ -48,9 +48,9 @@ const COMB_DB: f64 = 12.0;
 /// speed varies.
 const NARROW: f64 = 25.0;
 const BESIDE: usize = 6;
-/// Hum has its first line and at least so many in all: a tone of a texture may lie on one or two.
+/// The least number of lines of hum, including the first: a tone of a texture may coincide with one or two.
 const FEWEST: usize = 3;
-/// Less power than this share is no matter.
+/// Hum below this share of the power is not reported.
 const LEAST_SHARE: f64 = 1e-3;
 
 /// The power of a signal by frequency, through a Hann window.

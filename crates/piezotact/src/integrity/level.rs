@@ -1,11 +1,11 @@
-//! Where a signal is frozen or lost: values that are held, and falls to the floor with abrupt edges.
+//! Detection of frozen parts (held values) and drop-outs (abrupt falls to the noise floor) in a signal.
 
 use super::Span;
 use crate::clipping::step;
 use crate::quantity::{SampleRate, Seconds};
 use crate::statistics::rms;
 
-/// Parts of a signal that are not the signal.
+/// Defective parts of a signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Lost {
     /// One value is held.
@@ -31,7 +31,7 @@ const ABRUPT: f64 = 0.25;
 const ABRUPT_HELD: f64 = 0.15;
 /// The level around a lost part, re the usual one: a stroke is not lost that had ended.
 const ALIVE: f64 = 0.3;
-/// A held value lasts so many times longer than any beside it.
+/// The least ratio of the duration of a held value to those of its neighbours.
 const LONGER: usize = 5;
 /// Signals of fewer steps of a converter hold still by themselves.
 const FEWEST_STEPS: f64 = 5.0;
@@ -42,7 +42,7 @@ const PAUSES: f64 = 0.5;
 /// A value that is held in this many separate runs or more is the resting level of the signal, and not a frozen sensor.
 const RESTS: usize = 3;
 
-/// What a signal is like where it is alive.
+/// Properties of the intact parts of a signal.
 pub(super) struct Usual {
     /// Its middle.
     pub(super) middle: f64,
@@ -130,7 +130,7 @@ pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
     found
 }
 
-/// Runs of one value that the signal beside them makes impossible.
+/// Runs of one value that are implausible for the surrounding signal.
 fn held(samples: &[f64], rate: SampleRate) -> Vec<Span> {
     let least = rate.samples_in(SHORTEST_HELD).max(FEWEST);
     let around = rate.samples_in(AROUND).max(2 * FEWEST);

@@ -1,5 +1,5 @@
-//! Whether a signal came whole from the sensor to the file: limits, frozen and dead channels, drop-outs, copies, mains
-//! hum, drives that could not be played. It looks at samples, rate and unit, whatever the format of the file.
+//! Signal integrity between sensor and file: clipping, frozen and dead channels, drop-outs, copies, mains
+//! hum, drives that could not be played. Uses samples, rate and unit only, independent of the file format.
 
 mod copied;
 mod doubt;
@@ -45,14 +45,14 @@ impl Span {
     }
 }
 
-/// What is broken in one signal.
+/// The defects found in one signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Defects {
     /// Whether it never changes, but for rounding.
     pub dead: bool,
-    /// Where it holds one value while the signal around it says that it should not.
+    /// Parts in which it holds one value although the surrounding signal varies.
     pub frozen: Vec<Span>,
-    /// Where it falls to its floor at once and comes back at once. Nothing stands here and in `frozen`.
+    /// Parts in which it falls abruptly to its floor and returns abruptly, excluding those in `frozen`.
     pub gaps: Vec<Span>,
     /// Lines of the mains; absent where there are none.
     pub hum: Option<Hum>,
@@ -132,7 +132,7 @@ impl Defects {
     }
 }
 
-/// What is broken in `series`.
+/// The defects of `series`; intervals in samples, shares 0–1.
 ///
 /// Source: [`limited`], [`mains_hum`]; drop-outs and frozen parts by abrupt edges of the short-time level, as stated in
 /// decision 29.
@@ -154,8 +154,8 @@ pub fn never_changes(samples: &[f64]) -> bool {
         || standard_deviation(samples) <= ROUNDING * mean(samples).abs()
 }
 
-/// What is broken in `samples` at `rate`, in the SI unit `unit`. Positions, speeds and times rest and repeat by command:
-/// of them only that they never change is looked at.
+/// The defects of `samples` at `rate`, in the SI unit `unit`; intervals in samples, shares 0–1. Positions, speeds and times rest
+/// and repeat by command: for these only constant channels are detected.
 ///
 /// Source: as [`inspect`].
 #[must_use]
@@ -182,7 +182,7 @@ pub fn inspect_samples(samples: &[f64], rate: SampleRate, unit: &Unit) -> Defect
     defects
 }
 
-/// Whether a channel of this unit says where something was told to be.
+/// Whether a channel of this unit holds a commanded motion or time.
 fn commanded(unit: &Unit) -> bool {
     matches!(unit, Unit::Metre | Unit::MetrePerSecond | Unit::Second)
 }

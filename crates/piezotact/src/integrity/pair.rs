@@ -10,7 +10,7 @@ use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;
 
-/// The copies among the channels of a recording. What a computer sends and what an amplifier is given may be one.
+/// The copies among the channels of a recording. A digital drive and the voltage at the amplifier may legitimately be equal.
 pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
     let channels: Vec<_> = recording
         .channels_with_clocks()
@@ -140,8 +140,8 @@ pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalD
     })
 }
 
-/// A response that is dead for so short that it takes less than this from the transfer function, dB, is no matter: it begins
-/// as late as the device answers.
+/// A dead response that lowers the transfer function by less than this, dB, is not reported: the response begins later than
+/// the drive anyway.
 const LEAST_LOW_DB: f64 = 0.1;
 
 /// The doubt about a response that is dead while the drive goes on.
@@ -179,7 +179,7 @@ fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
     })
 }
 
-/// Whether the doubts about a pair of channels, `broken`, say what `doubt` says of one of them.
+/// Whether the doubts about a pair of channels, `broken`, already cover `doubt` about one of them.
 ///
 /// Source: house rule; one finding is said once.
 #[must_use]

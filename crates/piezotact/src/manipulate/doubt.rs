@@ -1,4 +1,4 @@
-//! What a manipulation of a texture leaves open.
+//! Doubts about a manipulation of a texture.
 
 use std::fmt;
 
@@ -6,20 +6,20 @@ use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, doubts};
 
 doubts! {
-    /// What a manipulation of a texture leaves open.
+    /// Doubts about a manipulation of a texture.
     pub enum ManipulateDoubt {
-        /// Part of a texture was moved beyond what its rate holds.
+        /// Part of a texture was shifted beyond half of its sampling rate.
         LeftTheBand("left_the_band") {
-            /// What was done.
+            /// The operation.
             operation: String,
             /// The share of the power, 0–1.
             share: f64,
             /// Half the rate, Hz.
             nyquist_hz: f64,
         },
-        /// A texture joined with itself shows where.
+        /// A texture joined with itself has a noticeable join.
         JoinShows("join_shows") {
-            /// How alike the two ends are, −1 to 1.
+            /// The correlation of the two ends, −1 to 1.
             correlation: f64,
             /// The largest step between two samples at the join, relative to the largest of the texture.
             step_ratio: f64,
@@ -59,7 +59,7 @@ impl fmt::Display for ManipulateDoubt {
                 nyquist_hz,
             } => write!(
                 f,
-                "{operation}: {} of the power would leave 0 to {nyquist_hz} Hz and is gone",
+                "{operation}: {} of the power would be outside 0 to {nyquist_hz} Hz and is lost",
                 percent(*share)
             ),
             Self::JoinShows {
@@ -68,11 +68,14 @@ impl fmt::Display for ManipulateDoubt {
                 spectrum_db,
             } => write!(
                 f,
-                "where the texture is joined with itself its ends correlate by {correlation:.2}, its largest step is {step_ratio:.2} times that of the texture and its short-time spectrum {spectrum_db:+.1} dB re its strongest: the join may be felt"
+                "where the texture is looped, the joined ends have a correlation of {correlation:.2}, the largest step \
+                    is {step_ratio:.2} times that of the texture, and the short-time spectrum is {spectrum_db:+.1} dB re its \
+                    strongest: the join may be felt"
             ),
             Self::LevelJumps { jump_db, own_db } => write!(
                 f,
-                "where the texture is joined with itself its level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere: it may be felt as a beat"
+                "where the texture is looped, its level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere: \
+                    this may be felt as a beat"
             ),
         }
     }

@@ -1,15 +1,15 @@
-//! Why a texture cannot be made otherwise.
+//! Errors of texture manipulations.
 
 use crate::quantity::{Band, Hertz, SampleRate, Seconds};
 use crate::resample::ResampleError;
 use crate::series::SeriesError;
 use crate::spectrum::EstimateError;
 
-/// Why a texture cannot be made otherwise.
+/// Why a texture manipulation is not possible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManipulateError {
     /// The other texture is missing.
-    #[error("expected another texture to take something of, found none; name its recording")]
+    #[error("expected a second texture for this manipulation, found none; name its recording")]
     NoOther,
     /// A texture has no spectrum in the usual segments.
     #[error("{said}")]
@@ -17,9 +17,9 @@ pub enum ManipulateError {
         /// Why.
         said: String,
     },
-    /// Nothing changes in it.
+    /// The texture is constant.
     #[error(
-        "expected a texture, found {duration:.3} of {quantity} that never changes; check the channel and the cable"
+        "expected a texture, found {duration:.3} of constant {quantity}; check the channel and the cable"
     )]
     Silent {
         /// What it holds.
@@ -27,9 +27,9 @@ pub enum ManipulateError {
         /// Its length.
         duration: Seconds,
     },
-    /// Nothing changes in it within a band.
+    /// The texture has no power within a band.
     #[error(
-        "expected power within {band} in {what}, found none; take a band in which both textures vibrate"
+        "expected power within {band} in {what}, found none; use a band in which both textures vibrate"
     )]
     SilentWithin {
         /// The texture.
@@ -38,7 +38,7 @@ pub enum ManipulateError {
         band: Band,
     },
     /// The operation leaves nothing.
-    #[error("expected something to be left after `{after}`, found silence; ask for less")]
+    #[error("expected a signal after `{after}`, found silence; use a smaller change")]
     NothingLeft {
         /// The operation.
         after: String,
@@ -66,10 +66,11 @@ pub enum ManipulateError {
     },
     /// Two textures of different rates.
     #[error(
-        "cannot take the {taken} of {of}: it is sampled at {its_rate} and the texture at {rate}; bring both to one rate with `resample`"
+        "cannot use the {taken} of {of}: it is sampled at {its_rate} and the texture at {rate}; resample both to one rate with \
+            `resample`"
     )]
     RatesDiffer {
-        /// What was to be taken.
+        /// The property to be taken from the other texture.
         taken: &'static str,
         /// From which texture.
         of: String,
@@ -80,10 +81,10 @@ pub enum ManipulateError {
     },
     /// The texture is too short to be joined.
     #[error(
-        "expected a texture of {expected:.3} or longer to join it with itself, found {found:.3}; take a longer stroke or a shorter crossfade"
+        "expected a texture of {expected:.3} or longer for looping, found {found:.3}; use a longer stroke or a shorter crossfade"
     )]
     TooShort {
-        /// What it takes.
+        /// The least length.
         expected: Seconds,
         /// What there is.
         found: Seconds,
@@ -98,9 +99,9 @@ pub enum ManipulateError {
         /// What there is.
         found: usize,
     },
-    /// A ratio that no resampler fits.
+    /// A ratio that the resampler cannot realise.
     #[error(
-        "expected a warp with few digits, found {found} ({why}); write it with four digits after the point"
+        "expected a warp with few decimals, found {found} ({why}); write it with four decimals"
     )]
     Ratio {
         /// The ratio.
@@ -109,15 +110,15 @@ pub enum ManipulateError {
         why: ResampleError,
     },
     /// The other texture gives no spectrum.
-    #[error("no spectrum of {of}: {why}")]
+    #[error("cannot estimate the spectrum of {of}: {why}")]
     Spectrum {
         /// The texture.
         of: String,
         /// Why not.
         why: EstimateError,
     },
-    /// What comes out is no signal.
-    #[error("what comes out is no texture: {0}")]
+    /// The result is not a valid signal.
+    #[error("the result is not a valid texture: {0}")]
     Series(#[from] SeriesError),
 }
 

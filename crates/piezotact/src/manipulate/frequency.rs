@@ -1,4 +1,4 @@
-//! Other frequencies: moved by as many Hz, or multiplied as by another sliding speed.
+//! Frequency manipulations: a shift by a number of Hz, or a scaling as by another sliding speed.
 
 use std::f64::consts::TAU;
 
@@ -18,11 +18,11 @@ use crate::resample::Resampler;
 use crate::series::Series;
 use crate::statistics::mean;
 
-/// The share of half the rate that a warp keeps: above it the resampler falls off.
+/// The share of half the rate that a warp keeps: above it the resampler attenuates.
 const KEPT_SHARE: f64 = 0.95;
 
-/// `x` with every frequency moved by as many Hz, its mean taken away: harmonics are no harmonics any more. What would
-/// leave 0 Hz to half the rate is taken away before, and said.
+/// `x` with every frequency shifted by `by`, its mean removed, in the unit of `x`; harmonic ratios are lost. Content that would
+/// leave the range from 0 Hz to half the rate is removed before, with a doubt.
 ///
 /// Formula: Re{(x + i·H{x})·exp(2πi·Δf·t)}, H the Hilbert transform over the whole texture.
 ///
@@ -78,8 +78,8 @@ pub fn shift<Q: Quantity>(x: &Series<Q>, by: Hertz) -> Result<Manipulated<Q>, Ma
     manipulated(x, samples, operation, doubts)
 }
 
-/// `x` with every frequency multiplied by `ratio`, as if the finger had slid so much faster, its mean taken away; the
-/// spectrum of a texture over f/v stays. What would leave the band is taken away, and said.
+/// `x` with every frequency multiplied by `ratio`, as for a sliding speed higher by that factor, its mean removed, in the unit of
+/// `x`; the spectrum of a texture over f/v stays the same. Content that would leave the band is removed, with a doubt.
 ///
 /// Formula: y(t) = x(ratio·t), band-limited.
 ///
@@ -100,16 +100,16 @@ pub fn warp<Q: Quantity>(
         x.duration().0 / ratio.max(f64::MIN_POSITIVE),
         (0.0, longest_s(rate).max(x.duration().0)),
         " s",
-        "cut the texture first, or take a warp closer to 1",
+        "cut the texture first, or use a warp closer to 1",
     )?;
     let (_, changing) = about_mean(x)?;
     let at_ratio = |why| ManipulateError::Ratio { found: ratio, why };
-    // The same samples, taken as if they had come faster.
+    // The same samples, interpreted at a higher rate.
     let faster =
         SampleRate::new(rate.hz() * ratio).map_err(|_too_fast| ManipulateError::Range {
             expected: "rates from 0.001 to 1e7 Hz".into(),
             found: format!("{}", rate.hz() * ratio),
-            todo: "take a warp closer to 1",
+            todo: "use a warp closer to 1",
         })?;
     let highest_hz = KEPT_SHARE * faster.nyquist().0.min(rate.nyquist().0);
     let warped = if (ratio - 1.0).abs() > 0.0 {

@@ -1,4 +1,4 @@
-//! Other levels: a pure gain, so that nothing else changes.
+//! Level manipulations: a pure gain that changes nothing else.
 
 use super::error::require_range;
 use super::{
@@ -10,11 +10,11 @@ use crate::quantity::{Decibels, Quantity};
 use crate::series::Series;
 use crate::statistics::standard_deviation;
 
-/// `x` freed of its mean, in the unit of `x`.
+/// `x` with its mean removed, in the unit of `x`.
 ///
 /// Formula: x − Σx/n.
 ///
-/// Source: house rule: a mean (gravity, an offset of an amplifier) is nothing that is felt.
+/// Source: house rule: a mean (gravity, an offset of an amplifier) is not perceptible.
 ///
 /// # Errors
 /// [`ManipulateError::Silent`] when nothing is left.
@@ -30,7 +30,8 @@ pub fn without_mean<Q: Quantity>(x: &Series<Q>) -> Result<Manipulated<Q>, Manipu
 /// Source: [`Decibels::amplitude_ratio`].
 ///
 /// # Errors
-/// [`ManipulateError::Range`] for a level that is none, [`ManipulateError::Silent`] for a texture that is none.
+/// [`ManipulateError::Range`] for a level that is not a number or out of range, [`ManipulateError::Silent`] for a constant
+/// texture.
 ///
 /// ```
 /// use piezotact::manipulate::gain;
@@ -56,7 +57,7 @@ pub fn gain<Q: Quantity>(
     manipulated(x, samples, operation, Vec::new())
 }
 
-/// The level of a texture, rms about its mean, in its unit; within a band, of the lines that lie in it, both ends
+/// The level of a texture, rms about its mean, in its unit; for a band, the rms of the lines that lie in it, both ends
 /// included.
 ///
 /// Formula: √(Σ(x − mean)²/n), or √(2·Σ|X(k)|²)/n over the lines of the band.
@@ -90,8 +91,8 @@ pub fn level<Q: Quantity>(x: &Series<Q>, measured: Level) -> Result<f64, Manipul
     Ok(level)
 }
 
-/// `x` at the level of another texture, over all frequencies or within a band: a pure gain, so that the shape of its
-/// spectrum stays. The two may have different rates.
+/// `x` scaled to the level of another texture, over all frequencies or within a band, in the unit of `x`: a pure gain that keeps
+/// the shape of its spectrum. The two may have different rates.
 ///
 /// Formula: x·rms(other)/rms(x).
 ///

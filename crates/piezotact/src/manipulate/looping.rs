@@ -1,4 +1,4 @@
-//! Textures of any length: one end is faded into a stretch that resembles it, with the power kept.
+//! Textures of any length: the end is cross-faded into a similar stretch at the beginning, at constant power.
 
 use crate::manipulate::ManipulateDoubt;
 use std::f64::consts::PI;
@@ -34,35 +34,35 @@ impl JoinConfig {
     }
 }
 
-/// Joins that are looked at closely, the most alike first.
+/// The number of candidate joins that are evaluated in detail, the most correlated first.
 const CANDIDATES: usize = 24;
-/// A crossfade of fewer samples is a step.
+/// The shortest crossfade, in samples.
 const SHORTEST_CROSSFADE: usize = 8;
-/// The length of a short-time spectrum: shorter than what a finger tells apart.
+/// The length of a short-time spectrum, s: below the temporal resolution of touch.
 const FRAME_S: f64 = 0.0256;
-/// How much more than the texture itself a join may show before it is a doubt.
+/// The limits of a join re the texture itself above which a doubt is raised: steps between samples, and short-time spectra.
 const STEP_TOLD: f64 = 1.1;
 const SPECTRUM_TOLD_DB: f64 = 1.0;
-/// Ends that are more opposite than this cancel while one fades into the other.
+/// Ends with a correlation below this cancel during the crossfade.
 const OPPOSITE_TOLD: f64 = -0.3;
-/// The time over which a level is felt as one, and how much more than the texture's own its change may be.
+/// The averaging time of a perceived level, s, and the limit of its change at the join above the texture's own changes, dB.
 const LEVEL_S: f64 = 0.1;
 const LEVEL_TOLD_DB: f64 = 1.0;
-/// The longest texture that is made, s and samples (2 GB).
+/// The longest texture that is generated, in s and in samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
 const MOST_SAMPLES: f64 = 268_435_456.0;
-/// Products in the search for a join beyond which not every sample is tried: at usual rates all are.
+/// The largest number of products in the search for a join; above it only some of the lags are tried (at usual rates, all).
 const MOST_PRODUCTS: usize = 500_000_000;
 
-/// `x` for `duration`: cut short, or joined with itself as often as it takes. One end fades into the other with the
-/// power kept, where the two are most alike; the lineage says how the join compares with the rest.
+/// `x` with the length `duration`, in the unit of `x`: cut, or joined with itself as often as needed. The ends are cross-faded at
+/// constant power where they correlate most; the lineage states how the join compares with the rest.
 ///
 /// Formula: y = (a·x₁ + b·x₂)/√(1 + 2ρ·a·b), a = cos θ, b = sin θ, θ = π/4·(1 − cos πu), ρ the correlation of the two.
 ///
 /// Source: M. Fink, M. Holters and U. Zölzer (2016), DAFx-16: signal-matched power-complementary cross-fading.
 ///
 /// # Errors
-/// [`ManipulateError::Range`] for a duration that is no sample or more than an hour, [`ManipulateError::TooShort`] for
+/// [`ManipulateError::Range`] for a duration of less than a sample or more than an hour, [`ManipulateError::TooShort`] for
 /// a texture that does not hold four crossfades and the search, [`ManipulateError::Silent`].
 pub fn looped<Q: Quantity>(
     x: &Series<Q>,
@@ -160,14 +160,14 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
         sum += sample * sample;
         sums.push(sum);
     }
-    // 120 dB below the whole nothing is felt of what is there.
+    // Power 120 dB below that of the whole texture is imperceptible.
     let floor = 1e-12 * sum / samples.len() as f64;
     let level_db = |from: usize| {
         let power = (sums[from + window] - sums[from]) / window as f64;
         Decibels::from_power(power.max(floor)).0
     };
     let jump_db = level_db(fade) - level_db(period - window);
-    // What the ends of a join are apart: the fade and half a window on either side.
+    // The extent of a join: the fade and half a window on either side.
     let apart = window + fade;
     let last = (samples.len() - window).checked_sub(apart)?;
     let own_db = (0..=last)
@@ -182,14 +182,14 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
 struct Seam {
     /// The samples after which the texture begins again.
     period: usize,
-    /// The end fading into the beginning.
+    /// The cross-fade from the end into the beginning.
     seam: Vec<f64>,
     correlation: f64,
     step_ratio: f64,
     spectrum_db: f64,
 }
 
-/// The first of the most alike joins that shows no more than the texture itself; where none does, the least visible.
+/// The most correlated join that is not more noticeable than the texture itself; if there is none, the least noticeable.
 fn best_seam(samples: &[f64], fade: usize, periods: Range<usize>, frame: usize) -> Seam {
     let head = &samples[..fade];
     let stride = (periods.len().saturating_mul(fade) / MOST_PRODUCTS).max(1);
@@ -198,7 +198,7 @@ fn best_seam(samples: &[f64], fade: usize, periods: Range<usize>, frame: usize) 
         .map(|period| (correlation(&samples[period..period + fade], head), period))
         .collect();
     alike.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // Neighbours of a good join are no other joins.
+    // Neighbouring lags of a chosen join are not candidates of their own.
     let mut chosen: Vec<(f64, usize)> = Vec::new();
     for candidate in alike {
         if chosen
@@ -233,7 +233,7 @@ fn best_seam(samples: &[f64], fade: usize, periods: Range<usize>, frame: usize) 
             least = Some(candidate);
         }
     }
-    // There is always one: the search holds a sample or more.
+    // There is always a candidate: the search range holds at least one sample.
     least.unwrap_or_else(|| Seam {
         period: samples.len() - fade,
         seam: head.to_vec(),
@@ -243,7 +243,7 @@ fn best_seam(samples: &[f64], fade: usize, periods: Range<usize>, frame: usize) 
     })
 }
 
-/// How far a join stands out, dB.
+/// How noticeable a join is, dB.
 fn shows(seam: &Seam) -> f64 {
     seam.spectrum_db
         .max(Decibels::from_amplitude_ratio(seam.step_ratio).0)
@@ -264,7 +264,7 @@ fn crossfaded(from: &[f64], to: &[f64], correlation: f64) -> Vec<f64> {
         .map(|(i, (from, to))| {
             let angle = PI / 4.0 * (1.0 - (PI * (i as f64 + 0.5) / n as f64).cos());
             let (b, a) = angle.sin_cos();
-            // Opposite ends cannot both keep their power: below −0.9 it sinks.
+            // Ends of opposite sign cannot keep constant power: below a correlation of −0.9 it decreases.
             let power = 1.0 + 2.0 * correlation.max(-0.9) * a * b;
             (a * from + b * to) / power.sqrt()
         })
@@ -278,7 +278,7 @@ fn largest_step(samples: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The short-time spectra of a texture: what a join is held against.
+/// The short-time spectra of a texture, with which a join is compared.
 struct ShortTime {
     frame: usize,
     window: Vec<f64>,
@@ -307,7 +307,7 @@ impl ShortTime {
                 *sum += value / frames.len() as f64;
             }
         }
-        // Lines that hold next to nothing have rounding for a spectrum.
+        // Lines with almost no power contain only rounding errors.
         let floor = 1e-12 * mean_power.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         this.mean_power = mean_power.iter().map(|power| power.max(floor)).collect();
         this.strongest = this.strongest_of(&frames);

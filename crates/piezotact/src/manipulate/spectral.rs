@@ -1,5 +1,5 @@
-//! Other spectra over the whole texture at once: it is taken as one period, so that what is filtered stays as long,
-//! has no delay, and can be looped as before.
+//! Spectral manipulations in one transform over the whole texture. The texture is treated as one period, so that the result
+//! has the same length and no delay, and can be looped as before.
 
 use std::f64::consts::TAU;
 
@@ -15,12 +15,13 @@ use crate::lineage::{BandChange, Operation};
 use crate::quantity::{Band, Decibels, Hertz, Quantity};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, welch};
+use crate::statistics::random::Random;
 use crate::statistics::standard_deviation;
 
 /// The width of the edges of a changed band, outside it, as a ratio of its ends.
 const EDGE_RATIO: f64 = 0.1;
 
-/// `x` with every line times `gain` of its frequency in Hz; the mean comes back as it was.
+/// `x` with every line multiplied by `gain` at its frequency in Hz; the mean is unchanged.
 fn weighted<Q: Quantity>(
     x: &Series<Q>,
     gain: impl Fn(f64) -> f64,
@@ -77,9 +78,9 @@ pub fn change_band<Q: Quantity>(
 pub struct Tilt {
     /// The slope, dB an octave.
     pub db_per_octave: f64,
-    /// Where nothing changes.
+    /// The frequency of unit gain.
     pub pivot: Hertz,
-    /// Below this the gain stays what it is here: a slope has no end towards 0 Hz, and gestures are there.
+    /// Below this frequency the gain is constant: a slope would grow without limit towards 0 Hz, where the gesture lies.
     pub held_below: Hertz,
 }
 
@@ -109,7 +110,7 @@ pub fn tilt<Q: Quantity>(x: &Series<Q>, slope: Tilt) -> Result<Manipulated<Q>, M
         slope.db_per_octave,
         (-48.0, 48.0),
         " dB/octave",
-        "3 dB/octave is much already",
+        "3 dB/octave is already a large slope",
     )?;
     let highest = x.rate().nyquist().0;
     for (what, hertz) in [
@@ -163,7 +164,7 @@ pub fn spectrum_of<Q: Quantity>(
     let mut transform = RealTransform::new(n);
     let mut bins = transform.forward(&changing);
     for (k, bin) in bins.iter_mut().enumerate() {
-        // A mean has no phase to keep.
+        // A mean has no phase.
         let amplitude = if k == 0 {
             0.0
         } else {
@@ -195,6 +196,18 @@ pub struct DrawnPhases {
     pub drawn_by: String,
 }
 
+impl DrawnPhases {
+    /// `count` phases drawn by `seed`: evenly from 0 up to, not including, 1 turn.
+    #[must_use]
+    pub fn drawn(seed: u64, count: usize) -> Self {
+        let mut random = Random::stream(seed, 0, "phases");
+        Self {
+            turns: (0..count).map(|_| random.uniform()).collect(),
+            drawn_by: format!("ChaCha8, seed {seed}"),
+        }
+    }
+}
+
 /// The number of phases that a texture of `samples` samples has: one for each line but 0 Hz and half the rate.
 ///
 /// Source: a real signal of n samples, ⌈n/2⌉ − 1.
@@ -207,8 +220,8 @@ pub fn phases_needed(samples: usize) -> usize {
     samples.div_ceil(2).saturating_sub(1)
 }
 
-/// `x` with other phases: the same power on every line, another waveform. What was an event in time is spread over
-/// all of it.
+/// `x` with other phases, in the unit of `x`: the same power on every line, another waveform. An event in time is spread over
+/// the whole texture.
 ///
 /// Formula: |Y(k)| = |X(k)|, arg Y(k) = 2π·turns(k − 1); 0 Hz and half the rate stay.
 ///
@@ -266,4 +279,18 @@ pub fn time_reversed<Q: Quantity>(x: &Series<Q>) -> Result<Manipulated<Q>, Manip
         parameters: Default::default(),
     };
     manipulated(x, samples, operation, Vec::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_seed_one_set_of_phases() {
+        let drawn = DrawnPhases::drawn(7, 4);
+        assert_eq!(drawn.drawn_by, "ChaCha8, seed 7");
+        assert!(drawn.turns.iter().all(|turn| (0.0..1.0).contains(turn)));
+        assert_eq!(drawn, DrawnPhases::drawn(7, 4));
+        assert_ne!(drawn.turns, DrawnPhases::drawn(8, 4).turns);
+    }
 }

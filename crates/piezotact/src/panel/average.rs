@@ -1,4 +1,4 @@
-//! The average over people: by both means, what it costs a new person, and whether it will do.
+//! Averages over people by both means, the penalty that they cost a new person, and the verdict on whether they are acceptable.
 
 use crate::compare::CompareDoubt;
 use crate::panel::PanelDoubt;
@@ -14,20 +14,20 @@ use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::level_db;
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 
-/// Fewer people than this have penalties without an interval: each is in the others' average.
+/// The fewest people for an interval of the penalty: each person is in the averages of the others, so penalties are dependent.
 const ENOUGH_FOR_INTERVAL: usize = 3;
 
-/// In an average of fewer people than this one odd person moves it by more than a tenth.
+/// In an average of fewer people than this, one outlier shifts the average by more than a tenth of the outlier's distance.
 const ONE_ODD_COUNTS_BELOW: usize = 12;
-/// More people than this are not asked for.
+/// The largest number of people that is recommended.
 const MOST_PEOPLE: usize = 300;
 
-/// When an average over people will do for a new person.
+/// The criterion for an average over people to be acceptable for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criterion {
-    /// What the mean penalty may be, dB rms.
+    /// The limit of the mean penalty, dB rms.
     pub db_rms: f64,
-    /// The share of people whose own penalty is to be within it, 0–1.
+    /// The least share of people whose own penalty is within that limit, 0–1.
     pub least_share: f64,
 }
 
@@ -45,7 +45,7 @@ impl Criterion {
     }
 }
 
-/// What an average has to meet to do for a new person.
+/// The criteria for an average to be acceptable for a new person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AverageRule {
@@ -57,10 +57,10 @@ pub enum AverageRule {
     Driven,
 }
 
-/// A verdict on an average: whether it will do.
+/// The verdict on an average over people: whether it is acceptable for a new person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Met: it will do; not met: it will not; else it is not decided.
+    /// Met: acceptable; not met: not acceptable; otherwise not decided.
     pub outcome: Outcome,
     /// By which criterion.
     pub criterion: Criterion,
@@ -68,13 +68,13 @@ pub struct Verdict {
     pub share_within: f64,
     /// The criterion's parts.
     pub criteria: Vec<Rule<AverageRule>>,
-    /// How many people would decide it were they to scatter as these do; absent where it is decided, or where no number up to
-    /// 300 would.
+    /// The number of people needed for a decision, assuming the same scatter; absent when it is decided, or when up to
+    /// 300 people would not decide it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub people_needed: Option<usize>,
 }
 
-/// What the average of the others costs one person.
+/// The penalty of rendering with the average of the others for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PersonPenalty {
     /// The pseudonym.
@@ -85,7 +85,7 @@ pub struct PersonPenalty {
     pub db_max: f64,
 }
 
-/// What one kind of average costs people, each left out in turn.
+/// The leave-one-out penalties of one kind of average in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellPenalties {
     /// Which average.
@@ -99,14 +99,14 @@ pub struct CellPenalties {
     pub interval_db_rms: Option<[f64; 2]>,
     /// The mean of the largest differences, dB.
     pub mean_db_max: f64,
-    /// Whom it costs most.
+    /// The person with the largest penalty.
     pub worst: PersonPenalty,
-    /// Whether it will do.
+    /// Whether the average is acceptable for a new person.
     pub verdict: Verdict,
 }
 
-/// How the complex mean differs from the mean of log magnitudes, and why: levels that differ between people raise it,
-/// since loud ones count for more, and phases that differ lower it.
+/// The difference between the complex mean and the mean of log magnitudes, and its causes: differences in level between people
+/// raise the complex mean, since larger magnitudes weigh more, and differences in phase lower it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AverageDifference {
     /// The complex mean's level less the other's, mean over the band, dB.
@@ -119,9 +119,10 @@ pub struct AverageDifference {
     pub phase_rms_deg: f64,
     /// The rms over people at the line where the difference is lowest, degrees.
     pub phase_rms_there_deg: f64,
-    /// What the phases' spread explains, were they normally distributed, mean over the band, dB: zero or less.
+    /// The part explained by the spread of the phases, assuming a normal distribution, mean over the band, dB: zero or less.
     pub by_phases_db: f64,
-    /// What the levels' spread explains, were they normally distributed in dB, mean over the band, dB: zero or more.
+    /// The part explained by the spread of the levels, assuming a normal distribution in dB, mean over the band, dB: zero or
+    /// more.
     pub by_levels_db: f64,
 }
 
@@ -138,12 +139,12 @@ pub struct CellAverage {
     pub complex_db: Vec<f64>,
     /// How they differ.
     pub difference: AverageDifference,
-    /// What each costs: first the mean of log magnitudes, then the complex mean.
+    /// The penalties of each average: first the mean of log magnitudes, then the complex mean.
     pub penalties: [CellPenalties; 2],
 }
 
 impl CellAverage {
-    /// What the average `averaging` costs.
+    /// The penalties of the average `averaging`.
     #[must_use]
     pub fn penalties_of(&self, averaging: BundleAverage) -> &CellPenalties {
         match averaging {
@@ -252,7 +253,7 @@ fn costs<I: Quantity, O: Quantity>(
     })
 }
 
-/// Whether the average will do, by the penalties of everybody left out.
+/// The verdict on the average, from the leave-one-out penalties of all people.
 fn verdict<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     people: &[PersonPenalty],
@@ -271,7 +272,7 @@ fn verdict<I: Quantity, O: Quantity>(
     let share_within = within as f64 / n as f64;
     let most = Limit::at_most(criterion.db_rms);
     let least = Limit::at_least(criterion.least_share);
-    // The penalties of two people are one number.
+    // The penalties of two people are equal: there is only one number.
     let (mean_rule, share_rule) = match interval_db_rms {
         None => (
             Rule::unmeasured(AverageRule::MeanPenalty, "dB rms", most),
@@ -280,7 +281,7 @@ fn verdict<I: Quantity, O: Quantity>(
         Some(interval) => {
             let [low, mut high] = share_interval(within, n);
             if high < criterion.least_share && n < ONE_ODD_COUNTS_BELOW {
-                // One odd person in a small average puts everybody beyond.
+                // In a small average one outlier puts everybody beyond the limit.
                 let within = within_without_odd(functions, &penalties, averaging, band, criterion)?;
                 high = share_interval(within, n)[1];
             }
@@ -297,7 +298,7 @@ fn verdict<I: Quantity, O: Quantity>(
             )
         }
     };
-    // Of what was not driven nothing is known, however alike the numbers there are.
+    // Where nothing was driven nothing is known, even if the numbers there agree.
     let driven = functions
         .iter()
         .filter(|f| f.not_driven(band).is_none())
@@ -352,7 +353,7 @@ pub fn share_interval(k: usize, n: usize) -> [f64; 2] {
     [low, high]
 }
 
-/// How many people are within the criterion, by the average of the others with or without any one of them.
+/// The number of people within the criterion, by the average of the others, with all of them or without any single one.
 fn within_without_odd<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     penalties: &[f64],
@@ -382,8 +383,8 @@ fn within_without_odd<I: Quantity, O: Quantity>(
     Ok(within)
 }
 
-/// The fewest people who would decide, were they to scatter as those whose `penalties` these are; `None` where no number up
-/// to [`MOST_PEOPLE`] does. Of two that are beyond their limits one alone decides.
+/// The fewest people needed for a decision, assuming the scatter of `penalties`; `None` when no number up
+/// to [`MOST_PEOPLE`] decides. If both criteria are beyond their limits, one of them is enough to decide.
 fn people_needed(penalties: &[f64], share: f64, criterion: Criterion) -> Option<usize> {
     let middle = mean(penalties);
     let squares: f64 = penalties.iter().map(|p| (p - middle) * (p - middle)).sum();
@@ -504,7 +505,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     averaged.about.doubts.extend(opposites.iter().cloned());
     let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
     averaged.about.provenance.steps.push(format!(
-        "of {} measurements at {cell} of participants {}, each person's own averaged first",
+        "average of {} measurements at {cell} of participants {}; the measurements of each participant were averaged first",
         measured.clone().count(),
         people.join(", ")
     ));
@@ -535,7 +536,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             .about
             .doubts
             .push(Doubt::from(CompareDoubt::NoInterval {
-                what: "the average over people".into(),
+                what: "the average over participants".into(),
                 groups: 1,
             }));
     }

@@ -1,4 +1,4 @@
-//! What does not belong in a panel is refused or doubted by name.
+//! Tests: measurements that do not belong in a panel are refused or doubted by name.
 
 use crate::panel::PanelDoubt;
 use crate::transfer::TransferDoubt;
@@ -92,7 +92,7 @@ fn a_turned_sign_is_named() {
     let averaged = average_of_panel(&panel, at(), log, band()).unwrap();
     let opposite = |d: &Doubt| matches!(d.kind(), Some(PanelDoubt::OppositeSign { .. }));
     assert!(averaged.about.doubts.iter().any(opposite));
-    // Two that cancel: no word of a device that does not answer.
+    // Two measurements that cancel: the error must not claim that the device does not respond.
     let cancel = Panel::new(vec![of("a", 1, 0.0), turned(of("b", 1, 0.0))]).unwrap();
     let mut config = PanelConfig::usual(band(), 1);
     config.averaging = BundleAverage::Complex;
@@ -201,7 +201,7 @@ fn impossible_filings_are_refused() {
     }
 }
 
-/// What was not driven by somebody makes the verdict unsure, and low coherence is doubted.
+/// A part of the band that was not driven for one person leaves the verdict undecided, and low coherence raises a doubt.
 #[test]
 fn what_was_not_driven_is_doubted() {
     let verdict = |entries: Entries| {
@@ -314,7 +314,7 @@ fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
     );
 }
 
-/// What makes a measurement a member is a list: all that differs is refused by it, what is doubted of a member is not decided.
+/// Membership is a list of criteria: a difference in any refuses the panel, a doubt about a member is "not decided".
 #[test]
 fn membership_is_a_list_of_criteria() {
     let members = |entries: Entries| Panel::new(entries).unwrap().members(band(), None);
@@ -341,7 +341,7 @@ fn membership_is_a_list_of_criteria() {
     let driven = doubted[1].criterion(MemberRule::Driven).unwrap();
     assert_eq!(driven.outcome, Outcome::NotDecided);
     assert!((driven.found.unwrap() - 0.5).abs() < 0.02, "{driven}");
-    // The analysis holds the same list, and who lacks a cell.
+    // The analysis holds the same list, and the participants who lack a cell.
     let said = analyse(
         &Panel::new(entries.clone()).unwrap(),
         &PanelConfig::usual(band(), 1),

@@ -1,4 +1,5 @@
-//! The bench's own narrow resonances, as a control measurement without a finger shows them, taken out of fingers.
+//! Removes narrow resonances of the bench, identified in a control measurement without a finger, from the transfer functions of
+//! fingers.
 
 use crate::panel::PanelDoubt;
 use std::f64::consts::{PI, TAU};
@@ -15,7 +16,7 @@ use crate::transfer::level_db;
 const LEAST_LINES: usize = 3;
 /// An artefact is the lowest line within this ratio of its frequency.
 const ALONE_RATIO: f64 = 1.15;
-/// How deep a dip is in a finger is read against the levels at this ratio of its frequency, where fingers change little.
+/// The depth of a dip in a finger is measured against the levels at these ratios of its frequency, where fingers vary little.
 const NEAR_RATIO: [f64; 2] = [1.15, 1.25];
 
 /// How an artefact is found in a control measurement.
@@ -23,13 +24,13 @@ const NEAR_RATIO: [f64; 2] = [1.15, 1.25];
 pub struct ArtefactConfig {
     /// Where it is looked for.
     pub search: Band,
-    /// Within this ratio of its frequency the control's structure is the artefact, above 1.
+    /// Within this ratio of its frequency (above 1) the structure of the control is taken as the artefact.
     pub inner_ratio: f64,
-    /// From there to this ratio it fades, and the control's own trend is read.
+    /// From the inner to this ratio the artefact's factor fades to 1, and the trend of the control is fitted.
     pub outer_ratio: f64,
     /// How deep it must be, dB.
     pub least_depth_db: f64,
-    /// What coherence of the control is doubted below, 0–1.
+    /// A doubt is raised when the coherence of the control is below this, 0–1.
     pub least_coherence: f64,
 }
 
@@ -47,14 +48,14 @@ impl ArtefactConfig {
     }
 }
 
-/// A narrow structure of a bench, free of the bench's own level and trend: 1 where there is none.
+/// The factor of a narrow structure of a bench, without the bench's level and trend: 1 at frequencies without structure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Artefact {
     /// Where it is lowest, Hz.
     pub at_hz: f64,
     /// How far below the trend it reaches, dB.
     pub depth_db: f64,
-    /// Where it is not 1.
+    /// The band in which the factor differs from 1.
     pub window_hz: Band,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -62,7 +63,7 @@ pub struct Artefact {
     resolution_hz: f64,
 }
 
-/// A dip in a transfer function at an artefact, read against the straight line between the levels close by.
+/// A dip in a transfer function at an artefact, measured against the straight line between the levels on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dip {
     /// The lowest line within ±15 % of the artefact, Hz.
@@ -73,14 +74,14 @@ pub struct Dip {
     pub largest_db: f64,
 }
 
-/// A transfer function freed of an artefact.
+/// A transfer function with an artefact removed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Removed<I: Quantity, O: Quantity> {
-    /// What is left.
+    /// The transfer function after the removal.
     pub function: TransferFunction<I, O>,
-    /// At the artefact, before.
+    /// The dip at the artefact before the removal.
     pub before: Dip,
-    /// At the artefact, after.
+    /// The dip at the artefact after the removal.
     pub after: Dip,
 }
 
@@ -306,7 +307,7 @@ impl Artefact {
         freed.effective_averages = function.effective_averages;
         freed.about.doubts.clone_from(&function.about.doubts);
         freed.about.provenance = function.about.provenance.clone().then(format!(
-            "divided by the bench's artefact at {:.1} Hz, {:.1} dB deep in the control",
+            "divided by the dip of the bench at {:.1} Hz, {:.1} dB deep in the control",
             self.at_hz, self.depth_db
         ));
         Ok(Removed {
@@ -354,9 +355,10 @@ pub enum ControlError {
         /// How deep it would have to be, dB.
         least_db: f64,
     },
-    /// Lines that do not lie on each other.
+    /// Different frequency axes.
     #[error(
-        "cannot take the control out: it has {control}, the transfer function {function}; estimate them with one rate and segment length"
+        "cannot compensate the dip of the control: the control has {control}, the transfer function {function}; estimate both \
+            with the same rate and segment length"
     )]
     Lines {
         /// Of the control.

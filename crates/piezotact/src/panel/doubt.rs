@@ -1,4 +1,4 @@
-//! What a panel of people leaves open.
+//! Doubts about a panel of people.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::doubt::words::first_of;
 use crate::doubt::{Advice, DoubtKind, Example, Subject, doubts};
 
 doubts! {
-    /// What a panel of people leaves open.
+    /// Doubts about a panel of people.
     pub enum PanelDoubt {
         /// A panel in which somebody was not measured in every cell.
         IncompletePanel("incomplete_panel") {
@@ -18,7 +18,7 @@ doubts! {
             /// Of how many.
             participants: usize,
         },
-        /// Fewer people than a panel needs to say how sure it is.
+        /// Fewer people than a panel needs to estimate its uncertainty.
         FewPeople("few_people") {
             /// How many.
             participants: usize,
@@ -33,10 +33,10 @@ doubts! {
             at: Example,
             /// How far it is from the mean curve, dB rms.
             db_rms: f64,
-            /// How far the usual person is, dB rms.
+            /// The median distance of people from the mean curve, dB rms.
             usual_db_rms: f64,
         },
-        /// Repeats of one person that differ as those of different people do.
+        /// Repeats of one person that differ as much as measurements of different people.
         MixedRepeats("mixed_repeats") of Participant(of) {
             /// Repeats or placements.
             what: String,
@@ -60,16 +60,16 @@ doubts! {
         },
         /// A measurement whose provenance names another participant.
         OtherParticipant("other_participant") of Measurement(measurement) {
-            /// Under what it is filed.
+            /// The filing of the measurement: participant, load, angle, placement, repeat.
             measurement: String,
-            /// Whom it names.
+            /// The participant named in its provenance.
             found: Example,
         },
         /// Measurements of digital twins of different seeds.
         SeveralTwins("several_twins") {
-            /// One measurement; a file of before has its seed behind it.
+            /// One measurement; in files of earlier versions its seed is appended.
             one: String,
-            /// The seed of its twin; absent in files of before.
+            /// The seed of its twin; absent in files of earlier versions.
             one_seed: Option<String>,
             /// Another measurement.
             other: String,
@@ -82,7 +82,7 @@ doubts! {
             count: usize,
             /// Of how many.
             of: usize,
-            /// One of the measurements; absent where a file does not say.
+            /// One of the measurements; absent if a file does not name it.
             measurement: Option<Example>,
             /// One of its doubts.
             example: Doubt,
@@ -91,16 +91,16 @@ doubts! {
         Averaged("averaged") {
             /// How many.
             participants: usize,
-            /// What it costs a new person, dB rms.
+            /// The mean penalty for a new person, dB rms.
             penalty_db_rms: f64,
             /// The 95 % confidence interval of its mean, dB rms.
             interval_db_rms: Option<[f64; 2]>,
-            /// Whom it costs most.
+            /// The person with the largest penalty.
             worst: String,
-            /// How much, dB rms.
+            /// That penalty, dB rms.
             worst_db_rms: f64,
         },
-        /// A control measurement that was not measured well where it counts.
+        /// A control measurement with low coherence at the artefact.
         ControlIncoherent("control_incoherent") {
             /// The lowest coherence.
             lowest: f64,
@@ -161,12 +161,14 @@ impl fmt::Display for PanelDoubt {
                 participants,
             } => write!(
                 f,
-                "{complete} of {participants} participants were measured at every load and angle; missing: {}: comparisons take only those who are in both sides",
+                "{complete} of {participants} participants were measured at every load and angle; missing: {}; each comparison \
+                    uses only the participants measured in both conditions",
                 first_of(missing, "; ")
             ),
             Self::FewPeople { participants, .. } => write!(
                 f,
-                "{participants} participants do not show what another panel would find: how sure the worst case is stays open"
+                "{participants} participants are too few to predict the result of another panel: the confidence in the worst \
+                    case is not known"
             ),
             Self::OddOneOut {
                 participant,
@@ -175,7 +177,8 @@ impl fmt::Display for PanelDoubt {
                 usual_db_rms,
             } => write!(
                 f,
-                "{participant} at {at} is {db_rms:.1} dB rms from the mean curve, the usual person {usual_db_rms:.1} dB"
+                "{participant} at {at} differs from the mean curve by {db_rms:.1} dB rms, a typical participant \
+                    by {usual_db_rms:.1} dB"
             ),
             Self::MixedRepeats {
                 what,
@@ -184,7 +187,8 @@ impl fmt::Display for PanelDoubt {
                 usual_db_rms,
             } => write!(
                 f,
-                "{what} of {of} are up to {db_rms:.1} dB rms apart, usual are {usual_db_rms:.1} dB: they may be of different people, or the sensor came loose"
+                "{what} of {of} differ by up to {db_rms:.1} dB rms, typically by {usual_db_rms:.1} dB: they may be from \
+                    different participants, or the sensor became loose"
             ),
             Self::OppositeSign {
                 measurement,
@@ -193,7 +197,8 @@ impl fmt::Display for PanelDoubt {
                 such_as,
             } => write!(
                 f,
-                "{measurement} has the opposite sign of {count} of the {of} others at that load and angle, such as {such_as}: one of its channels may be inverted"
+                "{measurement} has the opposite sign to {count} of the {of} others at this load and angle, such as {such_as}: \
+                    one of its channels may be inverted"
             ),
             Self::OtherParticipant { measurement, found } => write!(
                 f,
@@ -224,7 +229,7 @@ impl fmt::Display for PanelDoubt {
             } => {
                 write!(
                     f,
-                    "{count} of {of} measurements carry doubts of their own, such as "
+                    "{count} of {of} measurements have doubts of their own, such as "
                 )?;
                 if let Some(measurement) = measurement {
                     write!(f, "{measurement}: ")?;
@@ -240,7 +245,8 @@ impl fmt::Display for PanelDoubt {
             } => {
                 write!(
                     f,
-                    "the average of {participants} people: for somebody who is not in it, it is {penalty_db_rms:.1} dB rms off"
+                    "the average of {participants} participants: for a participant who is not in it, its error \
+                        is {penalty_db_rms:.1} dB rms"
                 )?;
                 if let Some([low, high]) = interval_db_rms {
                     write!(f, " (95 %: {low:.1} to {high:.1})")?;
@@ -253,11 +259,12 @@ impl fmt::Display for PanelDoubt {
                 asked,
             } => write!(
                 f,
-                "the control's coherence falls to {lowest:.2} at {at_hz:.0} Hz, below {asked}: what is taken out there is partly noise"
+                "the control's coherence falls to {lowest:.2} at {at_hz:.0} Hz, below {asked}: the compensation at this \
+                    frequency is partly noise"
             ),
             Self::NotListed { files } => write!(
                 f,
-                "the folder holds transfer functions that panel.json does not list and that are left out: {}",
+                "the folder contains transfer functions that panel.json does not list; they are left out: {}",
                 first_of(files, ", ")
             ),
             Self::NotMeasured { count, first } => write!(

@@ -1,4 +1,4 @@
-//! How many people an average needs.
+//! The learning curve of an average: how many people it needs.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -12,12 +12,12 @@ use crate::statistics::{deviation_interval, mean, mean_interval, rms};
 use crate::transfer::BundleAverage;
 use crate::transfer::level_db;
 
-/// With no more others than this, every subset of them is averaged.
+/// The largest number of other people for which every subset is averaged; random orders are drawn for more.
 const ALL_SUBSETS: usize = 8;
-/// Fewer people than this say nothing of how a penalty falls.
+/// The fewest people for a learning curve.
 const LEAST: usize = 3;
 
-/// What an average costs a person who is not in it, by how many people are.
+/// The penalty of an average for a person who is not in it, by the number of people in the average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearningCurve {
     /// Load and angle.
@@ -26,8 +26,8 @@ pub struct LearningCurve {
     pub averaging: BundleAverage,
     /// From one person to all but one.
     pub points: Vec<LearningPoint>,
-    /// How many people an average needs for more of them to gain less than `within_db`, with its interval over people,
-    /// against how many were measured.
+    /// The number of people beyond which a larger average gains less than `within_db`, with its interval over people,
+    /// compared with the number of people measured.
     pub enough: Criterion<LearningRule>,
     /// The tolerance of `enough`, dB.
     pub within_db: f64,
@@ -120,7 +120,7 @@ pub(super) fn curves<I: Quantity, O: Quantity>(
         .collect()
 }
 
-/// One person: the level that an average is held against, and what is summed for averages.
+/// One person: the level that an average is compared with, and the terms that are summed for averages.
 struct Summand<'a> {
     db: &'a [f64],
     terms: Vec<Complex<f64>>,

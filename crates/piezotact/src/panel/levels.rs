@@ -4,7 +4,7 @@ use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
 use crate::transfer::{BundleAverage, TransferFunction, level_db};
 
-/// What every comparison looks at: each person's own average in each cell.
+/// The data of every comparison: each person's own average in each cell.
 pub(super) struct Levels<I: Quantity, O: Quantity> {
     pub(super) frequencies_hz: Vec<f64>,
     pub(super) people: Vec<String>,
@@ -19,7 +19,7 @@ pub(super) struct Own<I: Quantity, O: Quantity> {
     pub(super) db: Vec<f64>,
 }
 
-/// A line of less is what rounding leaves of 0.
+/// A magnitude below this is zero up to rounding.
 const NO_RESPONSE: f64 = 1e-300;
 
 /// The levels of the lines of `band`, dB.
@@ -113,7 +113,7 @@ impl<I: Quantity, O: Quantity> Levels<I, O> {
     }
 }
 
-/// Every neighbouring pair of `values`, and the first with the last where that is another.
+/// Every neighbouring pair of `values`, and the first with the last if that is a different pair.
 pub(super) fn steps(values: &[f64]) -> Vec<(f64, f64)> {
     let mut pairs: Vec<(f64, f64)> = values.windows(2).map(|pair| (pair[0], pair[1])).collect();
     if let ([first, _, _, ..], Some(last)) = (values, values.last()) {

@@ -1,4 +1,4 @@
-//! What makes a measurement a member of a panel, and of the averages over its people, as criteria.
+//! The criteria that decide whether a measurement is a member of a panel and of the averages over its people.
 
 use std::fmt;
 
@@ -12,12 +12,12 @@ use crate::transfer::{TransferDoubt, TransferFunction};
 
 /// Coherence below this counts as low where an average is to be relied on.
 const LOW_COHERENCE: f64 = 0.8;
-/// And this share of low lines is a doubt, 0–1.
+/// The share of lines with low coherence from which on a doubt is raised, 0–1.
 const LOW_SHARE: f64 = 0.1;
-/// More than this share of the others in a cell with the opposite sign is a doubt, 0–1.
+/// A doubt is raised when more than this share of the other measurements in a cell have the opposite sign, 0–1.
 const OPPOSITE_SHARE: f64 = 0.5;
 
-/// What is looked at of a measurement of a panel.
+/// The criteria for a measurement of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemberRule {
@@ -25,7 +25,7 @@ pub enum MemberRule {
     Load,
     /// How far the angle it was measured at is from the one it is filed under.
     Angle,
-    /// How far its lines are spaced otherwise than those of the first measurement, as a share.
+    /// The difference of its line spacing from that of the first measurement, as a share.
     LineSpacing,
     /// How many lines more or fewer than the first measurement it has.
     LineCount,
@@ -60,25 +60,25 @@ impl MemberRule {
 impl fmt::Display for MemberRule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Load => "load, from the one it is filed under",
-            Self::Angle => "angle, from the one it is filed under",
+            Self::Load => "load, difference from the filed value",
+            Self::Angle => "angle, difference from the filed value",
             Self::LineSpacing => "spacing of lines, difference from the first measurement",
             Self::LineCount => "number of lines, difference from the first measurement",
             Self::Rate => "sampling rate, difference from the first measurement",
-            Self::OtherDevice => "another device than in the first measurement",
-            Self::OtherEstimator => "another estimator than in the first measurement",
-            Self::OtherBench => "another kind of bench than in the first measurement",
-            Self::OppositeSign => "others at this load and angle with the opposite sign",
-            Self::Driven => "part of the band that was driven",
-            Self::LowCoherence => "lines with a coherence below 0.8",
+            Self::OtherDevice => "device different from the first measurement",
+            Self::OtherEstimator => "estimator different from the first measurement",
+            Self::OtherBench => "kind of bench different from the first measurement",
+            Self::OppositeSign => "share of others at this load and angle with the opposite sign",
+            Self::Driven => "share of the band that was driven",
+            Self::LowCoherence => "share of lines with a coherence below 0.8",
         })
     }
 }
 
-/// One measurement of a panel, and what decides whether it is a member.
+/// One measurement of a panel, and the criteria that decide whether it is a member.
 ///
-/// A measurement with a criterion that is not met is none, and a panel with it is refused. One with a criterion that is not
-/// decided is a member, in the averages as all others, and is doubted.
+/// A measurement with a criterion that is not met is not a member, and a panel with it is refused. A measurement with a criterion
+/// that is not decided is a member, included in the averages as all others, with a doubt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {
     /// Which measurement.
@@ -103,7 +103,7 @@ impl Member {
     }
 }
 
-/// What is looked at of a participant for comparisons of loads and angles.
+/// The criteria for a participant in comparisons of loads and angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ParticipantRule {
@@ -114,12 +114,12 @@ pub enum ParticipantRule {
 impl fmt::Display for ParticipantRule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::CellsMeasured => "loads and angles measured",
+            Self::CellsMeasured => "number of loads and angles measured",
         })
     }
 }
 
-/// One participant, and what decides whether all loads and angles can be compared over them.
+/// One participant, and the criteria that decide whether they can be part of comparisons over all loads and angles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attendance {
     /// The pseudonym.
@@ -195,13 +195,13 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
         ),
         match benches {
             Some((a, b)) => criterion(MemberRule::OtherBench, differs(a != b), none),
-            // One that does not say where it comes from goes with any.
+            // A measurement without a stated origin is compatible with any.
             None => criterion(MemberRule::OtherBench, 0.0, none),
         },
     ]
 }
 
-/// The share of the band that was driven. Members of which a part was not are doubted.
+/// The share of the band that was driven. Members with a part that was not driven are doubted.
 pub(super) fn driven<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,

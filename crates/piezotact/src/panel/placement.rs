@@ -1,4 +1,4 @@
-//! How placements of one finger differ, as something to draw other placements from.
+//! The variation between placements of one finger, as a distribution from which new placements are drawn.
 
 use num_complex::Complex;
 
@@ -7,15 +7,15 @@ use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
 use crate::transfer::{BundleAverage, TransferFunction, average};
 
-/// Departures are averaged over this part of an octave to either side, so that the scatter of single lines is not drawn.
+/// Departures are smoothed over this part of an octave to either side, so that the scatter of single lines is not reproduced.
 const SMOOTHED_OCTAVES: f64 = 1.0 / 12.0;
 
-/// Between what measurements a spread was found.
+/// The kind of measurements between which a spread was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpreadOf {
     /// Placements: the finger taken off and put back.
     Placements,
-    /// Repeats of one placement, where nobody was put back: less than placements differ.
+    /// Repeats of one placement, if nobody was placed more than once: they differ less than placements.
     Repeats,
 }
 
@@ -30,8 +30,8 @@ impl SpreadOf {
     }
 }
 
-/// How the measurements of one person in one cell depart from their mean, over people and cells: by departure and line
-/// ln|H/mean| in its real part and the phase of H/mean, rad, in its imaginary one.
+/// The departures of the measurements of one person in one cell from their mean, over people and cells: for each departure and
+/// line ln|H/mean| as the real part and the phase of H/mean in rad as the imaginary part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacementSpread {
     resolution_hz: f64,
@@ -39,12 +39,12 @@ pub struct PlacementSpread {
     freedom: usize,
     /// How many people and cells were measured more than once.
     pub groups: usize,
-    /// Between what.
+    /// Whether between placements or between repeats.
     pub of: SpreadOf,
 }
 
-/// How the placements of one person differ in `panel`, at `cell` where somebody was placed there more than once, else in
-/// all cells; where nobody was, how repeats of one placement do.
+/// The spread between placements of one person in `panel`, in `cell` if somebody was placed there more than once, otherwise in
+/// all cells; if nobody was placed more than once, the spread between repeats of one placement.
 ///
 /// Formula: dᵢ(f) = ln(Hᵢ/H̄), H̄ the mean of log magnitudes and phases of a person's placements in a cell, averaged over 1/12
 /// octave to either side with the coherence as weight.
@@ -94,7 +94,7 @@ pub fn placement_spread<I: Quantity, O: Quantity>(
 /// Transfer functions with the cell that they share.
 type Group<I, O> = (Cell, Vec<TransferFunction<I, O>>);
 
-/// What should be alike, two or more of each: the placements of a person in a cell, or the repeats of a placement.
+/// Groups of two or more measurements that should agree: the placements of a person in a cell, or the repeats of a placement.
 fn groups<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     of: SpreadOf,
@@ -182,8 +182,8 @@ impl PlacementSpread {
         self.departures.len()
     }
 
-    /// By what another placement differs from one that was measured: a complex factor by frequency in Hz, drawn with
-    /// `normals`, as many numbers of the standard normal distribution as [`Self::draws`].
+    /// The complex factor, by frequency in Hz, from a measured placement to another one drawn at random. `normals` are
+    /// [`Self::draws`] numbers from the standard normal distribution.
     ///
     /// Formula: exp(√2·Σ gₖ·dₖ(f)/√ν) with ν degrees of freedom: level and phase of neighbouring lines vary together as
     /// those of the panel do, and the factor 2 of the variance is that of the difference of two placements.

@@ -1,4 +1,4 @@
-//! How well measurements repeat, with and without putting the finger back, and what makes them vary.
+//! Repeatability of measurements with and without replacing the finger, and the components of their variance.
 
 use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
@@ -11,13 +11,13 @@ use crate::statistics::{mean, rms};
 
 /// Repeats of one person that are this many times further apart than those of the usual person may be of two people.
 const MIXED_RATIO: f64 = 3.0;
-/// And this many robust standard deviations.
+/// … and by at least this many robust standard deviations …
 const MIXED_SCORE: f64 = 6.0;
-/// And no less than this, dB: within it single estimates scatter.
+/// … and by at least this, dB: single estimates scatter by as much.
 const MIXED_LEAST_DB: f64 = 0.5;
-/// Repeats of one placement are expected within this, dB rms, where too few groups say what is usual (claim 6).
+/// The expected limit for repeats of one placement, dB rms, when there are too few groups to estimate it (claim 6).
 const MOST_APART_DB: f64 = 1.0;
-/// Fewer groups of repeats than this say nothing of what is usual.
+/// The fewest groups of repeats from which the usual distance is estimated.
 const ENOUGH_GROUPS: usize = 5;
 
 /// How well measurements repeat over a band.
@@ -31,7 +31,7 @@ pub struct Repeatability {
     /// Placements: the finger taken off and put back; absent without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub put_back: Option<PairDistances>,
-    /// What makes measurements in one cell vary, over the whole band and by its parts.
+    /// The components of the variance within a cell, over the whole band and in its parts.
     pub components: Vec<Components>,
 }
 
@@ -54,7 +54,7 @@ pub struct PairDistances {
     pub spread_rms_db: f64,
 }
 
-/// Standard deviations in one cell by where they come from, pooled over cells and lines.
+/// Components of the standard deviation within a cell (people, placements, repeats), pooled over cells and lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Components {
     /// The band.
@@ -80,7 +80,7 @@ struct Single {
     db: Vec<f64>,
 }
 
-/// How well the measurements of `panel` repeat over `band`, and what makes them vary there and in its parts `bands`; and
+/// The repeatability of the measurements of `panel` over `band`, with the variance components there and in its parts `bands`; and
 /// the doubts about cells in which repeats may be of different people.
 ///
 /// Formula: rms over lines of the difference of levels in dB, for all pairs of repeats of a placement, and of

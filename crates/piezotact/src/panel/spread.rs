@@ -1,4 +1,4 @@
-//! How far people lie apart: by cell, in the worst cell, and whether it falls with load.
+//! Differences between people: by cell, in the worst cell, and whether they fall with load.
 
 use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
@@ -14,20 +14,20 @@ use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
 const OUTLIER: f64 = 3.5;
-/// No less than this counts as a robust standard deviation of distances, dB: below it nobody feels a difference.
+/// The smallest robust standard deviation of distances that is used, dB: smaller differences are imperceptible.
 const LEAST_SPREAD_DB: f64 = 0.25;
-/// Fewer people than this say nothing of who is the odd one.
+/// The fewest people for which outliers are identified.
 const ENOUGH_FOR_OUTLIERS: usize = 4;
-/// Fewer people than this say nothing of what another panel would find.
+/// The fewest people for which resampling estimates what another panel would find.
 pub(super) const ENOUGH_FOR_RESAMPLES: usize = 4;
 
-/// Fewer people than this can exchange loads in too few ways to show anything at p < 0.05 …
+/// With fewer people than this there are too few exchanges of loads to reach p < 0.05 …
 const ENOUGH_FOR_EXCHANGE: usize = 6;
-/// … and of no more than these every way is counted.
+/// … and up to this number of people all exchanges are evaluated.
 const ALL_EXCHANGES: usize = 11;
-/// Resamples agree where this share of them does.
+/// The share of resamples from which on they count as agreeing.
 const AGREED: f64 = 0.95;
-/// A probability below this shows a direction.
+/// The significance level for a direction.
 const SIGNIFICANT: f64 = 0.05;
 
 /// How far people lie apart in one cell.
@@ -88,7 +88,8 @@ pub struct WorstCase {
     pub ranking: Vec<(Cell, f64)>,
     /// How many people that are.
     pub people: usize,
-    /// Of the resamples, each half of the people, the share in which it stays the worst; absent for fewer than four people, or one cell.
+    /// The share of resamples (half of the people each) in which this cell stays the worst; absent for fewer than four people,
+    /// or one cell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// How many resamples.
@@ -96,7 +97,7 @@ pub struct WorstCase {
 }
 
 impl WorstCase {
-    /// Whether it is the worst: met where 95 % of the resamples agree, of six people or more, or where it is the only cell.
+    /// Whether this cell is the worst: met when 95 % of the resamples of six or more people agree, or when it is the only cell.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         let agreed = self.share.is_some_and(|share| share >= AGREED);
@@ -120,15 +121,15 @@ pub struct FallsWithLoad {
     pub falls: bool,
     /// From the lightest to the heaviest load, dB.
     pub change_db: f64,
-    /// The probability, two-sided, of a change at least as large did load not matter to how far people lie apart; absent for
-    /// fewer people than can show one.
+    /// The two-sided p-value of the change, under the hypothesis that load does not change the differences between people; absent
+    /// when there are too few people.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub p_value: Option<f64>,
     /// Whether it rises or falls from the lightest to the heaviest load, at p < 0.05.
     pub direction: Direction,
     /// How many people that are.
     pub people: usize,
-    /// Of the resamples, each half of the people, the share in which it falls at every step; absent for fewer than four people.
+    /// The share of resamples (half of the people each) in which it falls at every step; absent for fewer than four people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// The share in which it is less at the heaviest load than at the lightest.
@@ -136,7 +137,7 @@ pub struct FallsWithLoad {
     pub share_overall: Option<f64>,
 }
 
-/// How far all transfer functions of the panel lie apart, whoever and whatever cell: each person's own average in each
+/// The differences between all transfer functions of the panel, over people and cells: each person's own average in each
 /// cell counts once.
 ///
 /// Formula: [`bundle`] of the averages.
@@ -366,8 +367,8 @@ fn share_of(
 /// The cell in which people lie furthest apart over `band`, and in which share of `resamples`, each half of the people drawn
 /// by `seed`, it stays so. Only people who were measured in all cells count.
 ///
-/// A largest distance hangs on two people. Drawn with replacement, most draws hold both, and the share is too high: half of
-/// the people drawn without replacement come nearer to what another panel would find.
+/// A largest distance depends on two people. Resamples drawn with replacement mostly hold both, and the share would be too high:
+/// half of the people drawn without replacement are closer to what another panel would find.
 ///
 /// Formula: the largest over cells of max over lines of max − min over people, in dB.
 ///
@@ -493,8 +494,8 @@ pub(super) fn falls<I: Quantity, O: Quantity>(
     found
 }
 
-/// The probability of the change of the maximum deviation from one cell to another did the cell not matter; `None` for fewer
-/// people than can show one.
+/// The p-value of the change of the maximum deviation from one cell to another, under the hypothesis of no difference between the
+/// cells; `None` for too few people.
 fn exchanged<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     people: &[usize],
@@ -530,7 +531,7 @@ fn exchanged<I: Quantity, O: Quantity>(
     let change = |swapped: &[bool]| (widest(1, swapped) - widest(0, swapped)).abs();
     let mut swapped = vec![false; people.len()];
     let found = change(&swapped) - 1e-9;
-    // To exchange everybody changes the sign alone: the last person stays.
+    // Exchanging everybody only changes the sign, so the last person is never exchanged.
     let (as_large, of) = if people.len() <= ALL_EXCHANGES {
         let all = 1_usize << (people.len() - 1);
         let mut count = 0;

@@ -391,7 +391,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
         ),
         (
             &|e| e.function.about.condition.participant = None,
-            &["participant", "nothing that says it"],
+            &["participant", "no statement of it"],
         ),
         (
             &|e| e.function.about.condition.load_n = None,

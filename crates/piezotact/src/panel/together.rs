@@ -1,4 +1,4 @@
-//! Whether transfer functions belong together: what is refused, and what is doubted.
+//! Checks whether transfer functions can be combined in a panel: errors that refuse it, and doubts.
 
 use crate::panel::PanelDoubt;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use crate::quantity::{Band, Quantity};
 use crate::recording::BenchKind;
 use crate::transfer::TransferFunction;
 
-/// A load above this is no finger's, N.
+/// The largest plausible load of a finger, N.
 const HEAVIEST_N: f64 = 100.0;
 
 impl Filing {
@@ -133,7 +133,7 @@ fn kind(bench: BenchKind) -> String {
 
 fn device(setup: &Option<DriveSetup>) -> String {
     setup.as_ref().map_or_else(
-        || "one that is not described".into(),
+        || "a device that is not described".into(),
         |setup| {
             format!(
                 "{}, {:.4} V at full scale, {:.0} nF",
@@ -145,7 +145,7 @@ fn device(setup: &Option<DriveSetup>) -> String {
     )
 }
 
-/// Refuses two entries that are one measurement, bit by bit: nothing is measured twice with the same noise.
+/// Refuses two entries with bit-identical responses: two measurements never have the same noise.
 pub(super) fn distinct<I: Quantity, O: Quantity>(
     entries: &[Entry<I, O>],
 ) -> Result<(), PanelError> {
@@ -167,7 +167,7 @@ pub(super) fn distinct<I: Quantity, O: Quantity>(
     Ok(())
 }
 
-/// Whose measurement it is; a file of before says a twin's seed in its provenance alone.
+/// The person measured; files of earlier versions state a twin's seed only in the provenance.
 fn person<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Option<String> {
     let known = entry.function.about.condition.clone();
     known
@@ -273,7 +273,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             .collect()
     }
 
-    /// Of every measurement the others in its cell whose sign is opposite over `band`, by cell.
+    /// For every measurement, the number of others in its cell with the opposite sign over `band`, by cell.
     ///
     /// Formula: Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of the band.
     pub(super) fn signs(&self, band: Band) -> Vec<Sign<'_>> {
@@ -305,8 +305,8 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         signs
     }
 
-    /// What of `band` was not driven or has low coherence, at worst, and of how many measurements that holds; of one cell
-    /// or of all.
+    /// The doubts about parts of `band` that were not driven or have low coherence: the worst case, with the number of
+    /// measurements concerned, in one cell or in all.
     pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Doubt> {
         let inside = || {
             self.entries

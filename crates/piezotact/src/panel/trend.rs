@@ -1,4 +1,4 @@
-//! What load and angle do to people's gains.
+//! Effects of load and angle on people's gains.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{PairedDifference, mean, paired_difference, rms, sign_test};
 use crate::transfer::BundleAverage;
 
-/// What a heavier load does at one angle, over people who were measured at both loads.
+/// The effect of a heavier load at one angle, over people who were measured at both loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadStep {
     /// The angle.
@@ -22,7 +22,7 @@ pub struct LoadStep {
     pub people: Vec<PersonStep>,
     /// How many people's mean gain rises.
     pub rising: usize,
-    /// The least share of lines on which somebody's gain rises, 0–1.
+    /// The smallest share, over people, of lines on which the gain rises, 0–1.
     pub least_rising_share: f64,
     /// The mean over people, dB.
     pub mean_db: f64,
@@ -34,7 +34,7 @@ pub struct LoadStep {
     pub sign_test_p: Option<f64>,
 }
 
-/// What a heavier load does to one person.
+/// The effect of a heavier load for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PersonStep {
     /// The pseudonym.
@@ -45,7 +45,7 @@ pub struct PersonStep {
     pub rising_share: f64,
 }
 
-/// What a steeper angle does, over people who were measured at both.
+/// The effect of a steeper angle, over people who were measured at both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleEffect {
     /// The flatter angle.
@@ -75,7 +75,7 @@ pub struct AngleEffect {
     pub sign_test_p: Option<f64>,
 }
 
-/// What a steeper angle does to one person.
+/// The effect of a steeper angle for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PersonShape {
     /// The pseudonym.
@@ -86,7 +86,7 @@ pub struct PersonShape {
     pub db_rms: f64,
 }
 
-/// Steps that are all the same have no test; their mean is a number all the same.
+/// Mean, paired test and sign test of `steps_db`; identical steps have a mean but no test.
 fn tested(steps_db: &[f64]) -> (f64, Option<PairedDifference>, Option<f64>) {
     let zero = vec![0.0; steps_db.len()];
     (
@@ -96,8 +96,8 @@ fn tested(steps_db: &[f64]) -> (f64, Option<PairedDifference>, Option<f64>) {
     )
 }
 
-/// What load does at every angle: from the lightest to the heaviest, and between neighbouring loads, over people who
-/// were measured at both.
+/// The effects of load at every angle, in dB: from the lightest to the heaviest, and between neighbouring loads, over people
+/// who were measured at both.
 ///
 /// Formula: the mean over lines of `20·log10|H(heavier)| − 20·log10|H(lighter)|`, person by person; Student's paired t
 /// and the sign test over people.
@@ -173,8 +173,8 @@ fn difference<I: Quantity, O: Quantity>(
         .collect()
 }
 
-/// What the angle does: between the flattest and the steepest and between neighbouring angles, at every load and over all
-/// loads together, over people who were measured at both (at all loads).
+/// The effects of angle, in dB: between the flattest and the steepest and between neighbouring angles, at every load and over
+/// all loads together, over people who were measured at both (at all loads).
 ///
 /// Formula: over lines, the rms and the mean of `20·log10|H(steeper)| − 20·log10|H(flatter)|`, person by person, the mean
 /// averaged over loads; Student's paired t and the sign test over people.

@@ -1,4 +1,4 @@
-//! What panels conclude, against populations of which the truth is known.
+//! Tests of the verdicts of panels against populations with known truth.
 
 use num_complex::Complex;
 
@@ -93,8 +93,8 @@ fn share(verdicts: &[Verdict], outcome: Outcome) -> f64 {
     count as f64 / verdicts.len() as f64
 }
 
-/// One person in eight is beyond 3 dB: no panel may say that the average does for nine of ten more often than in 5 % of
-/// cases, whether people scatter evenly or a few lie far off. Before, a panel of four said so in 0.55 of them.
+/// One person in eight is beyond 3 dB: a panel may accept the average for nine of ten people in at most 5 % of
+/// cases, for evenly scattered people and for a few outliers. An earlier version accepted it in 55 % of panels of four.
 #[test]
 fn a_panel_does_not_say_that_an_average_does_that_does_not() {
     let evenly = |noise: &mut Noise| 1.95 * noise.normal();

@@ -1,15 +1,15 @@
-//! What holds for a value beside its numbers: what was going on, where it comes from, and what is doubted of it.
+//! Metadata of a measured or computed value: its condition, provenance and doubts.
 
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::{Condition, Provenance};
 use crate::doubt::Doubt;
 
-/// What a recording, a drive or a transfer function says of itself. Written flat: three fields of the value that holds it.
+/// Metadata of a recording, a drive or a transfer function. Serialised flat: three fields of the value that holds it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct About {
-    /// What was going on: who touched what, and how.
+    /// The experimental condition: who touched what, and how.
     pub condition: Condition,
     /// Where it comes from.
     pub provenance: Provenance,
@@ -18,7 +18,7 @@ pub struct About {
 }
 
 impl About {
-    /// What is known before anything is doubted.
+    /// Metadata without doubts.
     #[must_use]
     pub fn new(condition: Condition, provenance: Provenance) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl About {
         self
     }
 
-    /// Writes it without an empty list of doubts, as the documents that are written before anything is doubted; for serde's
+    /// Serialises it without an empty list of doubts, for documents that are written before any doubt can exist; for serde's
     /// `serialize_with`.
     ///
     /// # Errors

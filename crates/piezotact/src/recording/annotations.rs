@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use crate::lineage::Operation;
 use crate::quantity::Seconds;
 
-/// What a recording carries beside its condition; nothing where nothing is known.
+/// Annotations of a recording: start time, labels and events; empty if unknown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Annotations {
     /// The time of the first sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub started_at: Option<StartTime>,
-    /// Labels of a laboratory's own, by their names.
+    /// Labels defined by the laboratory, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
     /// What happened, in any order.
@@ -30,14 +30,14 @@ impl Annotations {
     pub fn outside(&self, length_s: Seconds) -> Vec<&Event> {
         let inside = |event: &&Event| {
             let (onset_s, lasts_s) = (event.onset_s.0, event.duration_s.0);
-            // A mark at the very end is counted as inside, to a microsecond.
+            // An event at the end counts as inside, with a tolerance of a microsecond.
             onset_s >= 0.0 && lasts_s >= 0.0 && onset_s + lasts_s <= length_s.0 + 1e-6
         };
         self.events.iter().filter(|event| !inside(event)).collect()
     }
 
-    /// Those of the part of a recording from `from_s` on for `length_s`: labels as they are, events counted from the first
-    /// sample of the part and cropped to it, those outside it left out; the start that much later.
+    /// The annotations of the part of a recording that begins at `from_s` and lasts `length_s`: labels unchanged, event onsets re
+    /// the first sample of the part, events cropped to the part or left out, the start time shifted.
     #[must_use]
     pub fn cut(&self, from_s: Seconds, length_s: Seconds) -> Self {
         let cropped = |event: &Event| {
@@ -66,8 +66,8 @@ impl Annotations {
         }
     }
 
-    /// Those of a signal after `operation`, and, where its events were left out as they have no place in it, a sentence that
-    /// says why. Labels and the start are kept.
+    /// The annotations of a signal after `operation`. If events have no defined time in the result, they are left out and a
+    /// sentence that gives the reason is returned. Labels and the start time are kept.
     #[must_use]
     pub fn after(&self, operation: &Operation) -> (Self, Option<String>) {
         let why = match operation {
@@ -86,14 +86,14 @@ impl Annotations {
             | Operation::Shifted { .. }
             | Operation::SpectrumOf { .. }
             | Operation::Rendered { .. } => return (self.clone(), None),
-            Operation::Warped { .. } => "its time was warped",
-            Operation::PhasesRandomised { .. } => "its phases were drawn anew",
-            Operation::Looped { join: Some(_), .. } => "it was joined with itself",
+            Operation::Warped { .. } => "its time axis was warped",
+            Operation::PhasesRandomised { .. } => "its phases were randomised",
+            Operation::Looped { join: Some(_), .. } => "it was looped",
             Operation::Named { operation, .. } => operation,
         };
         let sentence = (!self.events.is_empty()).then(|| {
             let count = self.events.len();
-            format!("{count} event(s) of the recording left out, as they have no place in the signal: {why}")
+            format!("{count} event(s) of the recording were left out, since their times are not valid in this signal: {why}")
         });
         let kept = Self {
             events: Vec::new(),
@@ -112,7 +112,7 @@ pub struct Event {
     pub duration_s: Seconds,
     /// What kind of event it is.
     pub kind: String,
-    /// What was seen, where there is more to say than the kind.
+    /// A value of the event beside its kind, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<EventValue>,
 }
@@ -132,7 +132,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// What an event says beside its kind.
+/// The value of an event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum EventValue {
@@ -142,8 +142,8 @@ pub enum EventValue {
     Text(String),
 }
 
-/// A date and a time of day in the form of RFC 3339, such as `2024-03-01T10:22:33.5+01:00`. Where nothing says which zone
-/// the clock stood in, the offset is absent.
+/// A date and a time of day in the form of RFC 3339, such as `2024-03-01T10:22:33.5+01:00`. The offset is absent if the time zone
+/// of the clock is unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct StartTime(String);
@@ -254,7 +254,7 @@ impl fmt::Display for StartTime {
     }
 }
 
-/// A text that is no date and time.
+/// A text that is not a valid date and time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a date and time such as 2024-03-01T10:22:33+01:00, found `{found}`")]
 pub struct NoStartTime {

@@ -1,4 +1,4 @@
-//! The clocks of a recording: channels that one device took together share one.
+//! The clocks of a recording: channels sampled together by one device share a clock.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{About, Channel, Condition, Provenance, Recording, RecordingError};
 use crate::quantity::{SampleRate, Seconds};
 
-/// When the samples of a channel were taken: so many a second, evenly, from a start on.
+/// The sampling clock of a channel: a constant rate from a start time on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// The rate.
@@ -28,7 +28,7 @@ impl Clock {
 }
 
 impl Clock {
-    /// The clocks of a list, each once, in their order, and the number of each of the list among them.
+    /// The distinct clocks of a list, in order of first appearance, and for each entry of the list the index of its clock.
     #[must_use]
     pub fn numbered(each: &[Self]) -> (Vec<Self>, Vec<usize>) {
         let (mut clocks, mut numbers) = (Vec::<Self>::new(), Vec::with_capacity(each.len()));
@@ -148,7 +148,7 @@ impl Recording {
             .map_or(self.clocks[0], |(_, clock)| clock)
     }
 
-    /// Checks that the channels of these names share a clock, as everything that relates samples of one index needs.
+    /// Checks that the channels of these names share a clock, as required wherever samples with the same index are related.
     ///
     /// # Errors
     /// [`RecordingError::Clocks`] naming the first two channels that do not.

@@ -1,4 +1,4 @@
-//! What the reading of a recording leaves open.
+//! Doubts that arise from reading a recording.
 
 use std::fmt;
 
@@ -6,9 +6,9 @@ use crate::doubt::words::percent;
 use crate::doubt::{Advice, ChannelRole, DoubtKind, Subject, doubts};
 
 doubts! {
-    /// What the reading of a file, and the condition of a recording, leave open.
+    /// Doubts about the reading of a file, and about the condition of a recording.
     pub enum RecordingDoubt {
-        /// Something that a file does not say was concluded from its content.
+        /// A property that a file does not state was inferred from its content.
         Guessed("guessed") {
             /// What was guessed, and from what.
             what: String,
@@ -18,7 +18,7 @@ doubts! {
             /// The channels.
             channels: Vec<String>,
         },
-        /// Forces, none of which is known by its name as the normal force.
+        /// Several forces, none of which has a name known as that of the normal force.
         NoNormalForce("no_normal_force") {
             /// The channels.
             channels: Vec<String>,
@@ -48,12 +48,12 @@ doubts! {
             /// How many there are.
             count: usize,
         },
-        /// A recording of touch is taken whole as a texture.
+        /// A recording of touch is used as a texture as a whole.
         TakenWhole("taken_whole") of File(file) {
             /// The file.
             file: String,
         },
-        /// A rate was stated for a file whose own time stamps say another.
+        /// A rate was stated for a file whose own time stamps give another.
         RateStated("rate_stated") {
             /// The rate stated, Hz.
             stated_hz: f64,
@@ -189,45 +189,45 @@ impl fmt::Display for RecordingDoubt {
             Self::Guessed { what } => f.write_str(what),
             Self::SeveralForces { channels } => write!(
                 f,
-                "there are {} normal forces ({}) and one is used; cells of one platform have to be added together first",
+                "there are {} normal forces ({}) and one is used; the signals of the cells of one platform must be summed first",
                 channels.len(),
                 channels.join(", ")
             ),
             Self::NoNormalForce { channels } => write!(
                 f,
-                "{} in N, and none is known by its name as the normal force",
+                "{} in N: none of the names is that of a normal force",
                 channels.join(", ")
             ),
             Self::SeveralMotions { taken, unit, count } => {
-                write!(f, "of {count} motions in {unit} `{taken}` is taken")
+                write!(f, "`{taken}` is used, one of {count} motions in {unit}")
             }
             Self::VibrationAssumed { first, last, count } => write!(
                 f,
-                "no channel is in m/s²: {count} channels from `{first}` to `{last}` are taken as the vibration"
+                "no channel is in m/s²: {count} channels from `{first}` to `{last}` are used as the vibration"
             ),
             Self::SeveralAccelerations { taken, count } => {
                 write!(
                     f,
-                    "of {count} accelerations `{taken}` is taken as the vibration"
+                    "`{taken}` is used as the vibration, one of {count} accelerations"
                 )
             }
             Self::TakenWhole { file } => write!(
                 f,
-                "all of {file} is taken as the texture, with gesture and pauses, though it is a recording of touch"
+                "all of {file} is used as the texture, including gesture and pauses, although it is a recording of touch"
             ),
             Self::RateStated {
                 stated_hz,
                 found_hz,
             } => write!(
                 f,
-                "the stated rate of {stated_hz} Hz was used, and the time stamps say {found_hz:.4} Hz"
+                "the stated rate of {stated_hz} Hz was used, but the time stamps give {found_hz:.4} Hz"
             ),
             Self::RateNotUsed {
                 stated_hz,
                 found_hz,
             } => write!(
                 f,
-                "the stated rate of {stated_hz} Hz was not used: by its own header the file has {found_hz} Hz"
+                "the stated rate of {stated_hz} Hz was not used: the header of the file gives {found_hz} Hz"
             ),
             Self::ScaleOverridden { used, ignored } => write!(
                 f,
@@ -241,16 +241,16 @@ impl fmt::Display for RecordingDoubt {
             }
             Self::Counts { channel } => write!(
                 f,
-                "{channel} holds integers without a scale: its samples are counts of a converter, not m/s²"
+                "{channel} contains integers without a scale: its samples are counts of a converter, not m/s²"
             ),
             Self::UnknownEntries { file, entries } => write!(
                 f,
-                "{} of {file} is not read, as no entry of a sidecar is called so",
+                "{} of {file} is not read: a sidecar has no entry of this name",
                 entries.join(", ")
             ),
             Self::SidecarNotRead { file, format } => write!(
                 f,
-                "{file} is not read: a sidecar is read beside WAV and NumPy files, and this file is {format}"
+                "{file} is not read: sidecars are read only for WAV and NumPy files, and this recording is {format}"
             ),
             Self::EventsOutside {
                 count,
@@ -259,29 +259,29 @@ impl fmt::Display for RecordingDoubt {
                 length_s,
             } => write!(
                 f,
-                "{count} event(s) do not lie in the recording of {length_s:.3} s, the first at {onset_s} s for {lasts_s} s"
+                "{count} event(s) are outside the recording of {length_s:.3} s, the first at {onset_s} s for {lasts_s} s"
             ),
             Self::UnevenSampling { worst } => write!(
                 f,
-                "the time steps differ from their mean by up to {}: frequencies are only that exact",
+                "the time steps differ from their mean by up to {}: frequencies have the same uncertainty",
                 percent(*worst)
             ),
             Self::Interrupted { read_s } => write!(
                 f,
-                "the recording has no end: it was interrupted or is still running; {read_s:.3} s could be read"
+                "the recording is not complete: it was interrupted or is still running; {read_s:.3} s could be read"
             ),
             Self::InterruptedLater { journal } => write!(
                 f,
-                "a later recording of this name was interrupted and stands in {journal}"
+                "a later recording of this name was interrupted and is stored in {journal}"
             ),
-            Self::FormatLoses { format, what } => write!(f, "{format} does not carry {what}"),
+            Self::FormatLoses { format, what } => write!(f, "{format} cannot store {what}"),
             Self::OtherCondition {
                 what,
                 rendered_for,
                 measured,
             } => write!(
                 f,
-                "the drive was rendered for {what} {rendered_for} and measured with {measured}"
+                "the drive was rendered for {what} {rendered_for}, but measured with {measured}"
             ),
         }
     }

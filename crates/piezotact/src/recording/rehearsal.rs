@@ -1,4 +1,4 @@
-//! Whether a drive was played through the transfer function that it was made with.
+//! Detects a drive that was played through the same transfer function with which it was made (an inverse crime).
 
 use std::fmt;
 
@@ -7,9 +7,9 @@ use crate::checksum::Checksum;
 use crate::doubt::{Advice, Doubt, DoubtKind, doubts};
 
 doubts! {
-    /// What a person should know of a rehearsal before relying on it.
+    /// Doubts about rehearsals: drives played through a measured transfer function.
     pub enum RehearsalDoubt {
-        /// A drive was played through the very transfer function that it was rendered with or corrected on.
+        /// A drive was played through the same transfer function with which it was rendered or corrected.
         PlayedThroughItsOwn("played_through_its_own") {
             /// Its checksum.
             transfer: Checksum,
@@ -32,15 +32,17 @@ impl fmt::Display for RehearsalDoubt {
         match self {
             Self::PlayedThroughItsOwn { transfer } => write!(
                 f,
-                "the drive was played through the very transfer function that it was rendered with or corrected on (checksum {transfer}): the target comes back whatever device and finger do, and how close it came is no proof"
+                "the drive was played through the same transfer function that it was rendered with or corrected on \
+                    (checksum {transfer}): the target is reproduced whatever the device and the finger do, so a small error is \
+                    no evidence"
             ),
         }
     }
 }
 
-/// The doubt about a recording that comes from a bench which answered with the very transfer function that its drive was
-/// made with: `drive` is the drive's provenance, `recording` the recording's. `None` where they differ, and where either
-/// does not say.
+/// The doubt about a recording from a bench made of the same transfer function with which its drive was
+/// made: `drive` is the drive's provenance, `recording` the recording's. `None` if they differ, or if either
+/// is unknown.
 ///
 /// Source: decisions 0027 and 0030 of this project: an inverse crime shows nothing of a device.
 #[must_use]
@@ -73,11 +75,11 @@ mod tests {
         assert_eq!(played(Some(other)), None);
         assert_eq!(played(None), None);
         let doubt = played(Some(own)).unwrap();
-        assert!(doubt.to_string().contains("the very transfer function"));
+        assert!(doubt.to_string().contains("the same transfer function"));
         let text = serde_json::to_string(&(&doubt, &drive)).unwrap();
         let back: (Doubt, Provenance) = serde_json::from_str(&text).unwrap();
         assert_eq!(back, (doubt, drive));
-        // Of a file of before nothing is known.
+        // A file of an earlier version states nothing.
         let before: Provenance = serde_json::from_str(r#"{"source": "twin"}"#).unwrap();
         assert_eq!((before.made_with, before.answered_with), (vec![], None));
     }

@@ -31,8 +31,8 @@ impl Coverage {
 
 /// The parts of the band that the inverse reaches, and those that it gives up.
 ///
-/// A line is reached when the share that the inverse asks of it loses no more than `largest_loss` and the coherence is
-/// at least `lowest_coherence`.
+/// A line is reached when the share of the target that the inverse requests loses no more than `largest_loss` and the coherence
+/// is at least `lowest_coherence`.
 ///
 /// Source: the delivered-to-target ratio H·Z/FIV of the inverse in [`super::invert`].
 ///
@@ -66,7 +66,7 @@ pub(super) fn known<I: Quantity, O: Quantity>(
     Ok(known)
 }
 
-/// What the inverse reaches where `limiting`, if there is one, turned it down.
+/// The coverage of the inverse, attenuated by `limiting` if there is one.
 pub(super) fn limited<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     config: &RenderConfig,
@@ -75,7 +75,7 @@ pub(super) fn limited<I: Quantity, O: Quantity>(
     let band = config.inverse.band;
     let largest = function.peak_magnitude(band).powi(2).max(f64::MIN_POSITIVE);
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
-    // A coherence above 1 is no better than none.
+    // A coherence above 1 is impossible: such a line counts as not reached.
     let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
     let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
     if function.lines_in(band).next().is_none() {
@@ -105,7 +105,7 @@ pub(super) fn limited<I: Quantity, O: Quantity>(
     })
 }
 
-/// The parts of `band` whose lines, `step_hz` apart, are true, and those whose are not.
+/// The parts of `band` whose lines, `step_hz` apart, are flagged true, and the parts whose lines are flagged false.
 pub(crate) fn runs(lines: &[(f64, bool)], band: Band, step_hz: f64) -> [Vec<Band>; 2] {
     let half = step_hz / 2.0;
     [true, false].map(|wanted| {
@@ -134,7 +134,7 @@ pub(crate) fn runs(lines: &[(f64, bool)], band: Band, step_hz: f64) -> [Vec<Band
     })
 }
 
-/// What of `bands` is not in `others`, of which each lies within one of them.
+/// The parts of `bands` outside `others`; each of `others` lies within one of `bands`.
 pub(super) fn without(bands: &[Band], others: &[Band]) -> Vec<Band> {
     let mut left = Vec::new();
     for band in bands {

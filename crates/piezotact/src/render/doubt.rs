@@ -1,4 +1,4 @@
-//! What a rendering leaves open.
+//! Doubts about a rendering.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 use crate::quantity::Band;
 
 doubts! {
-    /// What a rendering leaves open.
+    /// Doubts about a rendering.
     pub enum RenderDoubt {
         /// Frequencies in the band that the inverse gives up.
         GivenUp("given_up") {
@@ -16,16 +16,16 @@ doubts! {
             /// Their share of the band's lines, 0–1.
             share: f64,
         },
-        /// Frequencies that were turned down on purpose, so that the drive fits.
+        /// Frequencies that were intentionally attenuated so that the drive fits.
         TurnedDown("turned_down") {
-            /// The bands of which more than half a decibel was taken.
+            /// The bands attenuated by more than 0.5 dB.
             bands: Vec<Band>,
             /// Their share of the band's lines, 0–1.
             share: f64,
-            /// The level, re the one asked for, at which nothing has to be, dB.
+            /// The level re the requested one at which no attenuation is needed, dB.
             fits_at_db: f64,
         },
-        /// The device behind a transfer function is not described: only the digital full scale limits the drive.
+        /// The device of a transfer function is not described: only the digital full scale limits the drive.
         DeviceNotDescribed("device_not_described"),
         /// The target and the transfer function come from recordings of different rates.
         RatesDiffer("rates_differ") {
@@ -85,13 +85,15 @@ impl fmt::Display for RenderDoubt {
             ),
             Self::TurnedDown { bands, share, fits_at_db } => write!(
                 f,
-                "so that the drive fits, {} of the band ({}) were turned down by more than 0.5 dB, and the vibration there is too weak; {:.1} dB softer, nothing has to be",
+                "{} of the band ({}) was attenuated by more than 0.5 dB so that the drive fits, and the vibration there is too \
+                    weak; at a level {:.1} dB lower, no attenuation is needed",
                 percent(*share),
                 list(bands),
                 -fits_at_db
             ),
             Self::DeviceNotDescribed => f.write_str(
-                "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, and the amplifier may clip before",
+                "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was \
+                    checked, and the amplifier may clip at a lower drive",
             ),
             Self::RatesDiffer { target_hz, transfer_hz } => write!(
                 f,
@@ -99,7 +101,8 @@ impl fmt::Display for RenderDoubt {
             ),
             Self::SlewLimited { asked_v_per_s, limit_v_per_s } => write!(
                 f,
-                "the drive asks for {asked_v_per_s:.2e} V/s and the amplifier follows {limit_v_per_s:.2e} V/s into this load: high frequencies will be distorted"
+                "the drive needs a slew rate of {asked_v_per_s:.2e} V/s, but the amplifier reaches {limit_v_per_s:.2e} V/s with \
+                    this load: high frequencies will be distorted"
             ),
             Self::PowerOutsideBand { share, band } => write!(
                 f,

@@ -7,7 +7,7 @@ use crate::series::SeriesError;
 /// Why a target cannot be rendered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// The band reaches beyond what is known.
+    /// The band extends beyond the known frequencies.
     #[error(
         "cannot render over {band}: {what} ends at {highest}; lower the band's end or measure at a higher rate"
     )]
@@ -40,14 +40,16 @@ pub enum RenderError {
         "cannot render: expected a texture, found silence (every sample is the same); check the channel"
     )]
     Silent,
-    /// A waveform is wanted of an inverse that has none.
+    /// A waveform is requested from a minimum-phase inverse, which reproduces spectra only.
     #[error(
-        "cannot replicate a waveform with the minimum phase, which reproduces spectra alone; take the linear phase, or correct the texture"
+        "cannot replicate a waveform with the minimum phase, which reproduces spectra alone; use the linear phase, or correct \
+            the texture"
     )]
     Phase,
     /// The band falls between two lines.
     #[error(
-        "cannot render over {band}: it holds no line of the transfer function, which has one every {resolution_hz:.2} Hz; take a wider band"
+        "cannot render over {band}: it contains no line of the transfer function, which has one every {resolution_hz:.2} Hz; \
+            use a wider band"
     )]
     NoLine {
         /// The band.
@@ -57,15 +59,17 @@ pub enum RenderError {
     },
     /// The device does not answer.
     #[error(
-        "cannot render over {band}: the device answers at none of its frequencies well enough to be inverted; measure it again, louder or longer, or take another band"
+        "cannot render over {band}: the device does not respond well enough to be inverted at any frequency of it; measure it \
+            again, at a higher level or longer, or use another band"
     )]
     NoResponse {
         /// The band.
         band: Band,
     },
-    /// Measured one way, asked another.
+    /// The condition of the measurement differs from the requested one.
     #[error(
-        "cannot render: transfer function measured at {what} {measured}, drive requested at {requested}; characterise at {requested}, or set the amplifier to what was measured"
+        "cannot render: transfer function measured at {what} {measured}, drive requested at {requested}; characterise \
+            at {requested}, or set the amplifier as in the measurement"
     )]
     ConditionMismatch {
         /// What differs.
@@ -77,7 +81,8 @@ pub enum RenderError {
     },
     /// The drive does not fit.
     #[error(
-        "the target needs a drive of {peak:.3} and {limited_by} ends at {limit:.3} (full scale = 1): lower the target by {:.1} dB, or allow clipping", -fits_at.0
+        "the target needs a drive of {peak:.3}, but the limit of {limited_by} is {limit:.3} (full scale = 1): lower the target \
+            by {:.1} dB, or allow clipping", -fits_at.0
     )]
     ExceedsFullScale {
         /// The largest sample needed.
@@ -91,7 +96,8 @@ pub enum RenderError {
     },
     /// The drive is steeper than the amplifier follows.
     #[error(
-        "the target needs a drive of {asked_v_per_s:.3e} V/s and the amplifier follows {limit_v_per_s:.3e} V/s into this load: lower the target by {:.1} dB", -fits_at.0
+        "the target needs a slew rate of {asked_v_per_s:.3e} V/s, but the amplifier reaches {limit_v_per_s:.3e} V/s with this \
+            load: lower the target by {:.1} dB", -fits_at.0
     )]
     ExceedsSlew {
         /// The steepest slope needed, V/s.
@@ -102,10 +108,10 @@ pub enum RenderError {
         fits_at: Decibels,
     },
     /// The output rate does not fit.
-    #[error("cannot bring the drive to the output rate: {0}")]
+    #[error("cannot resample the drive to the output rate: {0}")]
     Rate(#[from] ResampleError),
     /// The drive is no signal.
-    #[error("the drive that comes out is no signal: {0}")]
+    #[error("the computed drive is not a valid signal: {0}")]
     Drive(#[from] SeriesError),
 }
 

@@ -1,4 +1,4 @@
-//! The time around a texture: silence before and after, fades, and the way to the output's rate.
+//! The time frame of a texture: silence before and after, fades, and resampling to the output rate.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use crate::resample::Resampler;
 use crate::series::Series;
 use crate::statistics::{mean, peak};
 
-/// A target with the silence around it that its inverse needs, and the way of what comes of it to the output.
+/// The time frame of a target: the silence around it that its inverse needs, and the resampling of the result to the output rate.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     rate: SampleRate,
@@ -58,7 +58,8 @@ impl Frame {
 
     /// The target about its mean, with faded ends.
     ///
-    /// A mean (gravity, an offset of the amplifier) is no texture; faded, it would become a ramp that is one.
+    /// A mean (gravity, an offset of the amplifier) is not part of a texture; faded, it would become a ramp with power in the
+    /// band.
     ///
     /// # Errors
     /// [`RenderError::Silent`] when nothing is left.
@@ -79,7 +80,7 @@ impl Frame {
         padded
     }
 
-    /// What is played of `samples`, which are as long as the transform: its ends faded within the silence, at the output's
+    /// The played part of `samples`, which are as long as the transform: its ends faded within the silence, at the output
     /// rate.
     pub(crate) fn played(&self, mut samples: Vec<f64>) -> Vec<f64> {
         samples.truncate(self.length());

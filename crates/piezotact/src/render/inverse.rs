@@ -1,4 +1,4 @@
-//! Transfer functions inverted: the drive whose response is a target.
+//! Inversion of transfer functions: the drive whose response is a target.
 
 use crate::render::RenderDoubt;
 use num_complex::Complex;
@@ -12,19 +12,19 @@ use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::statistics::rms;
 use crate::transfer::TransferFunction;
 
-/// What is asked of every line: its share of the target, from 0 to 1, that the inverse goes for.
+/// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Inverse {
-    /// All of it: plain division, as in the thesis.
+    /// The whole target: plain division, as in the thesis.
     Plain,
-    /// |H|²/(|H|² + ε·max|H|²): less where the device hardly answers.
+    /// |H|²/(|H|² + ε·max|H|²): less where the device hardly responds.
     #[default]
     Constant,
-    /// γ² times that: less where the device was not understood (Wiener's filter, ε(f) = |H|²(1 − γ²)/γ²).
+    /// γ² times that: less where the coherence is low (Wiener's filter, ε(f) = |H|²(1 − γ²)/γ²).
     Coherence,
-    /// As constant, and where the drive does not fit the device, less where the target costs most drive: what gives a
-    /// decibel back for the least drive is kept.
+    /// As [`Self::Constant`], and when the drive does not fit the device, less where the target needs most drive: lines are
+    /// kept where a decibel costs the least drive.
     DriveLimited,
 }
 
@@ -53,11 +53,11 @@ impl Inverse {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseForm {
-    /// The device's own, turned back: waveforms are reproduced, late by the modelling delay, and something sounds before
+    /// The negative phase of the device: waveforms are reproduced, delayed by the modelling delay, with a pre-echo before
     /// a sudden onset.
     #[default]
     Linear,
-    /// The least that its magnitude allows: nothing sounds early, spectra are reproduced and waveforms are not.
+    /// The minimum phase of its magnitude: no pre-echo; spectra are reproduced, waveforms are not.
     Minimum,
 }
 
@@ -82,7 +82,7 @@ pub struct InverseConfig {
     /// The regularisation ε, relative to the largest |H|² *in the band*. (Relative to all lines it would
     /// follow H1's noise above the excitation, and nothing of the target would be left.)
     pub regularisation: f64,
-    /// What is asked of every line.
+    /// The share of the target that is aimed for in every line.
     #[serde(default)]
     pub inverse: Inverse,
     /// Which phase it has.
@@ -105,18 +105,18 @@ impl InverseConfig {
     }
 }
 
-/// What a target costs in drive, line by line, and how far it is turned down for it.
+/// The drive power that a target needs, line by line, and the resulting attenuation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limiting {
     /// The drive's power on every line of the transfer function, re its median over the band.
     cost: Vec<f64>,
     resolution_hz: f64,
-    /// How far: 0 leaves everything.
+    /// The strength of the attenuation; 0 attenuates nothing.
     strength: f64,
 }
 
 impl Limiting {
-    /// What `target` at `rate` costs through `function`, with nothing turned down yet.
+    /// The drive power that `target` at `rate` needs through `function`, without attenuation.
     ///
     /// Formula: D = S/|H|² with the target's PSD S, from a PSD on about the lines of the transfer function.
     ///
@@ -171,7 +171,7 @@ impl Limiting {
         })
     }
 
-    /// The same, turned down by `strength_ratio`, the λ of [`Self::share_at`].
+    /// The same with the attenuation strength `strength_ratio`, the λ of [`Self::share_at`].
     #[must_use]
     pub fn turned_down(&self, strength_ratio: f64) -> Self {
         Self {
@@ -180,8 +180,8 @@ impl Limiting {
         }
     }
 
-    /// The same with every line costing its part of the drive's slope: what is too steep is turned down at the top, in `band`
-    /// re its median.
+    /// The same with the cost of every line as its contribution to the drive's slope, re the median over `band`: a drive that
+    /// is too steep is attenuated at high frequencies.
     pub(super) fn by_slope(mut self, band: Band) -> Self {
         let mut inside = Vec::new();
         for (line, cost) in self.cost.iter_mut().enumerate() {
@@ -214,11 +214,11 @@ impl Limiting {
 pub struct InversePlan {
     transform: RealTransform,
     lines: Vec<Line>,
-    /// The power of the target that was inverted last within the band.
+    /// The power within the band of the last inverted target.
     in_band: f64,
 }
 
-/// One line that counts.
+/// One line with a non-zero weight.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     index: usize,
@@ -239,8 +239,8 @@ impl InversePlan {
         }
     }
 
-    /// How much of the power of `target`, the one that was inverted last, lies outside the `band` that it was inverted over,
-    /// where that is a tenth or more.
+    /// The doubt about the share of the power of `target` (the last inverted one) outside the `band` of its inversion, if it is
+    /// a tenth or more.
     pub(crate) fn outside(&self, target: &[f64], band: Band) -> Option<Doubt> {
         // By Parseval, over all samples and in the lines of positive frequencies.
         let power = 0.5 * (target.len() as f64 * rms(target)).powi(2);
@@ -308,7 +308,7 @@ impl InversePlan {
         Ok(self.transform.inverse(drive))
     }
 
-    /// What every line that counts is multiplied with.
+    /// The factor of every line with a non-zero weight.
     fn gains<I: Quantity, O: Quantity>(
         &mut self,
         rate: SampleRate,
@@ -398,7 +398,7 @@ impl InverseConfig {
     }
 }
 
-/// The drive whose response is `target`, as long as the target and circular: what leaves one end comes in at
+/// The drive whose response is `target`, with the length of the target, by circular convolution: one end wraps into
 /// the other. Samples of `O` at `rate` become samples of `I`.
 ///
 /// Formula: `irfft(FIV · c/H · W)`, H interpolated linearly in its real and imaginary part, W the band with raised-cosine

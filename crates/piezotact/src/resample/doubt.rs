@@ -1,11 +1,11 @@
-//! What a change of rate leaves open.
+//! Doubts about a change of rate.
 
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, doubts};
 
 doubts! {
-    /// What a change of rate leaves open.
+    /// Doubts about a change of rate.
     pub enum ResampleDoubt {
         /// A signal was brought to another rate.
         RateConverted("rate_converted") of Signal(what) {
@@ -41,7 +41,8 @@ impl fmt::Display for ResampleDoubt {
         } = self;
         write!(
             f,
-            "{what} is sampled at {from_hz} Hz and was brought to {to_hz} Hz: what lies above 0.45 of the lower rate is weakened"
+            "{what} is sampled at {from_hz} Hz and was resampled to {to_hz} Hz: frequencies above 0.45 of the lower rate are \
+                attenuated"
         )
     }
 }

@@ -1,4 +1,4 @@
-//! What a run leaves open.
+//! Doubts about a run.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::number::counted;
 use crate::quantity::Band;
 
 doubts! {
-    /// What a run leaves open.
+    /// Doubts about a run.
     pub enum RunDoubt {
         /// The device lost samples; straight lines stand in their place.
         SamplesLost("samples_lost") {
@@ -18,10 +18,10 @@ doubts! {
             samples: u64,
             /// The longest gap, s.
             longest_s: f64,
-            /// From when to when each of them lies, s; absent in recordings of before.
+            /// Start and end of each gap, s; absent in recordings written by earlier versions.
             places_s: Option<Vec<[f64; 2]>>,
         },
-        /// The run ended before its end.
+        /// The run ended before its planned end.
         EndedEarly("ended_early") {
             /// How.
             ended: Ended,
@@ -32,17 +32,17 @@ doubts! {
         JournalDamaged("journal_damaged") {
             /// At how many places.
             places: usize,
-            /// The samples that were lost, from when to when, s; none where only what was judged or the end was lost.
+            /// Start and end of each stretch of lost samples, s; empty if only judgements or the end document were lost.
             lost_s: Vec<[f64; 2]>,
         },
-        /// The journal of the run says in its first bytes that it has another format than the one it is read as.
+        /// The first bytes of the run's journal name another format than the one as which it is read.
         JournalFormat("journal_format") {
-            /// The format that it says.
+            /// The format that it names.
             found: usize,
             /// The format that it is read as, the newest that can be read.
             read_as: usize,
         },
-        /// The journal of the run has no checksums: damage would not be seen.
+        /// The journal of the run has no checksums: damage cannot be detected.
         JournalUnchecked("journal_unchecked"),
         /// Not all of a drive was played, or the output ran dry.
         PlaybackIncomplete("playback_incomplete") {
@@ -55,21 +55,21 @@ doubts! {
         },
         /// No channel says whether the load was held.
         ForceNotMeasured("force_not_measured") {
-            /// The load that the condition says, N.
+            /// The load stated by the condition, N.
             load_n: f64,
         },
-        /// The mean normal force was not what the condition says.
+        /// The mean normal force differs from the load stated by the condition.
         LoadOffTarget("load_off_target") {
             /// The mean force in N.
             mean_n: f64,
             /// The target in N.
             target_n: f64,
         },
-        /// A drive was played through a transfer function that was measured before.
+        /// The drive was played through an already measured transfer function instead of a device.
         Rehearsed("rehearsed") {
             /// The transfer function and where it comes from.
             through: String,
-            /// Where it answers.
+            /// The band in which it responds.
             answers_hz: Band,
             /// How many doubts it carries of its own.
             own_doubts: usize,
@@ -109,7 +109,7 @@ impl fmt::Display for RunDoubt {
                 ..
             } => write!(
                 f,
-                "the device lost {} at {}, {:.1} ms at the longest; straight lines stand in their place",
+                "the device lost {} at {}, {:.1} ms at the longest; they were replaced by linear interpolation",
                 counted(*samples as usize, "sample"),
                 counted(*gaps, "place"),
                 1e3 * longest_s
@@ -122,7 +122,7 @@ impl fmt::Display for RunDoubt {
                 let lost = match lost.is_empty() {
                     true => "no samples were lost".to_owned(),
                     false => format!(
-                        "the samples of {} were lost, and straight lines stand in their place",
+                        "the samples of {} were lost, and were replaced by linear interpolation",
                         lost.join(", ")
                     ),
                 };
@@ -131,10 +131,11 @@ impl fmt::Display for RunDoubt {
             }
             Self::JournalFormat { found, read_as } => write!(
                 f,
-                "the journal says format {found}, this version reads up to {read_as}; all of it reads as format {read_as}, so that its first bytes are damaged"
+                "the journal states format {found}, but this version reads up to {read_as}; the rest of it can be read as \
+                    format {read_as}, so its first bytes are damaged"
             ),
             Self::JournalUnchecked => f.write_str(
-                "the journal has no checksums, as those of the first version: damage to its samples would not be seen",
+                "the journal is of the first version and has no checksums: damage to its samples would not be detected",
             ),
             Self::EndedEarly { ended, after_s } => {
                 write!(f, "the run ended early, after {after_s:.2} s: {ended}")
@@ -145,16 +146,16 @@ impl fmt::Display for RunDoubt {
                 underruns,
             } => write!(
                 f,
-                "{played} of {expected} samples of the drive were played and the output ran dry {}",
+                "{played} of {expected} samples of the drive were played, and the output buffer was empty {}",
                 counted(*underruns, "time")
             ),
             Self::ForceNotMeasured { load_n } => write!(
                 f,
-                "no force was measured: whether {load_n} N was held is not known"
+                "no force was measured: it is not known whether {load_n} N was held"
             ),
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,
-                "the mean normal force was {mean_n:.3} N, the condition says {target_n} N"
+                "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N"
             ),
             Self::Rehearsed {
                 through,
@@ -163,12 +164,13 @@ impl fmt::Display for RunDoubt {
             } => {
                 write!(
                     f,
-                    "no finger was touched: this was played through {through}, which answers over {answers_hz} alone, at one placement and without distortion"
+                    "no finger was involved: this was played through {through}, which responds only over {answers_hz}, at one \
+                        placement and without distortion"
                 )?;
                 match own_doubts {
                     0 => Ok(()),
-                    1 => f.write_str(", and carries a doubt of its own"),
-                    many => write!(f, ", and carries {many} doubts of its own"),
+                    1 => f.write_str(", and has a doubt of its own"),
+                    many => write!(f, ", and has {many} doubts of its own"),
                 }
             }
         }

@@ -10,14 +10,14 @@ use crate::verify::VerifyError;
 doubts! {
     /// What a score of two vibrations leaves open.
     pub enum ScoreDoubt {
-        /// Two textures swell and fade differently, which spectra do not show.
+        /// The short-time levels of two textures vary differently, which spectra do not show.
         OtherModulation("other_modulation") {
             /// The spread of short-time levels of the reference, dB.
             reference_db: f64,
             /// That of the other, dB.
             test_db: f64,
         },
-        /// A vibration below what can be felt.
+        /// A vibration below the detection threshold.
         NotFelt("not_felt") of Signal(what) {
             /// Which.
             what: String,
@@ -206,11 +206,12 @@ impl fmt::Display for ScoreDoubt {
                 test_db,
             } => write!(
                 f,
-                "short-time levels spread by {reference_db:.1} dB in the reference and {test_db:.1} dB in the other: one changes its level, or bursts, more than the other, which spectra and the score do not show"
+                "the spread of short-time levels is {reference_db:.1} dB in the reference and {test_db:.1} dB in the test: the \
+                    level of one varies more over time, or has more bursts; spectra and the score do not show this"
             ),
             Self::NotFelt { what, level_db } => write!(
                 f,
-                "{what} lies {:.1} dB below the detection threshold: it is not felt",
+                "{what} is {:.1} dB below the detection threshold: it is not felt",
                 -level_db
             ),
             Self::NoRealIndex { temporal } => write!(
@@ -219,7 +220,8 @@ impl fmt::Display for ScoreDoubt {
             ),
             Self::IndexBeyondRange { value } => write!(
                 f,
-                "ST-SIM is {value:.3}, above its range of 0 to 1: the published formula says nothing where the test excites more than the reference"
+                "ST-SIM is {value:.3}, above its range of 0 to 1: the published formula does not cover a test that excites more \
+                    than the reference"
             ),
             Self::NoIndices { why } => write!(f, "ST-SIM and SPQI are left out: {why}"),
             Self::WaveformNotCompared { why } => write!(f, "the waveforms are not compared: {why}"),

@@ -1,4 +1,4 @@
-//! What a waveform excites, and what its parts say of how sure that is.
+//! The excitation of a waveform, and its uncertainty from the variation between its parts.
 
 use crate::discrimination::{Evidence, Excitation, ExcitationPlan, Model, Units};
 use crate::quantity::{Acceleration, Seconds};
@@ -7,11 +7,11 @@ use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPla
 
 use super::Extent;
 
-/// Into how many parts a recording is divided to see whether it wanders: in coarser and coarser ones.
+/// The numbers of parts, from fine to coarse, into which a recording is divided to test whether it is stationary.
 const PARTS: [usize; 2] = [4, 2];
 /// Into how many where no scatter of segments is known.
 const FINE_PARTS: usize = 8;
-/// A spectrum of fewer samples says nothing of bands.
+/// The fewest samples of a spectrum from which bands are computed.
 const SHORTEST: usize = 16;
 
 /// The spectra of a waveform's segments, and what they excite.

@@ -1,4 +1,4 @@
-//! What a finger could feel of what a verification found, so that the two never contradict each other.
+//! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
 use super::{ScoreConfig, Verdict, score};
 use crate::criterion::Criterion;
@@ -6,10 +6,10 @@ use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
 use crate::verify::{Aspect, Verification};
 
-/// `verification` with the difference that a finger could feel between target and measurement as a criterion, JND, where the
-/// score decides it: a rendering that can be told from its target does not pass, and one that is not passed says so where the
-/// difference is below the just-noticeable one. Nothing is added of other quantities than accelerations, of recordings
-/// too short to be scored, or where the score is not decided.
+/// `verification` with the perceptible difference between target and measurement as a further criterion, in JND, if the
+/// score is decided: a rendering that can be distinguished from its target does not pass, and for one that does not pass the
+/// result states when the difference is below one JND. Nothing is added for quantities other than accelerations, for recordings
+/// too short to be scored, or if the score is not decided.
 ///
 /// Source: [`score`] over the band of the verification, of the two as they are compared there.
 #[must_use]

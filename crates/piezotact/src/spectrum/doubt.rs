@@ -1,11 +1,11 @@
-//! What a spectrum leaves open.
+//! Doubts about a spectrum.
 
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, doubts};
 
 doubts! {
-    /// What a spectrum leaves open.
+    /// Doubts about a spectrum.
     pub enum SpectrumDoubt {
         /// A signal with few segments: too short for a stable spectrum.
         ShortSignal("short_signal") {
@@ -40,7 +40,7 @@ impl fmt::Display for SpectrumDoubt {
         match self {
             Self::ShortSignal { segments } => write!(
                 f,
-                "the spectrum is the mean of {segments} segment(s): it scatters by about {:.1} dB",
+                "the spectrum is the mean of {segments} segment(s): its standard deviation is about {:.1} dB",
                 4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
             ),
             Self::CoarseQuantisation {
@@ -48,7 +48,7 @@ impl fmt::Display for SpectrumDoubt {
                 rms_in_steps,
             } => write!(
                 f,
-                "{channel} is only {rms_in_steps:.1} converter steps rms, quantisation noise lies {:.0} dB below it",
+                "{channel} is only {rms_in_steps:.1} converter steps rms; quantisation noise is only {:.0} dB below it",
                 20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
             ),
         }

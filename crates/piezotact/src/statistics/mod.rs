@@ -1,10 +1,12 @@
 //! Statistics of plain numbers: mean, level and peak, medians, intervals, ranks, lines and permutation tests.
 
+mod conclusion;
 mod line;
 mod moments;
 mod order;
 mod paired;
 mod permutation;
+pub mod random;
 mod rank;
 mod student;
 

@@ -31,7 +31,7 @@ impl Draws {
     }
 }
 
-/// What a permutation test found.
+/// The result of a permutation test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Permuted {
     /// The share of divisions whose statistic is at least the one observed.

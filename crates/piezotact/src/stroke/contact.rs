@@ -1,15 +1,15 @@
-//! Where a finger touches: the normal force above its own baseline, with hysteresis.
+//! Contact detection: the normal force above its own baseline, with hysteresis.
 
 use super::frames::{Frames, quantile};
 
-/// How fast a force cell's zero may wander, N/s: a strain gauge moves 1 mN a minute, a charge amplifier some
+/// The largest drift of a force cell's zero, N/s: a strain gauge moves 1 mN a minute, a charge amplifier some
 /// 50 mN in 20 s, a bad one more. The middle of a contact of 4 s thus lifts the first baseline by 40 mN.
 const DRIFT_N_PER_S: f64 = 0.02;
 /// The window in which the baseline is looked for, s: it must hold a lift.
 const BASELINE_WINDOW_S: f64 = 5.0;
-/// Above this share of where a contact begins nothing is lifted, while the baseline is only roughly known.
+/// While the baseline is only roughly known, the finger counts as lifted only below this share of the contact threshold.
 const FIRST_OFF_SHARE: f64 = 0.4;
-/// Lifts are looked at this far from the contacts around them, s.
+/// The distance kept from the surrounding contacts when lifts are evaluated, s.
 const GUARD_S: f64 = 0.1;
 /// The share of a window's frames that lie below the baseline's first estimate.
 const BASELINE_SHARE: f64 = 0.1;
@@ -21,7 +21,7 @@ pub(super) struct Force {
     pub(super) level_n: Vec<f64>,
     /// The baseline, N.
     pub(super) baseline: Polyline,
-    /// The windows in which nothing touches, in frames.
+    /// The windows without contact, in frames.
     pub(super) lifts: Vec<(usize, usize)>,
 }
 
@@ -61,7 +61,7 @@ fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> F
     // One signal of an hour's frames is moved from zero to zero in place.
     let mut level_n = smooth_n;
     envelope.take_from(&mut level_n, 0);
-    // What is lifted must be far below a contact: a light touch is no lift.
+    // The force during a lift must be far below the contact threshold: a light touch is not a lift.
     let almost_n = FIRST_OFF_SHARE * on_n;
     let touches = events(level_n.iter().copied(), almost_n, almost_n);
     let lifts = lifts(frames, level_n.len(), &touches);
@@ -90,7 +90,7 @@ fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> F
 }
 
 /// The sign that makes `force_n` positive in contact: contact is where it vibrates (or, without vibration, where the
-/// force is farther from zero). Short looks at some hundred places are enough.
+/// force is farther from zero). Short windows at some hundred places are enough.
 pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]>) -> f64 {
     let (bottom, top) = (quantile(force_n, 0.02), quantile(force_n, 0.98));
     let far = if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
@@ -121,7 +121,7 @@ pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]
     let middle =
         |part: &[(f64, f64)]| quantile(&part.iter().map(|look| look.1).collect::<Vec<_>>(), 0.5);
     let rise_n = middle(&looks[looks.len() - share..]) - middle(&looks[..share]);
-    // Less than a fifth of the range says nothing: a force that hardly differs, or one quiet all along.
+    // Less than a fifth of the range is not significant: a force that hardly differs, or a signal that is quiet throughout.
     if rise_n.abs() < 0.2 * (top - bottom) {
         far
     } else {

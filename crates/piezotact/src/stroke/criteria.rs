@@ -1,4 +1,4 @@
-//! What makes a part of a recording a stroke, as criteria.
+//! The criteria that decide whether a part of a recording is a stroke.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Interval, Reason, Rejected, Stroke};
 use crate::criterion::{Criterion, Limit, Outcome};
 
-/// What is looked at to tell a stroke from what is none.
+/// The quantities judged to accept or reject a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StrokeCriterion {
@@ -21,7 +21,7 @@ pub enum StrokeCriterion {
     SlipRate,
     /// Parts in which the finger slides.
     SlidingParts,
-    /// How often the finger turns back.
+    /// The number of reversals of the finger's direction.
     Turns,
     /// The share of samples at a limit, 0–1.
     ClippedShare,
@@ -29,11 +29,11 @@ pub enum StrokeCriterion {
     VibrationShare,
     /// The largest force, N.
     LargestForce,
-    /// The mean force less the one that was asked for, N.
+    /// The mean force minus the target, N.
     ForceDeviation,
-    /// The share of the time in which something touches, 0–1.
+    /// The share of the time in contact, 0–1.
     TouchShare,
-    /// How often a person left it out.
+    /// The number of times a person excluded it.
     LeftOut,
 }
 
@@ -62,26 +62,27 @@ impl fmt::Display for StrokeCriterion {
         f.write_str(match self {
             Self::EndsOutside => "ends outside the recording",
             Self::SteadyPart => "steady part",
-            Self::Gaps => "moments off the surface",
-            Self::SlipRate => "rate of slips",
+            Self::Gaps => "losses of contact",
+            Self::SlipRate => "slip rate",
             Self::SlidingParts => "sliding parts",
-            Self::Turns => "turns back",
+            Self::Turns => "reversals of direction",
             Self::ClippedShare => "share of samples at a limit",
-            Self::VibrationShare => "vibration re the usual one",
+            Self::VibrationShare => "vibration re that of a typical stroke",
             Self::LargestForce => "largest force",
-            Self::ForceDeviation => "mean force less the one asked for",
+            Self::ForceDeviation => "mean force minus requested force",
             Self::TouchShare => "share of time in contact",
-            Self::LeftOut => "left out by a person",
+            Self::LeftOut => "excluded by hand",
         })
     }
 }
 
-/// What was judged of one part of a recording, rule by rule, until one is not met.
+/// The criteria evaluated for one part of a recording, in order, until one is not met.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JudgedPart(Vec<Criterion<StrokeCriterion>>);
 
 impl JudgedPart {
-    /// Judges `found`, and keeps it in place of what was judged of the same before; `reason` where it is not met.
+    /// Evaluates the criterion on `found`, replacing an earlier evaluation of the same criterion; `reason` is returned if it is
+    /// not met.
     pub(super) fn require(
         &mut self,
         what: StrokeCriterion,
@@ -109,7 +110,7 @@ impl JudgedPart {
         self.0
     }
 
-    /// What is not met, whatever was judged before.
+    /// Rejects the part because of the criterion on `what`, which is not met, whatever was judged before.
     pub(super) fn not_met(
         mut self,
         what: StrokeCriterion,

@@ -1,4 +1,4 @@
-//! A person's cuts: what the rule found, kept, left out, or cut otherwise.
+//! Manual cuts: strokes that a person adds, changes or excludes after the automatic segmentation.
 
 use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::quantity::{SampleRate, Seconds};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "act", rename_all = "snake_case")]
 pub enum Cut {
-    /// A stroke from `from_s` to `to_s`; it takes the place of what the rule found there.
+    /// A stroke from `from_s` to `to_s`; it replaces the result of the rule there.
     Stroke {
         /// Where it begins.
         from_s: Seconds,
@@ -40,9 +40,9 @@ pub struct Cuts {
 }
 
 impl Cuts {
-    /// `segmentation` of a recording of `samples` samples at `rate` as a person wants it: strokes of a person
-    /// replace what the rule found at the same place, what is left out is rejected with the person's note, and
-    /// the file is cited. The cuts that lie outside the recording come back, since they were not applied.
+    /// `segmentation` of a recording of `samples` samples at `rate` with the manual cuts applied: manual strokes
+    /// replace the result of the rule at the same place, excluded parts are rejected with the person's note, and
+    /// the file is cited. Cuts outside the recording are not applied and are returned.
     #[must_use]
     pub fn apply(
         &self,
@@ -57,7 +57,7 @@ impl Cuts {
                 start: rate.samples_in(*from_s),
                 end: rate.samples_in(*to_s).min(samples),
             };
-            // Leaving out more than there is leaves out what there is; a stroke must be there.
+            // An exclusion may extend beyond the recording; a stroke may not.
             let beyond = rate.samples_in(*to_s) > samples + rate.samples_in(Seconds(0.01));
             if interval.is_empty() || (beyond && matches!(cut, Cut::Stroke { .. })) {
                 outside.push(cut.clone());
@@ -94,7 +94,7 @@ impl Cuts {
                 }
             }
         }
-        // What was in doubt about the rule's own cuts is settled by a person who looked.
+        // Doubts about the automatic cuts are settled by the manual ones.
         segmentation.doubts.retain(|doubt| {
             !matches!(
                 doubt.kind(),
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(result.rejected.len(), 1);
         assert_eq!(
             result.rejected[0].reason.to_string(),
-            "left out by a person: sneeze"
+            "excluded by hand: sneeze"
         );
         assert_eq!(result.cuts.as_deref(), Some("cuts.txt"));
         assert_eq!(outside, [cut(9.5, 10.5)]);

@@ -1,11 +1,11 @@
-//! What the cutting of strokes leaves open.
+//! Doubts that arise from segmentation into strokes.
 
 use std::fmt;
 
 use crate::doubt::{Advice, Counts, DoubtKind, Subject, doubts};
 
 doubts! {
-    /// What the cutting of strokes leaves open.
+    /// Doubts about the segmentation into strokes.
     pub enum StrokeDoubt {
         /// No channel says where strokes are: the whole recording is taken as one.
         NothingCut("nothing_cut"),
@@ -13,7 +13,7 @@ doubts! {
         NoContact("no_contact") {
             /// The largest force above the baseline, N.
             largest_n: f64,
-            /// What a contact needs, N.
+            /// The contact threshold, N.
             threshold_n: f64,
         },
         /// Neither vibration nor friction says whether the finger slides.
@@ -39,7 +39,7 @@ doubts! {
             /// How long the usual one is, s.
             usual_s: f64,
         },
-        /// The speed was not what was asked for.
+        /// The speed differs from the requested one.
         SpeedOffTarget("speed_off_target") {
             /// The median speed of the plateaus, m/s.
             mean_m_s: f64,
@@ -91,21 +91,22 @@ impl fmt::Display for StrokeDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NothingCut => f.write_str(
-                "no channel of force or speed was recorded: the whole recording is taken as one stroke",
+                "no channel of force or speed was recorded: the whole recording is analysed as one stroke",
             ),
             Self::NoContact { largest_n, threshold_n } => write!(
                 f,
                 "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N"
             ),
             Self::SlidingAssumed => f.write_str(
-                "every contact is taken as a stroke: hesitations and stick-slip are not looked for (for want of vibration and tangential force, or as asked)",
+                "every contact is analysed as a stroke: hesitations and stick-slip are not detected (because vibration and \
+                    tangential force are missing, or as requested)",
             ),
             Self::ContactAssumed => f.write_str(
-                "no normal force was recorded: the finger is taken to touch whenever the surface moves",
+                "no normal force was recorded: the finger is assumed to touch whenever the surface moves",
             ),
             Self::SignReversed { channel } => write!(
                 f,
-                "{channel} is negative in contact and was taken with its sign reversed"
+                "{channel} is negative in contact and its sign was reversed"
             ),
             Self::HighFriction { coefficient } => write!(
                 f,
@@ -113,11 +114,13 @@ impl fmt::Display for StrokeDoubt {
             ),
             Self::LongStroke { at_s, length_s, usual_s } => write!(
                 f,
-                "the stroke at {at_s:.2} s lasts {length_s:.1} s, the usual one {usual_s:.1} s: it may be two, or movements to and fro without a lift"
+                "the stroke at {at_s:.2} s lasts {length_s:.1} s, a typical one {usual_s:.1} s: it may be two strokes, or a \
+                    movement back and forth without lifting the finger"
             ),
             Self::SpeedOffTarget { mean_m_s, target_m_s } => write!(
                 f,
-                "the speed was {:.2} mm/s and {:.2} mm/s was asked for: frequencies and rms belong to the speed that was reached",
+                "the speed was {:.2} mm/s, but {:.2} mm/s was requested: frequencies and rms are those of the speed that was \
+                    reached",
                 mean_m_s * 1e3,
                 target_m_s * 1e3
             ),
@@ -127,15 +130,15 @@ impl fmt::Display for StrokeDoubt {
                 reasons.text(&|code| match code {
                     "stick_slip" => "stick-slip".into(),
                     "interrupted" => "interrupted sliding".into(),
-                    "reversed" => "turned back".into(),
+                    "reversed" => "reversed direction".into(),
                     "cut_by_recording" => "cut by the recording's end".into(),
-                    "by_person" => "left out by a person".into(),
+                    "by_person" => "excluded by hand".into(),
                     other => other.replace('_', " "),
                 })
             ),
             Self::CutsNotApplied { file, count } => write!(
                 f,
-                "{count} cuts of {file} lie outside the recording and were not applied"
+                "{count} cuts of {file} are outside the recording and were not applied"
             ),
         }
     }

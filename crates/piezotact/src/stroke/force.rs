@@ -1,4 +1,4 @@
-//! Active touch: strokes by the normal force.
+//! Active touch: segmentation into strokes by the normal force.
 
 use crate::stroke::StrokeDoubt;
 use serde::{Deserialize, Serialize};
@@ -31,15 +31,15 @@ pub struct ForceRule {
     pub off_n: Newtons,
     /// The force is smoothed over this time.
     pub smoothing_s: Seconds,
-    /// What is cut away after the first touch.
+    /// The time cut away after the first touch (landing).
     pub landing_s: Seconds,
-    /// What is cut away before the last touch.
+    /// The time cut away before the last touch (take-off).
     pub take_off_s: Seconds,
     /// Moments off the surface up to this long do not end a contact: they make it discontinuous.
     pub longest_gap_s: Seconds,
     /// A stroke's steady part is at least this long.
     pub shortest_s: Seconds,
-    /// The normal force that was asked for; without it the median of the strokes takes its place.
+    /// The target normal force; if absent, the median of the strokes is used.
     pub load_n: Option<Newtons>,
     /// How far the mean force of a stroke may be from it, as a share of it.
     pub tolerance_share: f64,
@@ -47,11 +47,11 @@ pub struct ForceRule {
     pub judging: Judging,
 }
 
-/// What becomes of a contact.
+/// The condition for a contact to be a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Judging {
-    /// Only where the finger slides, and not while it sticks and slips.
+    /// Only steady sliding counts; parts with stick-slip are rejected.
     Sliding,
     /// Every contact is a stroke: for textures that stick and slip, which are to be analysed all the same.
     ContactOnly,
@@ -117,9 +117,9 @@ impl ForceRule {
     }
 }
 
-/// A stroke quieter than this share of the usual one is none.
+/// A part with vibration below this share of the usual stroke is rejected.
 const QUIET: f64 = 0.1;
-/// A touch above this share of where a contact begins is listed.
+/// A light touch above this share of the contact threshold is listed among the rejected parts.
 const LIGHT: f64 = 0.5;
 /// The shortest recording that can be cut, s.
 const SHORTEST_RECORDING: Seconds = Seconds(0.5);
@@ -231,7 +231,7 @@ pub fn segment_by_force(
     })
 }
 
-/// The force with contact upwards, and the sign that this took; with a doubt when it is −1.
+/// The force, positive in contact, and the sign by which it was multiplied; with a doubt when the sign is −1.
 pub(super) fn oriented(
     frames: Frames,
     mut force: Vec<f64>,
@@ -327,7 +327,7 @@ impl Cutter<'_> {
         contacts
     }
 
-    /// The stroke in a contact and its median friction coefficient, or why there is none; what it was judged by.
+    /// The stroke in a contact and its median friction coefficient, or the reason for its rejection; with the evaluated criteria.
     fn cut(
         &self,
         contact: &Contact,
@@ -439,14 +439,14 @@ impl Cutter<'_> {
             let mut values = self.frames.means_of(axis.samples, from, to);
             axis.zero.take_from(&mut values, from);
             let half = 0.5 * quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.5);
-            // An axis across the stroke wavers around nothing.
+            // A force axis across the stroke fluctuates around zero.
             let slides = half > 0.1 * quantile(part(self.level_n, from, to), 0.5);
             let share = |sign: f64| values.iter().filter(|v| sign * **v > half).count();
             slides && 10 * share(1.0).min(share(-1.0)) > values.len()
         })
     }
 
-    /// Rejects what vibrates far less than the other strokes: a finger that rests, in a noisy place.
+    /// Rejects parts that vibrate far less than the other strokes: a resting finger in a noisy environment.
     fn reject_quiet(&self, strokes: &mut Vec<Stroke>, rejected: &mut Vec<Rejected>) {
         let (Judging::Sliding, Some(vibration)) = (self.rule.judging, self.signals.vibration)
         else {
@@ -478,7 +478,7 @@ impl Cutter<'_> {
         });
     }
 
-    /// What rises well above nothing for longer than a tap, and not as far as a contact.
+    /// Touches that are longer than a tap but too light for a contact.
     fn light_touches(&self, contacts: &[Contact]) -> Vec<Rejected> {
         let (on_n, needed_s) = (self.rule.on_n.0, self.rule.shortest_s.0);
         let level_n = self.level_n.iter().copied();

@@ -1,5 +1,5 @@
-//! What a normal force gives away of its cell: a unit or scale that is wrong, a zero far away, one that drifts, one that
-//! scatters.
+//! Faults of a force cell detected in its normal force: a wrong unit or scale, and a zero with a large offset, drift or
+//! scatter.
 
 use std::fmt;
 
@@ -9,12 +9,12 @@ use crate::clipping::flat_top_fraction;
 use crate::doubt::{Advice, Doubt, DoubtKind, Subject, doubts};
 use crate::statistics::mean;
 
-/// More than this no fingertip presses while it slides, N: surfaces are explored with 0.1 to 5 N, and as hard as they can
-/// most people press with 30 to 60 N, at rest.
+/// The largest plausible force of a sliding fingertip, N: surfaces are explored with 0.1 to 5 N; the maximal force of most
+/// people at rest is 30 to 60 N.
 const LARGEST_N: f64 = 20.0;
-/// A zero moves by a sizeable part of what a contact needs from this share of it on.
+/// A change of the zero is reported from this share of the contact threshold on.
 const SIZEABLE: f64 = 0.1;
-/// With fewer lifts no course of the zero is shown.
+/// The fewest lifts from which a trend of the zero is tested.
 const LIFTS_OF_A_COURSE: usize = 4;
 /// One-sided 5 % of the standard normal distribution.
 const NORMAL: f64 = 1.645;
@@ -24,7 +24,7 @@ doubts! {
     pub enum ForceDoubt {
         /// A normal force that no fingertip presses with.
         ForceImplausible("force_implausible") {
-            /// What it reaches above its zero, N.
+            /// The largest force above its zero, N.
             level_n: f64,
             /// What fingertips reach, N.
             largest_n: f64,
@@ -38,7 +38,7 @@ doubts! {
             /// What fingertips reach, N.
             largest_n: f64,
         },
-        /// The zero of a force cell differs from lift to lift, without a course.
+        /// The zero of a force cell differs from lift to lift without a trend.
         ForceZeroScatters("force_zero_scatters") {
             /// The lowest zero, N.
             from_n: f64,
@@ -89,21 +89,25 @@ impl fmt::Display for ForceDoubt {
                 at_limit_share,
             } if *at_limit_share > 0.0 => write!(
                 f,
-                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong, and forces and friction with them",
+                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip \
+                    presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong, so forces \
+                    and friction are wrong",
                 100.0 * at_limit_share
             ),
             Self::ForceImplausible {
                 level_n, largest_n, ..
             } => write!(
                 f,
-                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or scale is wrong (mN, g or counts taken for N), and forces and friction with it"
+                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or \
+                    scale is wrong (mN, g or counts instead of N), so forces and friction are wrong"
             ),
             Self::ForceZeroFar { zero_n, largest_n } => write!(
                 f,
                 "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was not zeroed, carries a weight, or its unit is wrong"
             ),
             Self::ZeroUnknown => f.write_str(
-                "the finger never leaves the surface, or never touches it: the zeros of the forces are taken as 0, and force and friction are only that right",
+                "the finger never leaves the surface, or never touches it: the zeros of the forces are assumed to be 0, and \
+                    force and friction are only as accurate as this assumption",
             ),
             Self::ForceDrift { from_n, to_n, threshold_n } => write!(
                 f,
@@ -116,13 +120,14 @@ impl fmt::Display for ForceDoubt {
                 threshold_n,
             } => write!(
                 f,
-                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, and no drift is shown (a contact needs {threshold_n} N): forces are only that right"
+                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift \
+                    (a contact needs {threshold_n} N): forces have this uncertainty"
             ),
         }
     }
 }
 
-/// What is doubted of `force`, which was found in the samples `normal_n` for contacts that need `on_n`.
+/// The doubts about `force`, computed from the samples `normal_n` with the contact threshold `on_n`.
 ///
 /// Formula: a drift is shown where the zeros bᵢ of n lifts follow each other more closely than at random, by J. von
 /// Neumann's ratio: Σ(bᵢ₊₁ − bᵢ)²/Σ(bᵢ − b̄)² < 2 − 1.645·2·√((n − 2)/(n² − 1)).
@@ -208,7 +213,7 @@ mod tests {
         doubts.iter().map(ToString::to_string).collect()
     }
 
-    /// 200 N is no drift of the zero: a unit or a scale is wrong, or the cell is at its end.
+    /// 200 N is not a drift of the zero: a unit or a scale is wrong, or the cell is saturated.
     #[test]
     fn two_hundred_newtons_are_named_as_what_they_are() {
         assert_eq!(said(0.2, |_| 0.003), [""; 0]);
@@ -231,7 +236,10 @@ mod tests {
         assert!(drifts[0].contains("drifts between"), "{drifts:?}");
         // A zero that jumps to and fro between two lifts.
         let scatters = said(0.2, |t| if t % 4.0 < 2.0 { 0.0 } else { 0.03 });
-        assert!(scatters[0].contains("no drift is shown"), "{scatters:?}");
+        assert!(
+            scatters[0].contains("without a clear drift"),
+            "{scatters:?}"
+        );
     }
 
     #[test]

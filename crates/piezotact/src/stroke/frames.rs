@@ -1,4 +1,4 @@
-//! Signals seen frame by frame: fast enough for an hour of samples, fine enough for a cut.
+//! Frame-wise analysis of signals: fast enough for hours of samples, with the time resolution of a cut.
 
 use crate::quantity::SampleRate;
 
@@ -192,7 +192,7 @@ pub(super) fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
     means
 }
 
-/// As many values, evenly spread, are enough for a threshold.
+/// The number of evenly spread values from which a threshold is estimated.
 const ENOUGH: usize = 120;
 
 /// The value below which some `share` of the values lie, from at most 240 of them, evenly spread; 0 for none.

@@ -1,7 +1,7 @@
 //! Strokes: the parts of a recording in which a finger slides steadily on a surface.
 //!
-//! Active touch is cut by the normal force, passive touch by the speed of the surface; what is cut away, and why,
-//! is part of the result. Positions are samples from the start of the recording.
+//! Active touch is segmented by the normal force, passive touch by the speed of the surface; rejected parts and the reasons
+//! are part of the result. Positions are samples from the start of the recording.
 
 mod contact;
 mod criteria;
@@ -30,12 +30,12 @@ pub use force_doubt::ForceDoubt;
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 
-/// What segmentation looks at: slices of equal length at one rate.
+/// The signals used for segmentation: slices of equal length at one rate.
 #[derive(Clone, Debug)]
 pub struct Signals<'a> {
     /// The rate.
     pub rate: SampleRate,
-    /// What vibrates, in any unit.
+    /// The vibration channels, in any unit.
     pub vibration: Option<&'a [f64]>,
     /// The normal force, N.
     pub normal_force_n: Option<&'a [f64]>,
@@ -150,16 +150,16 @@ impl Interval {
     }
 }
 
-/// A steady stroke, and the contact it lies in.
+/// A stroke: its steady part, and the contact to which it belongs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stroke {
-    /// What is analysed: landing and take-off are cut away.
+    /// The part that is analysed, without landing and take-off.
     pub steady: Interval,
     /// From the first touch to the last in active touch; in passive touch the motion that it lies in.
     pub contact: Interval,
     /// Who cut it.
     pub cut_by: CutBy,
-    /// What was judged of it, each with its limit; empty for a stroke that a person cut, and in files of before.
+    /// The criteria evaluated for it; empty for a manual stroke, and in files of earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
@@ -174,14 +174,14 @@ pub enum CutBy {
     Person,
 }
 
-/// A part that looked like a stroke and is none.
+/// A rejected part: a candidate that is not a stroke.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rejected {
     /// The contact or motion.
     pub interval: Interval,
     /// Why.
     pub reason: Reason,
-    /// What was judged of it until one was not met, in that order, each with its limit; empty in files of before.
+    /// The criteria evaluated for it, in order, up to the one that is not met; empty in files of earlier versions.
     #[serde(default)]
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
@@ -197,11 +197,11 @@ pub enum Reason {
         /// What is needed, s.
         needed_s: f64,
     },
-    /// The mean normal force is not what was asked for.
+    /// The mean normal force differs from the target.
     ForceOutsideTolerance {
         /// The mean, N.
         mean_n: f64,
-        /// The force asked for, or the usual one of the recording, N; absent in files of before.
+        /// The target force, or the usual one of the recording, N; absent in files of earlier versions.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         target_n: Option<f64>,
         /// The lowest allowed, N.
@@ -223,7 +223,7 @@ pub enum Reason {
         /// Their rate, Hz.
         rate_hz: f64,
     },
-    /// A channel stands at its limit.
+    /// A channel is clipped.
     Clipped {
         /// The share of samples at the limit, 0–1.
         fraction: f64,
@@ -238,7 +238,7 @@ pub enum Reason {
         /// How many parts slide.
         parts: usize,
     },
-    /// The finger turns back on its way without a lift.
+    /// The finger reverses its direction without a lift.
     Reversed,
     /// The finger touches and does not slide.
     NoSliding,
@@ -246,7 +246,7 @@ pub enum Reason {
     NoContact,
     /// The contact begins before the recording or outlasts it.
     CutByRecording,
-    /// A person has left it out.
+    /// A person excluded it.
     ByPerson {
         /// The person's note.
         note: String,
@@ -279,16 +279,16 @@ impl Reason {
         match self {
             Self::TooShort { .. } => "too short",
             Self::ForceOutsideTolerance { .. } => "force outside tolerance",
-            Self::TooLight { .. } => "too light",
+            Self::TooLight { .. } => "force too low",
             Self::StickSlip { .. } => "stick-slip",
             Self::Clipped { .. } => "clipped",
             Self::DiscontinuousContact { .. } => "discontinuous contact",
             Self::Interrupted { .. } => "interrupted sliding",
-            Self::Reversed => "turned back",
+            Self::Reversed => "reversed direction",
             Self::NoSliding => "no sliding",
             Self::NoContact => "no contact",
             Self::CutByRecording => "cut by the recording's end",
-            Self::ByPerson { .. } => "left out by a person",
+            Self::ByPerson { .. } => "excluded by hand",
         }
     }
 }
@@ -319,7 +319,7 @@ impl std::fmt::Display for Reason {
                     fraction * 100.0
                 )
             }
-            Self::DiscontinuousContact { gaps } => write!(f, " ({gaps} times off the surface)"),
+            Self::DiscontinuousContact { gaps } => write!(f, " ({gaps} losses of contact)"),
             Self::Interrupted { parts } => write!(f, " ({parts} sliding parts in one contact)"),
             Self::ByPerson { note } if !note.is_empty() => write!(f, ": {note}"),
             Self::Reversed
@@ -348,7 +348,7 @@ pub enum Rule {
 pub struct Segmentation {
     /// The strokes, in their order.
     pub strokes: Vec<Stroke>,
-    /// What looked like one, in its order.
+    /// The rejected parts, in their order.
     pub rejected: Vec<Rejected>,
     /// How it was done.
     pub rule: Rule,
@@ -357,14 +357,14 @@ pub struct Segmentation {
     /// The zeros of the forces; absent where they were not found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_zeros: Option<ForceZeros>,
-    /// The file of a person's cuts that changed it.
+    /// The file of manual cuts that were applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<String>,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
 }
 
-/// The drifting zeros of a force cell, as seen while nothing touched.
+/// The drifting zeros of a force cell, measured without contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceZeros {
     /// What the normal force is multiplied by to be positive in contact: 1 or −1.
@@ -394,8 +394,8 @@ impl ForceZeros {
 }
 
 impl Segmentation {
-    /// The doubt about what was rejected, with every reason and how often; `None` when nothing was. A surface
-    /// that moves untouched as often as it was stroked, or less, is on its way back: no stroke that failed.
+    /// The doubt about rejected parts, with the count of every reason; `None` if nothing was rejected. Motions without contact
+    /// are not counted when there are no more of them than strokes: the surface moves back.
     #[must_use]
     pub fn rejection_doubt(&self) -> Option<Doubt> {
         let mut reasons = Counts::default();
@@ -418,7 +418,7 @@ impl Segmentation {
     }
 }
 
-/// What to expect of a recording whose rule is not stated.
+/// The expected load, speed and sliding criterion for a recording whose rule is not stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// The normal force that was asked for; none when it is not known.
@@ -429,8 +429,8 @@ pub struct Expected {
     pub judging: Judging,
 }
 
-/// The strokes of a recording by the rule that its channels allow: by speed where one was measured, else by the
-/// normal force, else the whole of it, which is a doubt.
+/// The strokes of a recording, in samples, by the rule that its channels allow: by speed if it was measured, otherwise by the
+/// normal force, otherwise the whole recording, with a doubt.
 ///
 /// Source: the protocols of active and passive touch; see [`segment_by_force`] and [`segment_by_speed`].
 ///
@@ -528,7 +528,7 @@ pub enum SegmentError {
         /// Its value with its unit.
         found: String,
     },
-    /// A rule that cannot be.
+    /// An impossible rule.
     #[error("expected {expected}, found {found}; correct the rule")]
     Rule {
         /// What is needed.

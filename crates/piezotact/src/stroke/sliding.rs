@@ -1,4 +1,4 @@
-//! Whether a finger in contact slides, and whether it slides steadily or sticks and slips.
+//! Detection of sliding and of stick-slip of a finger in contact.
 
 use super::frames::{Frames, quantile, smoothed};
 
@@ -10,15 +10,15 @@ const ABOVE_FLOOR: f64 = 4.0;
 const OF_LEVEL: f64 = 0.1;
 /// Pauses shorter than this do not interrupt sliding, s.
 const LONGEST_GAP_S: f64 = 0.08;
-/// Sliding shorter than this is a knock: what a landing leaves, s.
+/// Shorter sliding is the impact of landing, s.
 const SHORTEST_RUN_S: f64 = 0.1;
 /// Within a slip the friction falls by this share of its level …
 const SLIP_DROP: f64 = 0.2;
 /// … within this time, s.
 const SLIP_TIME_S: f64 = 0.016;
-/// A friction coefficient below this is none that could slip.
+/// With a friction coefficient below this, slips are not looked for.
 const LEAST_FRICTION: f64 = 0.1;
-/// As many slips make stick-slip …
+/// The least number of slips for stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
 pub(super) const SLIP_RATE_HZ: f64 = 1.5;

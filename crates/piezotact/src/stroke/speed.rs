@@ -1,4 +1,4 @@
-//! Passive touch: strokes by the plateau of the surface's speed.
+//! Passive touch: segmentation into strokes by the plateau of the surface's speed.
 
 use crate::stroke::ForceDoubt;
 use crate::stroke::StrokeDoubt;
@@ -20,7 +20,7 @@ use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::statistics::mean;
 
-/// A surface that is touched for a smaller share of its motion is not touched.
+/// The least share of a motion in contact for it to count as touched.
 const LEAST_TOUCH: Limit = Limit::AtLeast {
     met: 0.1,
     not_met: 0.1,
@@ -33,7 +33,7 @@ pub struct SpeedRule {
     pub smoothing_s: Seconds,
     /// The plateau holds its speed within this share of it.
     pub tolerance_share: f64,
-    /// What is slower than this share of the fastest is rest.
+    /// A speed below this share of the highest counts as rest.
     pub rest_share: f64,
     /// A plateau is at least this long.
     pub shortest_s: Seconds,
@@ -101,7 +101,7 @@ pub fn segment_by_speed(
     }
     let mut doubts = Vec::new();
     let held = held(signals, rule, frames, &mut doubts)?;
-    // What usually moves, not the fastest return or one wrong sample of an encoder, says what rest is.
+    // The threshold of rest follows the usual speed, not the fastest return or one wrong sample of an encoder.
     let moved: Vec<f64> = moving
         .iter()
         .copied()
@@ -338,7 +338,7 @@ fn plateau(
     Ok((from, to))
 }
 
-/// Judges whether a plateau is a stroke; why it is none.
+/// Judges whether a plateau is a stroke; otherwise returns the reason.
 fn fit(
     signals: &Signals<'_>,
     frames: Frames,

@@ -76,12 +76,12 @@ impl fmt::Display for SurfaceDoubt {
         match self {
             Self::MissingPoints { share } => write!(
                 f,
-                "{} of the points were not measured and are left out: parameters hold for the rest",
+                "{} of the points were not measured and are left out: parameters are those of the remaining points",
                 percent(*share)
             ),
             Self::UnevenSteps { worst } => write!(
                 f,
-                "the points are not evenly spaced (steps differ by up to {}): slopes and spacings are only that exact",
+                "the points are not evenly spaced (steps differ by up to {}): slopes and spacings have the same uncertainty",
                 percent(*worst)
             ),
             Self::ShortEvaluation {
@@ -90,7 +90,7 @@ impl fmt::Display for SurfaceDoubt {
                 cutoff_m,
             } => write!(
                 f,
-                "only {sections} section{} of the cut-off {} mm, the standard asks for {asked}",
+                "only {sections} section{} of the cut-off {} mm, the standard requires {asked}",
                 if *sections == 1 { "" } else { "s" },
                 cutoff_m * 1e3
             ),
@@ -99,19 +99,21 @@ impl fmt::Display for SurfaceDoubt {
                 whole_ra_m,
             } => write!(
                 f,
-                "the sections in the middle are not like the rest: their Ra is {:.4} µm, that of the whole line {:.4} µm; the line may hold more than the surface that is meant",
+                "the sections in the middle differ from the rest: their Ra is {:.4} µm, that of the whole line {:.4} µm; the \
+                    line may include more than the intended surface",
                 evaluated_ra_m * 1e6,
                 whole_ra_m * 1e6
             ),
             Self::CutoffUnsettled { used_m, ra_m } => write!(
                 f,
-                "no cut-off of the standard's table fits its own Ra (with {} mm Ra is {:.4} µm)",
+                "no cut-off in the table of the standard agrees with the Ra that it gives (with {} mm, Ra is {:.4} µm)",
                 used_m * 1e3,
                 ra_m * 1e6
             ),
             Self::LongCorrelation { level, reached_m } => write!(
                 f,
-                "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is left open, and Sal where nothing falls",
+                "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, \
+                    nor is Sal if it does not fall in any direction",
                 reached_m * 1e3
             ),
         }

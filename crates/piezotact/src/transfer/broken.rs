@@ -1,12 +1,12 @@
-//! What is broken in the two signals behind a transfer function.
+//! Signal defects (clipping, drop-outs, …) in the drive and response of a transfer function.
 
 use crate::doubt::Doubt;
 use crate::integrity::{Pair, transfer_doubts};
 use crate::quantity::{Quantity, Unit};
 use crate::series::Series;
 
-/// The doubts about a drive and its response, named by their quantities. What is sent as digital samples can be played up
-/// to full scale.
+/// The doubts about a drive and its response, named by their quantities. A drive in digital samples is limited at full
+/// scale.
 pub(super) fn doubts<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,

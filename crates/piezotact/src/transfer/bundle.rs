@@ -1,4 +1,4 @@
-//! Several transfer functions of one kind: how far they lie apart, their average, and what the average costs a new
+//! Several transfer functions of one kind: their spread, their average, and the penalty of the average for a new
 //! person.
 
 use num_complex::Complex;
@@ -9,10 +9,10 @@ use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
 use crate::statistics::{mean, mean_interval, standard_deviation};
 
-/// How transfer functions lie apart over a band, line by line in dB re 1 unit of `O` per `I`.
+/// The spread of transfer functions over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bundle {
-    /// How many they are.
+    /// The number of transfer functions.
     pub count: usize,
     /// The lines of the band, Hz.
     pub frequencies_hz: Vec<f64>,
@@ -32,13 +32,13 @@ pub struct Bundle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BundleAverage {
-    /// The mean of the complex values: it loses magnitude where phases differ.
+    /// The mean of the complex values: its magnitude is reduced where phases differ.
     Complex,
-    /// The mean of the logarithms of the magnitudes and of the phases: it does not.
+    /// The mean of the logarithms of the magnitudes and of the phases: its magnitude does not depend on the phases.
     LogMagnitude,
 }
 
-/// What rendering with an average of the others costs one person: the average against the person's own.
+/// The penalty of rendering with the average of the others for one person: the average compared with the person's own function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Penalty {
     /// The rms over the lines of the band of the difference of the magnitudes, dB.
@@ -59,7 +59,7 @@ pub struct LeaveOneOut {
     pub interval_db_rms: Option<[f64; 2]>,
 }
 
-/// Why transfer functions make no bundle or average.
+/// Why transfer functions cannot be compared or averaged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BundleError {
     /// Too few.
@@ -70,7 +70,7 @@ pub enum BundleError {
         /// What there is.
         found: usize,
     },
-    /// Lines that do not lie on each other.
+    /// Different line spacings.
     #[error(
         "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length"
     )]
@@ -82,7 +82,7 @@ pub enum BundleError {
     },
     /// Devices that are not the same.
     #[error(
-        "cannot average transfer functions: one was measured with {one}, another with {other}; average those apart"
+        "cannot average transfer functions: one was measured with {one}, another with {other}; average them separately"
     )]
     Device {
         /// The first.
@@ -90,9 +90,9 @@ pub enum BundleError {
         /// Another.
         other: String,
     },
-    /// Bands that were driven and have nothing in common.
+    /// Driven bands that do not overlap.
     #[error(
-        "cannot average transfer functions: one was driven over {one}, another over {other}; average those apart"
+        "cannot average transfer functions: one was driven over {one}, another over {other}; average them separately"
     )]
     Driven {
         /// The first.
@@ -106,15 +106,16 @@ pub enum BundleError {
         /// The band.
         band: Band,
     },
-    /// A complex mean of which nothing is left.
+    /// A complex mean in which the transfer functions cancel.
     #[error(
-        "expected transfer functions with a complex mean, found {count} that cancel, as those of opposite sign do; look for one with an inverted channel, or take the mean of log magnitudes"
+        "expected transfer functions with a complex mean, found {count} that cancel, as those of opposite sign do; look for one \
+            with an inverted channel, or use the mean of log magnitudes"
     )]
     Cancel {
         /// How many they are.
         count: usize,
     },
-    /// The average is none.
+    /// The average is not a valid transfer function.
     #[error("{0}")]
     Transfer(TransferError),
 }
@@ -142,12 +143,12 @@ pub(super) fn same_lines<I: Quantity, O: Quantity>(
     }
 }
 
-/// A magnitude in dB; that of 0 is very low, and a number.
+/// A magnitude in dB; finite (very low) for 0.
 pub(crate) fn level_db(h: Complex<f64>) -> f64 {
     20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
 }
 
-/// How far `functions` lie apart within `band`: lowest, highest and spread of the magnitudes of every line, in dB.
+/// The spread of `functions` within `band`: lowest, highest and standard deviation of the magnitudes of every line, in dB.
 ///
 /// Formula: max over lines of max − min over functions of `20·log10|H|`.
 ///
@@ -196,12 +197,12 @@ pub fn bundle<I: Quantity, O: Quantity>(
     Ok(bundle)
 }
 
-/// The average of `functions`, line by line, in units of `O` per `I`; coherence is their mean, averages their sum, what
-/// was driven is what all were driven in.
+/// The average of `functions`, line by line, in units of `O` per `I`. The coherence is their mean, the number of averages
+/// their sum, and the driven band the band common to all.
 ///
-/// People scatter more than estimates do: coherence says nothing of how far the average over several is off, so that its
-/// number of effective averages is not known and it has no confidence limits. Where the functions come from stays as far
-/// as they have it in common.
+/// People differ more than estimates scatter, so the coherence does not give the uncertainty of the average over several: its
+/// number of effective averages is unknown and it has no confidence limits. Condition and provenance are kept as far
+/// as they agree.
 ///
 /// Formula: complex: (1/n)·ΣH. Log-magnitude: exp(mean ln|H|)·exp(i·φ) with φ the phase of ΣH plus the mean of the
 /// phases relative to it, each within ±π: phases need no unwrapping along the lines.
@@ -298,7 +299,7 @@ fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) ->
     people.len()
 }
 
-/// The band that all were driven in whose band is known.
+/// The band common to all functions whose driven band is known.
 fn driven_by_all<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
 ) -> Result<Option<Band>, BundleError> {
@@ -315,7 +316,7 @@ fn driven_by_all<I: Quantity, O: Quantity>(
     Ok(common)
 }
 
-/// Where all of them come from, as far as that is one.
+/// The provenance common to all of them.
 fn in_common<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     people: usize,
@@ -324,7 +325,7 @@ fn in_common<I: Quantity, O: Quantity>(
     let all =
         |holds: &dyn Fn(&Provenance) -> bool| functions.iter().all(|f| holds(&f.about.provenance));
     if people > 1 {
-        common.source = format!("average of {people} people");
+        common.source = format!("average of {people} participants");
     } else if !all(&|p| p.source == common.source) {
         common.source = format!("average of {} measurements", functions.len());
     }
@@ -337,7 +338,7 @@ fn in_common<I: Quantity, O: Quantity>(
     common
 }
 
-/// What the average of the others costs everybody, left out in turn, within `band`.
+/// The leave-one-out penalties within `band`, in dB: for each function, the average of the others compared with it.
 ///
 /// Formula: over lines, `20·log10|H of the others' average| − 20·log10|own H|`: rms and largest magnitude.
 ///

@@ -1,5 +1,5 @@
-//! Two clocks behind one transfer function: how the delay of a response changes over a recording, as a drift or as samples that
-//! are missing, and the response on the clock of its drive.
+//! Clock drift and missing samples in a recording of drive and response: how the delay of the response changes over the
+//! recording, and the response corrected to the clock of its drive.
 
 use std::f64::consts::TAU;
 
@@ -14,57 +14,57 @@ use crate::series::Series;
 use crate::spectrum::WelchConfig;
 use crate::statistics::{mean, median};
 
-/// A response on the clock of its drive.
+/// A response corrected to the clock of its drive.
 #[derive(Clone, Debug)]
 pub struct OneClock<O: Quantity> {
     /// The response, as long as before.
     pub response: Series<O>,
-    /// The stretches that hold no pair of drive and response, s.
+    /// The stretches without valid samples of both drive and response, as `[start, end]` in s.
     pub missing_s: Vec<[f64; 2]>,
-    /// The drift and the missing samples that it was corrected for.
+    /// The doubts about drift and missing samples for which it was corrected.
     pub doubts: Vec<Doubt>,
 }
 
-/// Fewer blocks than this show no course of the delay.
+/// The fewest blocks from which a change of the delay is estimated.
 const FEWEST_BLOCKS: usize = 16;
-/// More blocks than this show no more.
+/// The largest number of blocks; more would not improve the estimate.
 const MOST_BLOCKS: usize = 256;
 /// The shortest segment, in samples.
 const SHORTEST: usize = 64;
-/// Fewer driven lines than this have no phase that a delay could be told by.
+/// The fewest driven lines from whose phases a delay is estimated.
 const FEWEST_LINES: usize = 16;
 /// Lines this far below the strongest are not driven: 40 dB, as elsewhere.
 const DRIVEN: f64 = super::cross::DRIVEN;
 /// From one block to the next the delay changes by no more than this, s.
 const LONGEST_MISSING_S: f64 = 0.02;
-/// Places between samples at which a delay is looked for first.
+/// The oversampling of the first search for a delay.
 const FINE: usize = 4;
-/// A block follows the others from this mean cosine of its phases on, and from this many standard deviations of unrelated ones.
+/// A block follows the others when the mean cosine of its phases reaches the first value, and the second value in standard
+/// deviations of unrelated blocks.
 const FOLLOWS: (f64, f64) = (0.1, 6.0);
-/// So many of the blocks have to.
+/// The share of blocks that have to follow.
 const FOLLOWING: f64 = 0.7;
-/// Two clocks that differ by more are no clocks, parts per million.
+/// The largest plausible difference between two clocks, parts per million.
 const MOST_PPM: f64 = 500.0;
-/// A drift or a step stands out beyond so many standard errors.
+/// The numbers of standard errors above which a drift, and a step, are significant.
 const STANDS_OUT: (f64, f64) = (3.0, 8.0);
-/// Lower and upper frequencies may tell the same delay by so much of it apart.
+/// The largest relative difference between the delays found from lower and from upper frequencies.
 const ALIKE: f64 = 0.2;
-/// What is less changes nothing that matters: the loss of the average at the end of the driven band, dB.
+/// A smaller drift is neglected: the loss of the average at the upper end of the driven band, dB.
 const LEAST_LOSS_DB: f64 = 0.1;
-/// Fewer samples are no missing ones, but a delay that wanders.
+/// A smaller jump of the delay, in samples, is a wandering delay and not missing samples.
 const FEWEST_MISSING: f64 = 0.7;
-/// No more places where samples are missing are looked for.
+/// The largest number of places with missing samples that are looked for.
 const MOST_STEPS: usize = 4;
-/// So many blocks on either side of a step.
+/// The fewest blocks on either side of a step.
 const BLOCKS_ASIDE: usize = 4;
-/// The course of the delay is told from so many parts of the recording for its error.
+/// The number of parts of the recording from which the error of the drift is estimated.
 const PARTS: usize = 20;
-/// A coherence no better than this counts in the weight of a line.
+/// The largest coherence used in the weight of a line; higher values count as this.
 const BEST_COHERENCE: f64 = 0.99;
 
-/// `response` on the clock of `drive`, where their clocks differ or samples of one are missing by more than the noise explains and
-/// so that it matters; `None` where nothing of the kind stands out. `config` gives the longest segment. The delay is that of the
-/// beginning.
+/// `response` in its own unit, corrected to the clock of `drive`, when drift or missing samples are significant and large
+/// enough to matter; `None` otherwise. `config` gives the longest segment. The delay at the beginning of the recording is kept.
 ///
 /// Formula: the delay of every block of segments from the phases of its cross-spectrum relative to the mean of all,
 /// Δ = −Σ W·ω·Im Z/Σ W·ω²·Re Z with Z = Sᵢ/S̄ and W = γ²/(1 − γ²); a line with steps through the delays by weighted
@@ -117,8 +117,8 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
     })
 }
 
-/// `response` as it goes into an estimate beside `drive`: on one clock with it where their clocks differ, with the stretches `lost_s`
-/// that were reported as lost, in s, beside those where samples are missing.
+/// `response` in its own unit, prepared for an estimate with `drive`: corrected to its clock where the clocks differ, with the
+/// reported lost stretches `lost_s` (`[start, end]` in s) added to those with missing samples.
 ///
 /// Source: [`on_one_clock`].
 #[must_use]
@@ -143,7 +143,7 @@ pub fn prepared<I: Quantity, O: Quantity>(
 
 /// How the delay changes, samples.
 struct Course {
-    /// The drift and its standard error, parts per million, where it counts.
+    /// The drift and its standard error, parts per million, if it is significant and large enough.
     drift_ppm: Option<[f64; 2]>,
     /// Where samples are missing, and how many.
     steps: Vec<[f64; 2]>,
@@ -242,7 +242,7 @@ impl Blocks {
         (found.lines.len() >= FEWEST_LINES).then_some(found)
     }
 
-    /// What a delay of a sample turns a line by, rad.
+    /// The phase shift of a line by a delay of one sample, rad.
     fn radians(&self, line: usize) -> f64 {
         TAU * line as f64 / self.segment as f64
     }
@@ -255,7 +255,7 @@ impl Blocks {
         let (coherence, mean) = self.aligned(&|at| first.delay_at(at));
         let refined = self.refined(&tracked, &first, (&coherence, &mean), 0..self.lines.len());
         let model = Model::chosen(&refined, self)?;
-        // Two clocks turn all frequencies alike; a finger that changes does not.
+        // Clock drift shifts all frequencies by the same delay; a change of the finger does not.
         let half = self.halved(&coherence);
         let fits = [0..half, half..self.lines.len()].map(|part| {
             let locals = self.refined(&tracked, &first, (&coherence, &mean), part);
@@ -291,12 +291,12 @@ impl Blocks {
         let steps = model.steps.iter().zip(&model.fit.jumps);
         Some(Course {
             drift_ppm: shown.then_some([ppm, error * 1e6]),
-            // What is missing makes all that follows come earlier.
+            // After missing samples everything arrives earlier.
             steps: steps.map(|(at, jump)| [*at, -jump.round()]).collect(),
         })
     }
 
-    /// What the average loses at the end of the driven band when the delay grows by `slope` samples a sample, dB.
+    /// The loss of the average at the upper end of the driven band for a delay that grows by `slope` samples per sample, dB.
     fn loss_db(&self, slope: f64) -> f64 {
         let last = self.lines.last().copied().unwrap_or(0);
         let length = self.at.last().unwrap_or(&0.0) - self.at.first().unwrap_or(&0.0);
@@ -308,7 +308,7 @@ impl Blocks {
         }
     }
 
-    /// The delays of the blocks by their phases alone, each looked for around the one before.
+    /// The delays of the blocks from their phases alone, each searched around that of the previous block.
     fn tracked(&self) -> Option<Vec<Local>> {
         let n = FINE * self.segment;
         let mut transform = RealTransform::new(n);
@@ -319,7 +319,7 @@ impl Blocks {
         let mut sum = vec![Complex::<f64>::default(); self.lines.len()];
         let (mut near, mut locals) = (0.0f64, Vec::new());
         for ((at, cross), power) in self.at.iter().zip(&self.cross).zip(&self.drive) {
-            // A block tells nothing of lines that it does not drive.
+            // A block gives no information about lines that it does not drive.
             let phases: Vec<Complex<f64>> = self
                 .lines
                 .iter()
@@ -395,7 +395,7 @@ impl Blocks {
         (coherence.collect(), mean)
     }
 
-    /// The line, of those that are driven, below which lies half of what the delay is told by.
+    /// The driven line below which lies half of the total weight of the delay estimate.
     fn halved(&self, coherence: &[f64]) -> usize {
         let told: Vec<f64> = coherence
             .iter()
@@ -449,7 +449,7 @@ impl Blocks {
     }
 }
 
-/// What a line of this coherence says of a delay, re its power.
+/// The weight of a line with this coherence in the delay estimate, re its power.
 fn weight(coherence: f64) -> f64 {
     let held = coherence.clamp(0.0, BEST_COHERENCE);
     held / (1.0 - held)
@@ -462,7 +462,7 @@ struct Local {
     delay: f64,
 }
 
-/// A line with as many steps as stand out.
+/// A line with all significant steps.
 struct Model {
     fit: Fit,
     /// Where the delay jumps, samples of the drive.
@@ -470,7 +470,7 @@ struct Model {
 }
 
 impl Model {
-    /// The line through `locals` with the steps that stand out, the largest first.
+    /// The line through `locals` with the significant steps, the largest first.
     fn chosen(locals: &[Local], blocks: &Blocks) -> Option<Self> {
         let longest = LONGEST_MISSING_S * blocks.rate.hz();
         let mut steps: Vec<f64> = Vec::new();
@@ -532,7 +532,7 @@ struct Fit {
     jump_errors: Vec<f64>,
     /// The variance of what is left.
     variance: f64,
-    /// What is left of each delay; none of those at a jump.
+    /// The residual of each delay; none for those at a jump.
     left: Vec<Option<f64>>,
     /// The sum of the squared distances along the line.
     along: f64,

@@ -1,4 +1,4 @@
-//! How far a transfer function may lie from the truth, line by line, from coherence and the number of averages.
+//! Confidence limits of a transfer function, line by line, from coherence and the number of averages.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::{Estimator, TransferFunction};
 use crate::quantity::Quantity;
 
-/// 95 % confidence limits of every line of a transfer function, each line for itself.
+/// 95 % confidence limits of every line of a transfer function, pointwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Confidence {
     /// The lower limit of the magnitude, in units of `O` per `I`.

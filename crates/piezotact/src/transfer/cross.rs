@@ -26,14 +26,14 @@ pub struct CrossSpectra<I: Quantity, O: Quantity> {
     pub resolution_hz: f64,
     /// The number of segments averaged.
     pub averages: usize,
-    /// The number of independent ones that scatter as much.
+    /// The equivalent number of independent segments, with the same scatter.
     pub effective_averages: f64,
     /// How much larger the variance of a mean over lines is, as neighbouring lines are correlated.
     pub(super) line_correlation: f64,
     quantities: PhantomData<(I, O)>,
 }
 
-/// The same for a Hann window, which is taken where the window is not known.
+/// The same factor for a Hann window, used when the window is not known.
 const HANN_CORRELATION: f64 = 1.4;
 
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
@@ -200,7 +200,7 @@ fn total_least_squares(cross: Complex<f64>, x: f64, y: f64, noise_ratio: f64) ->
     let root = difference
         .mul_add(difference, 4.0 * noise_ratio * cross.norm_sqr())
         .sqrt();
-    // Of the two forms of the root, the one without cancellation.
+    // The form of the root without cancellation.
     if difference <= 0.0 {
         (root - difference) / (2.0 * cross.conj())
     } else {
@@ -224,8 +224,8 @@ impl CrossPlan {
     /// A plan for pairs of channels at `rate`.
     ///
     /// # Errors
-    /// [`EstimateError::Config`] when the configuration cannot be: the median of a complex cross-spectrum is
-    /// not defined, and ratios of spectra are made of densities.
+    /// [`EstimateError::Config`] when the configuration is not possible: the median of a complex cross-spectrum is
+    /// not defined, and ratios of spectra need densities.
     pub fn new(config: &WelchConfig, rate: SampleRate) -> Result<Self, EstimateError> {
         let hop = config.hop()?;
         if config.averaging != Averaging::Mean || config.scaling != Scaling::Density {
@@ -261,7 +261,7 @@ impl CrossPlan {
         self.estimate_of(drive, response, &|_| true)
     }
 
-    /// As [`Self::estimate`], of the segments for which `counts` alone.
+    /// As [`Self::estimate`], using only the segments for which `counts` is true.
     fn estimate_of<I: Quantity, O: Quantity>(
         &mut self,
         drive: &[f64],
@@ -343,7 +343,7 @@ pub fn cross_spectra<I: Quantity, O: Quantity>(
     cross_spectra_of(drive, response, config, &|_| true)
 }
 
-/// As [`cross_spectra`], of the segments for which `counts` alone.
+/// As [`cross_spectra`], using only the segments for which `counts` is true.
 pub(super) fn cross_spectra_of<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,

@@ -1,4 +1,4 @@
-//! What a transfer function leaves open.
+//! Doubts about a transfer function.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 use crate::quantity::Band;
 
 doubts! {
-    /// What a transfer function leaves open.
+    /// Doubts about a transfer function.
     pub enum TransferDoubt {
         /// Coherence is below what the estimate needs in part of the band.
         LowCoherence("low_coherence") {
@@ -52,7 +52,7 @@ doubts! {
             /// How far that may be off, s.
             reach_s: f64,
         },
-        /// The drive has the unit of a response, and the response that of a drive.
+        /// The drive has the unit of a response, and the response has the unit of a drive.
         SwappedUnits("swapped_units") {
             /// The drive's unit.
             drive: String,
@@ -89,14 +89,14 @@ doubts! {
         },
         /// The force takes power out of the finger: one of two channels has the wrong sign.
         PolarityInverted("polarity_inverted"),
-        /// Drive and response were sampled by two clocks; the response was brought onto that of the drive.
+        /// Drive and response were sampled with two clocks; the response was corrected to the clock of the drive.
         ClocksDiffer("clocks_differ") {
             /// How much faster the clock of the response runs, parts per million: its delay grows by it.
             ppm: f64,
             /// The standard error of that, parts per million.
             uncertainty: f64,
         },
-        /// Samples of the response are missing that nobody reported; what follows was moved back to its place.
+        /// Samples of the response are missing without having been reported; the following samples were shifted back into place.
         SamplesMissing("samples_missing") {
             /// How many; below zero where samples of the drive are missing, or those of the response were repeated.
             count: f64,
@@ -110,11 +110,11 @@ doubts! {
             /// Of how many.
             of: usize,
         },
-        /// Drive and response are no more alike than two unrelated signals.
+        /// Drive and response are no more coherent than two unrelated signals.
         Unrelated("unrelated") {
             /// The mean coherence of the lines that are driven.
             coherence: f64,
-            /// What it exceeds in 5 % of unrelated pairs; 0 where a file does not say.
+            /// The value exceeded in 5 % of unrelated pairs; 0 if a file does not state it.
             limit: f64,
             /// Independent averages; 0 where a file does not say.
             averages: f64,
@@ -161,11 +161,11 @@ impl fmt::Display for TransferDoubt {
             ),
             Self::ImpossibleCoherence { at_hz, found, lines } => write!(
                 f,
-                "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which no pair of signals can have"
+                "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which is impossible for any pair of signals"
             ),
             Self::FewAverages { averages, recommended } => write!(
                 f,
-                "only {averages} segments were averaged, {recommended} or more are recommended: the estimate scatters"
+                "only {averages} segments were averaged, {recommended} or more are recommended: the estimate is uncertain"
             ),
             Self::LateResponse { delay_s, segment_s, reach_s } => write!(
                 f,
@@ -186,7 +186,7 @@ impl fmt::Display for TransferDoubt {
             ),
             Self::NotDriven { bands, share } => write!(
                 f,
-                "nothing drives {} of the band ({}): the transfer function says nothing there",
+                "{} of the band ({}) is not driven: the transfer function has no meaning there",
                 percent(*share),
                 list(bands)
             ),
@@ -196,32 +196,37 @@ impl fmt::Display for TransferDoubt {
             ),
             Self::RepeatsScatter { db_rms } => write!(
                 f,
-                "repeats lie up to {db_rms:.1} dB rms apart: the finger moved or its force changed, or another person's repeat is among them"
+                "repeats differ by up to {db_rms:.1} dB rms: the finger moved or its force changed, or a repeat is from another \
+                    participant"
             ),
             Self::Nonlinear { level_db, band_hz } => write!(
                 f,
-                "distortion reaches {level_db:.0} dB of the response at {band_hz}: the transfer function holds for this level of drive only"
+                "distortion reaches {level_db:.0} dB of the response at {band_hz}: the transfer function is valid only for this \
+                    level of drive"
             ),
             Self::PolarityInverted => f.write_str(
-                "the force seems to take power out of the finger: force or acceleration has the wrong sign",
+                "the force seems to extract power from the finger: force or acceleration has the wrong sign",
             ),
             Self::ClocksDiffer { ppm, uncertainty } => write!(
                 f,
-                "the clock of the response runs {ppm:.1} ± {uncertainty:.1} parts per million faster than that of the drive: the response was brought onto the clock of the drive"
+                "the clock of the response runs {ppm:.1} ± {uncertainty:.1} parts per million faster than that of the drive: \
+                    the response was resampled to the clock of the drive"
             ),
             Self::SamplesMissing { count, at_s } => write!(
                 f,
-                "{:.0} samples of the {} are missing at about {at_s:.2} s and nobody reported them: what follows was moved back to its place",
+                "{:.0} samples of the {} are missing at about {at_s:.2} s and were not reported as lost: the later samples were \
+                    shifted to their correct times",
                 count.abs(),
                 if *count < 0.0 { "drive" } else { "response" }
             ),
             Self::SegmentsLeftOut { left_out, of } => write!(
                 f,
-                "{left_out} of {of} segments touch samples that were lost, and were left out"
+                "{left_out} of {of} segments contain lost samples, and were left out"
             ),
             Self::Unrelated { coherence, limit, averages } => write!(
                 f,
-                "the mean coherence of the driven lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation of drive and response is shown"
+                "the mean coherence of the driven lines is {coherence:.3}, and unrelated signals reach {limit:.3} \
+                    with {averages:.0} averages: no relation between drive and response is shown"
             ),
         }
     }

@@ -1,5 +1,5 @@
-//! What a transfer function gives away of how it was measured: channels that are swapped, late or inverted, resonances
-//! that the segments do not resolve, lines that nothing drove.
+//! Measurement faults detected in a transfer function: swapped, delayed or inverted channels, unresolved resonances, and
+//! lines that were not driven.
 
 use crate::transfer::TransferDoubt;
 use num_complex::Complex;
@@ -14,11 +14,11 @@ use crate::spectrum::RECOMMENDED_SEGMENTS;
 /// Fewer lines than this within the half-power bandwidth of a resonance leave a bias of more than 2 %
 /// (⅓ of the squared ratio, with the resolution of a Hann window of 1.44 lines).
 const LINES_OF_A_RESONANCE: f64 = 6.0;
-/// A peak that stands out by less than this is none, dB.
+/// The least prominence of a peak, dB.
 const PROMINENT_DB: f64 = 6.0;
-/// Lines below this coherence say nothing of a resonance.
+/// The least coherence of lines in which a resonance is looked for.
 const BELIEVED: f64 = 0.5;
-/// A response later than this share of a segment is underestimated.
+/// A response delayed by more than this share of a segment is underestimated.
 const LATE: f64 = 0.05;
 
 /// Whether a doubt says that the two signals are out of step.
@@ -33,11 +33,11 @@ fn out_of_step(doubt: &Doubt) -> bool {
     )
 }
 
-/// A line this far below the strongest of the next few is what leaks from them: 20 dB, within as many lines.
+/// A line this far below the strongest of its neighbours is leakage from them: 20 dB, and the number of neighbours.
 const LEAKS: (f64, usize) = (1e-2, 4);
 
-/// From the first to the last line that is driven with a spectrum of `power`: at 0 Hz, where the mean was taken away, nothing drives,
-/// and below the first line that stands out what is there has leaked.
+/// The band from the first to the last driven line of a drive with the spectrum `power`. The line at 0 Hz (the mean was
+/// removed) and leakage below the first prominent line do not count as driven.
 pub(super) fn driven_band(driven: &[bool], power: &[f64], resolution_hz: f64) -> Option<Band> {
     let hz = |line: usize| Hertz(line as f64 * resolution_hz);
     let stands_out = |line: &usize| {
@@ -50,7 +50,7 @@ pub(super) fn driven_band(driven: &[bool], power: &[f64], resolution_hz: f64) ->
     Band::new(hz(first), hz(last)).ok()
 }
 
-/// What of `bands`, which nothing drives, lies in the driven band `inside`.
+/// The doubt about those parts of the undriven `bands` that lie in the driven band `inside`.
 pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Doubt> {
     let bands: Vec<Band> = bands
         .iter()
@@ -61,7 +61,7 @@ pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Doubt> {
     (!bands.is_empty()).then(|| Doubt::from(TransferDoubt::NotDriven { bands, share }))
 }
 
-/// The runs of lines within the driven band that are not driven and answer nothing.
+/// The runs of lines within the driven band that are neither driven nor coherent with the drive.
 pub(super) fn gaps<I: Quantity, O: Quantity>(
     driven: &[bool],
     function: &TransferFunction<I, O>,
@@ -101,7 +101,7 @@ const TONE_LINES: f64 = 8.0;
 /// Coherence below this on most driven lines: less than half of the response comes from the drive.
 const HALF: f64 = 0.5;
 
-/// That next to all of the spectrum is not driven, where the drive is a tone.
+/// The doubt that almost all of the spectrum is not driven, for a drive that is a tone.
 pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
     let driven = function.driven?;
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
@@ -111,13 +111,13 @@ pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) 
         .flatten()
 }
 
-/// That most of the driven lines have less than half of their response from the drive: it is related to it, and little more.
+/// The doubt that on most driven lines less than half of the response comes from the drive: related, but only weakly.
 pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
     let doubt = function.low_coherence(function.driven?, HALF);
     doubt.filter(|doubt| matches!(doubt.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share > 0.5))
 }
 
-/// What of `asked` lies outside of `driven` by more than a line's width.
+/// The doubt about the part of the band `asked` outside `driven` by more than one line spacing.
 pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<Doubt> {
     let (low, high) = (asked.low().0, asked.high().0);
     let parts = [
@@ -247,8 +247,8 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
     (net < -0.2 * all).then_some(Doubt::from(TransferDoubt::PolarityInverted))
 }
 
-/// What the whole signals say where their lines are unrelated or out of step: whatever the length of segments, one delay or
-/// none.
+/// Checks a delay found from lines against that of the whole signals, which does not depend on the segment length, when
+/// the lines are unrelated or out of step.
 pub(super) fn timing<I: Quantity, O: Quantity>(
     function: &mut TransferFunction<I, O>,
     drive: &Series<I>,

@@ -1,5 +1,5 @@
-//! Transfer functions from drives that repeat: sweeps and multisines. Blocks are transformed as they are, without a window,
-//! and neighbouring lines are averaged to the lines that an estimate by segments would have.
+//! Transfer functions from periodic drives: sweeps and multisines. Blocks are transformed without a window,
+//! and neighbouring lines are averaged to the line spacing of an estimate by segments.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,10 @@ use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::EstimateError;
 
-/// Where the blocks of a drive stand in a recording, in samples.
+/// The positions of the blocks of a periodic drive in a recording, in samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Blocks {
-    /// From where the drive sets in to the first block.
+    /// The distance from the onset of the drive to the first block.
     pub lead: usize,
     /// The length of a block.
     pub length: usize,
@@ -26,7 +26,7 @@ pub struct Blocks {
     pub rows: usize,
 }
 
-/// Where a recorded drive sets in: the first sample above a hundredth of its largest.
+/// The onset of a recorded drive: the first sample above a hundredth of its largest.
 pub(super) fn onset(drive: &[f64]) -> usize {
     let least = 0.01 * crate::statistics::peak(drive);
     drive.iter().position(|x| x.abs() > least).unwrap_or(0)
@@ -38,7 +38,7 @@ pub(super) struct Transformed {
     pub(super) response: Vec<Vec<Vec<Complex<f64>>>>,
     /// The step between lines, Hz.
     pub(super) step_hz: f64,
-    /// The rows that were left out, as they touch what was lost.
+    /// The doubt about rows that were left out because they contain lost samples.
     pub(super) left_out: Option<Doubt>,
 }
 
@@ -76,7 +76,7 @@ impl Transformed {
             }
             .into());
         }
-        // A row begins where the one before has ended: what settles in it belongs to it.
+        // A row extends from the end of the previous one, so that its settling time belongs to it.
         let kept: Vec<usize> = (0..rows)
             .filter(|row| {
                 let from = first + row * stride;

@@ -1,5 +1,5 @@
-//! Whether drive and response have anything to do with each other, and by how much one follows the other: tests against
-//! what two unrelated signals show.
+//! Statistical tests of whether drive and response are related, and of the delay between them, against the distribution for
+//! unrelated signals.
 
 use num_complex::Complex;
 use piezotact_fourier::ComplexPlanner;
@@ -11,30 +11,30 @@ use crate::fourier::fast_length;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::statistics::mean;
 
-/// The share of unrelated pairs that are taken for related ones.
+/// The significance level of a relation: the share of unrelated pairs taken for related ones.
 const FALSE_RELATED: f64 = 0.05;
-/// The share of unrelated pairs in which a peak of the correlation is taken for a delay.
+/// The significance level of a delay: the share of unrelated pairs in which a peak of the correlation is taken for a delay.
 const FALSE_DELAY: f64 = 0.01;
-/// A line's coherence counts up to what one in so many unrelated lines exceeds: a tone that both channels share, such as
-/// hum, makes few lines coherent and no relation.
+/// The coherence of a line is limited to the value that this share of unrelated lines exceeds, so that a tone in both channels,
+/// such as hum, does not count as a relation.
 const HELD_BEYOND: f64 = 0.05;
 /// With fewer independent averages every pair is coherent.
 const LEAST_AVERAGES: f64 = 1.5;
 /// As many driven lines are needed.
 const LEAST_LINES: usize = 4;
-/// As many lines on either side a window leaks to.
+/// The number of lines on either side to which a window leaks.
 const LEAKS_TO: usize = 4;
-/// Lags beyond this share of a recording rest on too little of it.
+/// The largest lag, as a share of the recording: beyond it too few samples overlap.
 const FARTHEST_LAG: f64 = 0.9;
 
-/// What the driven lines say of whether drive and response are related.
+/// The test of whether drive and response are related, from the driven lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
     /// The mean coherence of the driven lines, 0–1, each held at what 5 % of unrelated lines exceed.
     pub coherence: f64,
-    /// The same mean, expected of unrelated signals.
+    /// The expected value of that mean for unrelated signals.
     pub chance: f64,
-    /// What it exceeds in 5 % of unrelated pairs.
+    /// The value that the mean exceeds in 5 % of unrelated pairs.
     pub limit: f64,
     /// Independent averages.
     pub averages: f64,
@@ -43,7 +43,7 @@ pub struct Relation {
 }
 
 impl Relation {
-    /// Whether the coherence is more than unrelated signals have.
+    /// Whether the coherence is significantly above that of unrelated signals.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.coherence > self.limit
@@ -64,7 +64,7 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     #[must_use]
     pub fn relation(&self) -> Option<Relation> {
         let n = self.effective_averages;
-        // Lines of real values, at both ends, are distributed otherwise.
+        // The real-valued lines at both ends have another distribution.
         let inner = 1..self.drive_power.len().saturating_sub(1);
         let (driven, coherence) = (self.driven(), self.coherence());
         let found: Vec<f64> = inner.filter(|k| driven[*k]).map(|k| coherence[k]).collect();
@@ -109,7 +109,7 @@ pub(super) fn line_correlation(window: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-/// By how much a response follows its drive.
+/// The delay of a response re its drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delay {
     /// The delay, s; below zero where the response comes first.
@@ -119,7 +119,7 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// Whether two may be one.
+    /// Whether two delays agree within their uncertainties.
     #[must_use]
     pub fn agrees(&self, other: &Self) -> bool {
         (self.delay_s - other.delay_s).abs() <= self.reach_s + other.reach_s
@@ -186,10 +186,10 @@ fn squared_envelope(
 }
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
-    /// By how much the response follows the drive: the time of the largest value of the envelope of the impulse response,
-    /// each line weighted with its coherence and those that are known not to be driven with nothing; `None` when no value
-    /// stands out of what unrelated signals show. It lies within half a segment, 1/(2·resolution): a response that is
-    /// later than that comes in at the other side.
+    /// The delay of the response re the drive, s: the time of the maximum of the envelope of the impulse response,
+    /// each line weighted with its coherence, and lines known not to be driven with zero; `None` when no maximum is
+    /// significant. It lies within half a segment, 1/(2·resolution): a later response wraps around and appears as an early
+    /// one.
     #[must_use]
     pub fn delay(&self) -> Option<Delay> {
         let n = 2 * (self.response.len() - 1);
@@ -208,8 +208,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     }
 }
 
-/// By how much `response` follows `drive`, samples taken together at `rate`, from all of both and whatever the length of
-/// segments; `None` where no lag stands out.
+/// The delay of `response` re `drive`, samples taken together at `rate`, from the whole signals and independent of the segment
+/// length; `None` when no lag is significant.
 pub(super) fn delay_of_signals(
     drive: &[f64],
     response: &[f64],
@@ -231,7 +231,7 @@ pub(super) fn delay_of_signals(
     );
     let step_hz = rate.hz() / n as f64;
     let squares = squared_envelope(n, step_hz, band, &mut |line| x[line].conj() * y[line]);
-    // Fewer samples meet at longer lags.
+    // Fewer samples overlap at longer lags.
     let farthest = (FARTHEST_LAG * samples as f64) as usize;
     let (middle, whole) = (n / 2, samples as f64);
     let from = middle - farthest.min(middle);

@@ -1,4 +1,4 @@
-//! Repeats of one measurement: one estimate of all, and how far they lie apart.
+//! Repeats of one measurement: the pooled estimate, and the difference between repeats.
 
 use crate::transfer::TransferDoubt;
 use num_complex::Complex;
@@ -9,8 +9,8 @@ use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
 
-/// Repeats under one drive as one estimate: what they would give had they been recorded in one go. Coherence falls where
-/// they disagree. Condition, device and provenance are those of the first.
+/// The pooled estimate of repeats with one drive, in units of `O` per `I`: the result as if they had been recorded in one
+/// recording. Coherence falls where they disagree. Condition, device and provenance are those of the first.
 ///
 /// Formula: H1 = Σw·H1ᵢ, γ² = |H1|²/Σ(w·|H1ᵢ|²/γᵢ²), with w the share of the averages, as the drive's power is the same;
 /// H2 = H1/γ², Hv = H1/γ.
@@ -79,7 +79,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
     one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
     one.about.provenance.clone_from(&first.about.provenance);
-    // What follows from the estimate is judged anew.
+    // Doubts that follow from the estimate itself are evaluated again for the pooled estimate.
     let own = |doubt: &&Doubt| {
         !matches!(
             doubt.kind(),
@@ -101,7 +101,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
     Ok(one)
 }
 
-/// What H1 is of an estimate with this coherence: H2 = H1/γ², Hv = H1/γ.
+/// The ratio of H1 to an estimate with this coherence: H2 = H1/γ², Hv = H1/γ.
 fn part_of_h1(estimator: Estimator, coherence: f64) -> f64 {
     match estimator {
         Estimator::H1 => 1.0,
@@ -110,8 +110,8 @@ fn part_of_h1(estimator: Estimator, coherence: f64) -> f64 {
     }
 }
 
-/// How far the two of `repeats` that differ most lie apart within `band`: the rms over the lines of the difference of their
-/// magnitudes, dB; `None` for fewer than two, lines that differ, or none in the band.
+/// The largest difference between two of `repeats` within `band`: the rms over the lines of the difference of their
+/// magnitudes, dB; `None` for fewer than two, different line spacings, or no line in the band.
 ///
 /// Formula: max over pairs of √(mean (20·log10|Hᵢ/Hⱼ|)²).
 ///

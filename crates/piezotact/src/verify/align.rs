@@ -1,4 +1,4 @@
-//! A measurement brought onto its target's time, to a fraction of a sample.
+//! Aligns a measurement with its target in time, to a fraction of a sample.
 
 use std::f64::consts::TAU;
 
@@ -10,11 +10,11 @@ use crate::quantity::{Band, Quantity, SampleRate, Seconds};
 use crate::series::Series;
 use crate::statistics::mean;
 
-/// A measurement brought onto its target's time.
+/// A measurement aligned with its target in time.
 pub(crate) struct Aligned {
     /// How much later the measurement is.
     pub(crate) delay: Seconds,
-    /// The measurement at the target's times, one sample for each of the target's.
+    /// The measurement resampled at the target's times, one sample for each sample of the target.
     pub(crate) measured: Vec<f64>,
     pub(crate) measured_in_band: Vec<f64>,
     pub(crate) target_in_band: Vec<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
-    /// The correlation of what is compared.
+    /// The correlation of target and measurement over the part that is compared.
     pub(super) fn correlation(&self) -> f64 {
         let (t, m) = (
             &self.target_in_band[self.from..self.to],
@@ -34,7 +34,7 @@ impl Aligned {
         crate::statistics::correlation(t, m)
     }
 
-    /// The same with the measurement `lag` whole samples later than the target.
+    /// The same alignment for a measurement that is `lag` whole samples later than the target.
     pub(super) fn moved_to<Q: Quantity>(self, lag: f64, response: &Series<Q>) -> Self {
         let rate = response.rate();
         let count = self.target_in_band.len();
@@ -60,15 +60,15 @@ impl Aligned {
     }
 }
 
-/// The widest edge of the band-pass that the waveforms go through before they are compared.
+/// The largest edge width of the band-pass filter applied to both waveforms before the comparison, as a share of the band's ends.
 const EDGE_RATIO: f64 = 0.1;
 
-/// `samples` about their mean and limited to `band`, as the waveforms are that are compared.
+/// `samples` with their mean removed, limited to `band`: the filter that both waveforms pass before the comparison.
 pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
     filtered(samples, rate, |hz| band.weight(hz, EDGE_RATIO))
 }
 
-/// `samples` about their mean and limited to `bands`, whose edges are sharp.
+/// `samples` with their mean removed, limited to `bands` with sharp edges.
 pub(super) fn in_bands(samples: &[f64], rate: SampleRate, bands: &[Band]) -> Vec<f64> {
     let inside = |hz: f64| bands.iter().any(|band| band.contains(hz));
     filtered(samples, rate, |hz| if inside(hz) { 1.0 } else { 0.0 })
@@ -77,7 +77,7 @@ pub(super) fn in_bands(samples: &[f64], rate: SampleRate, bands: &[Band]) -> Vec
 fn filtered(samples: &[f64], rate: SampleRate, weight: impl Fn(f64) -> f64) -> Vec<f64> {
     let mean = mean(samples);
     let about_mean: Vec<f64> = samples.iter().map(|sample| sample - mean).collect();
-    // As much silence behind it: what leaves one end does not come in at the other.
+    // Zero padding of the same length: circular filtering must not wrap one end into the other.
     let n = fourier::fast_length(2 * samples.len());
     let mut transform = fourier::RealTransform::new(n);
     let mut bins = transform.forward(&about_mean);
@@ -89,7 +89,7 @@ fn filtered(samples: &[f64], rate: SampleRate, weight: impl Fn(f64) -> f64) -> V
     limited
 }
 
-/// `measured` brought onto the time of `target` by the strongest correlation within `band`, either sign.
+/// `measured` aligned with `target` at the strongest correlation within `band`, of either sign.
 pub(crate) fn align<Q: Quantity>(
     target: &Series<Q>,
     measured: &Series<Q>,
@@ -102,7 +102,7 @@ pub(crate) fn align<Q: Quantity>(
     let weights: Vec<f64> = (0..=n / 2)
         .map(|k| band.weight(k as f64 * rate_hz / n as f64, EDGE_RATIO))
         .collect();
-    // A mean would be a step at both ends of the padding, and a step is in every band.
+    // A mean would leave a step at both ends of the padding, and a step has power in every band.
     let about_mean = |samples: &[f64]| -> Vec<f64> {
         let mean = mean(samples);
         samples.iter().map(|sample| sample - mean).collect()
@@ -130,8 +130,8 @@ pub(crate) fn align<Q: Quantity>(
         .zip(&weights)
         .map(|((t, m), w)| t.conj() * m * w * w)
         .collect();
-    // Four times finer than the samples: the crest of a tone between two samples must not lose against the
-    // trough beside it.
+    // Four times oversampled: the maximum of a tone that falls between two samples must not be smaller than the
+    // minimum beside it.
     let fine = 4 * n;
     let correlation = fourier::RealTransform::new(fine).inverse(cross.clone());
     let highest = (0..fine)
@@ -140,7 +140,7 @@ pub(crate) fn align<Q: Quantity>(
     let deepest = (0..fine)
         .min_by(|&a, &b| correlation[a].total_cmp(&correlation[b]))
         .unwrap_or(0);
-    // A tone has a trough as deep as its crest half a period away: only a clearly deeper one is an inversion.
+    // The correlation of a tone has an equally deep minimum half a period away: only a clearly deeper one is an inversion.
     let inverted = -correlation[deepest] > 1.05 * correlation[highest];
     let strongest = if inverted { deepest } else { highest };
     let place = strongest as f64 / 4.0;

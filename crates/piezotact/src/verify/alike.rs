@@ -1,12 +1,12 @@
-//! How far two spectra are two independent estimates: another realisation of noise may have the fine structure of its target, as one
-//! made of the target's own lines with other phases has, or its course over time, as one has that an output made late.
+//! How independent two spectral estimates are. Another realisation of a noise may share the fine structure of its target (the
+//! same lines with other phases) or its course over time (the target played late by an output underrun).
 
 use num_complex::Complex;
 
 use crate::fourier::RealTransform;
 use crate::spectrum::{EstimateError, WelchConfig, segments_in};
 
-/// What of the scatter of two unrelated estimates is left in one line.
+/// The share of the scatter of two independent estimates that remains in one line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Alike {
     /// Its share, 0–1.
@@ -15,13 +15,13 @@ pub(super) struct Alike {
     pub(super) reach: f64,
 }
 
-/// Powers above so many times their mean count as that: a tone is one bin of many.
+/// Bin powers are limited to this multiple of their mean, so that a tone does not dominate the correlation.
 const MOST: f64 = 4.0;
-/// A correlation is that of so many bins.
+/// The number of bins over which a correlation is estimated.
 const BINS: f64 = 1000.0;
-/// Fewer segments show no course over time.
+/// With fewer segments than this the correlation over time is not estimated.
 const FEWEST_SEGMENTS: usize = 8;
-/// No share is known better than this.
+/// The smallest half-width of the interval of a share.
 const LEAST: f64 = 0.02;
 
 /// The bins of two transforms and the line that each belongs to.
@@ -62,7 +62,7 @@ impl Bins {
         self.begin(line + 1) - self.begin(line)
     }
 
-    /// The products of the bins of `line` about the mean of those up to `reach` lines beside it.
+    /// Sums over the bins of `line`, each about the mean of the bins of up to `reach` lines on either side.
     fn moments(&self, line: usize, reach: usize) -> Moments {
         let near = &self.powers
             [self.begin(line.saturating_sub(reach))..self.begin(line.saturating_add(reach + 1))];
@@ -86,7 +86,7 @@ impl Bins {
     }
 }
 
-/// Sums of products and squares of two about their means.
+/// Sums of products and squares of two quantities about their means.
 #[derive(Clone, Copy, Default)]
 struct Moments {
     product: f64,
@@ -106,9 +106,9 @@ impl Moments {
     }
 }
 
-/// What of the scatter of two unrelated estimates of `signals` is left in each line. `near` holds the coherence about each line and how
-/// many lines on either side it was taken from, `holds` the lines that hold target; `independent` is the share of the bins that
-/// the taper leaves independent.
+/// The share of the scatter of two independent estimates of `signals` that remains in each line. `near` holds the coherence
+/// about each line and the number of lines on either side from which it was estimated, `holds` the lines with target power;
+/// `independent` is the share of the bins that stay independent under the taper.
 ///
 /// Formula: (1 − ρ)/(1 − γ²), no more than 1, with ρ the larger of two correlations and γ² the mean coherence, all over the lines near by with 1000
 /// bins or all there are: that of the powers of the bins over the mean of their line, and that of the powers of the
@@ -160,7 +160,7 @@ pub(super) fn alike(
     Ok(alike)
 }
 
-/// The products of the segments' powers on each line of `holds`; `None` where there are too few segments.
+/// Sums over the segments' powers on each line of `holds`; `None` with too few segments.
 fn over_time(
     signals: [&[f64]; 2],
     welch: &WelchConfig,
@@ -200,7 +200,7 @@ fn over_time(
                 .zip(&means[which])
                 .map(|(power, mean)| power / mean.max(f64::MIN_POSITIVE))
                 .collect();
-            // A course of the level that both have is no realisation.
+            // A change of level that both signals share is no evidence of the same realisation.
             let level = over.iter().sum::<f64>() / over.len() as f64;
             over.iter()
                 .map(|v| (v / level.max(f64::MIN_POSITIVE)).min(MOST))

@@ -1,5 +1,5 @@
-//! Pairs of which the true error of the spectrum is known: independent realisations, realisations with the target's own lines, and
-//! a measurement that an output made late.
+//! Signal pairs with a known true spectrum error: independent realisations, realisations with the target's own lines, and
+//! a measurement that an output underrun delayed.
 
 use num_complex::Complex;
 
@@ -18,7 +18,7 @@ enum Kind {
 }
 
 const COUNT: usize = 50_000;
-/// The ripple changes sign every so many Hz.
+/// The ripple changes sign at multiples of this, Hz.
 const RIPPLE_HZ: f64 = 40.0;
 
 fn gain(hz: f64, ripple_db: f64) -> f64 {
@@ -30,7 +30,7 @@ fn gain(hz: f64, ripple_db: f64) -> f64 {
     10f64.powf(sign * ripple_db / 20.0)
 }
 
-/// Flat noise of the band and what a device with a ripple makes of it, or of another realisation.
+/// Flat noise within the band, and the response of a device with a ripple to it or to another realisation.
 fn pair(kind: Kind, ripple_db: f64, seed: u64) -> [Vec<f64>; 2] {
     let mut draws = Draws::new(seed);
     let mut transform = RealTransform::new(COUNT);
@@ -57,7 +57,7 @@ fn pair(kind: Kind, ripple_db: f64, seed: u64) -> [Vec<f64>; 2] {
     [transform.inverse(lines), transform.inverse(other)]
 }
 
-/// The rms over the lines that are compared of the error that a ripple of `ripple_db` is.
+/// The rms over the compared lines of the error caused by a ripple of `ripple_db`.
 fn truth(ripple_db: f64) -> f64 {
     let welch = usual().welch;
     let step_hz = RATE_HZ / welch.segment as f64;

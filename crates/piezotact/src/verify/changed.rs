@@ -1,4 +1,4 @@
-//! A texture before and after it was made otherwise: how its level and how its shape changed.
+//! The change of a texture by a manipulation: its level and the shape of its spectrum before and after.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use crate::series::Series;
 use crate::spectrum::{WelchPlan, frequency_axis};
 use crate::statistics::standard_deviation;
 
-/// How a texture differs from another.
+/// The difference between two textures in level and spectral shape.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Changed {
     /// The band over which the shapes are compared, Hz.
@@ -19,7 +19,7 @@ pub struct Changed {
     pub rms_after: f64,
     /// Their ratio, dB.
     pub level_db: f64,
-    /// How far the spectra lie apart over the lines of the band once their mean difference is taken away, dB rms; 0 where
+    /// The rms difference of the spectra over the lines of the band after removing their mean difference, dB; 0 when
     /// only the level was changed.
     pub shape_error_db_rms: f64,
     /// The lines of the spectra, Hz.

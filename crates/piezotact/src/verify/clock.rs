@@ -1,4 +1,4 @@
-//! Two clocks: how the delay of a measurement changes over time, as a drift or as lost samples, and the measurement on the
+//! Clock drift and lost samples: how the delay of a measurement changes over time, and the measurement corrected to the
 //! clock of its target.
 
 use serde::{Deserialize, Serialize};
@@ -20,14 +20,14 @@ pub struct Lost {
 /// How the delay of a measurement changes over time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
-    /// How much slower the clock of the target runs than that of the measurement, parts per million; the delay grows by it.
-    /// Absent where no drift is shown.
+    /// How much slower the clock of the target runs than that of the measurement, parts per million; the delay grows at this
+    /// rate. Absent when no drift was detected.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub drift_ppm: Option<f64>,
     /// Samples that the recording lost.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub lost: Vec<Lost>,
-    /// The rms of the delay about what drift and lost samples explain, s; absent where the delay could not be followed.
+    /// The rms of the delay that drift and lost samples do not explain, s; absent when the delay could not be tracked.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub wander_s: Option<f64>,
     /// The delay at the target's first sample, samples.
@@ -36,12 +36,12 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Whether the measurement has to be brought onto another clock.
+    /// Whether the measurement needs a clock correction.
     pub(super) fn differs(&self) -> bool {
         self.drift_ppm.is_some() || !self.lost.is_empty()
     }
 
-    /// The same where nothing was corrected for.
+    /// The same clock with drift and lost samples reset: no correction was made.
     pub(super) fn uncorrected(self) -> Self {
         Self {
             drift_ppm: None,
@@ -69,27 +69,27 @@ impl Clock {
 
 /// The shortest window in which a delay is looked for, s.
 const WINDOW_S: f64 = 0.25;
-/// A window holds so many periods of the lowest frequency.
+/// The length of a window in periods of the lowest frequency.
 const PERIODS: f64 = 6.0;
-/// A delay is looked for so far around the one of the window before, s.
+/// The search range for a delay on either side of the delay of the previous window, s.
 const SEARCH_S: f64 = 0.01;
-/// A window follows its target from this correlation on.
+/// The lowest correlation at which a window is taken to follow its target.
 const FOLLOWS: f64 = 0.6;
-/// A window with less than this share of the mean power says nothing of delays.
+/// Windows with less than this share of the mean power are not used for delays.
 const LEAST_POWER: f64 = 0.02;
-/// Fewer windows than this show no course of the delay.
+/// The fewest windows from which a change of the delay is estimated.
 const FEWEST: usize = 5;
-/// Two clocks that differ by more are no clocks, parts per million.
+/// The largest plausible difference between two clocks, parts per million.
 const MOST_PPM: f64 = 500.0;
-/// Fewer samples than this are not lost but a delay that wanders.
+/// A smaller jump of the delay, in samples, is a wandering delay and not lost samples.
 const LEAST_LOST: f64 = 0.7;
-/// A jump longer than this is a pause, and no samples lost, s.
+/// A longer jump of the delay is a pause and not lost samples, s.
 const LONGEST_LOST_S: f64 = 0.01;
-/// No more places than this where samples are lost are looked for.
+/// The largest number of places at which lost samples are looked for.
 const MOST_PLACES: usize = 4;
-/// A delay that scatters by less than this about its line, in samples, is a steady one.
+/// A delay is steady when it scatters by less than this about its line, in samples.
 const STEADY: f64 = 0.15;
-/// A step shows in two windows in a row, as they overlap: no two steps are looked for closer than this, in windows.
+/// The least distance between two steps, in windows: as windows overlap, one step shows in two consecutive windows.
 const APART: usize = 3;
 
 /// The delay of one window.
@@ -102,11 +102,11 @@ struct Local {
     weight: f64,
 }
 
-/// How the delay of `measured`, which is on the time of `target` but for that, changes over the samples of `target`. Both
+/// How the delay of `measured` changes over the samples of `target`, to which it is otherwise aligned. Both
 /// are limited to `band`; `sign` is −1 for a measurement with the sign reversed.
 ///
 /// Source: the delay by cross-correlation of windows of 0.25 s or six periods, found from one window to the next; a line for
-/// two clocks and steps for lost samples by least squares, each only where it explains what is there.
+/// two clocks and steps for lost samples by least squares, each only where it explains the observed delays.
 pub(super) fn clock(
     target: &[f64],
     measured: &[f64],
@@ -120,8 +120,8 @@ pub(super) fn clock(
     }
     let most = LONGEST_LOST_S * rate.hz();
     let counted = |jump: &f64| (LEAST_LOST..=most).contains(&jump.abs());
-    // The fewest steps that make a steady delay of one that is none; what wanders is no clock that loses samples, though a
-    // line may still explain it.
+    // The fewest steps after which the delay is steady. A delay that stays unsteady is not explained by lost samples, but
+    // a drift may still explain it.
     let places = jumps(&locals);
     let (fit, steps) = (0..=places.len())
         .map(|count| {
@@ -138,7 +138,7 @@ pub(super) fn clock(
         && ppm.abs() <= MOST_PPM;
     let lost = steps.iter().zip(&fit.jumps).map(|(at, jump)| Lost {
         at_s: at / rate.hz(),
-        // A sample that was lost makes what follows come earlier.
+        // After a lost sample everything arrives one sample earlier.
         samples: whole(-jump),
     });
     Clock {
@@ -149,7 +149,7 @@ pub(super) fn clock(
     }
 }
 
-/// Samples are lost whole, where neither recording changed its rate.
+/// Rounds to whole samples: a recording whose rate did not change loses whole samples.
 fn whole(samples: f64) -> f64 {
     if (samples - samples.round()).abs() < 0.2 {
         samples.round()
@@ -238,7 +238,7 @@ fn followed(
         if largest < FOLLOWS {
             return None;
         }
-        // Of crests as high as each other the nearest: a comb has one every period.
+        // Of equally high maxima the nearest: the correlation of a periodic signal has one every period.
         let middle = search as f64 + around - around.round();
         let crest = (1..2 * search)
             .filter(|&k| normed[k] >= normed[k - 1] && normed[k] >= normed[k + 1])
@@ -302,7 +302,7 @@ struct Fit {
 }
 
 impl Fit {
-    /// The line of one slope through `locals`, which jumps at `steps`; a window on a step is left out.
+    /// The fit of one slope with jumps at `steps` to `locals`; windows on a step are left out.
     fn of(locals: &[Local], steps: &[f64]) -> Self {
         let sides = steps.len() + 1;
         let side = |at: f64| steps.iter().filter(|step| **step <= at).count();
@@ -356,7 +356,7 @@ impl Fit {
         Self {
             slope,
             begin: levels[0],
-            // Windows overlap by half: two of them are about one and a half.
+            // Windows overlap by half: two of them count as about 1.5 independent ones.
             slope_error: (1.5 * squares / freedom / along.max(1e-12)).sqrt(),
             jumps: levels.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             spread: (squares / n.max(1.0)).sqrt(),
@@ -365,8 +365,8 @@ impl Fit {
 }
 
 impl Clock {
-    /// Where samples are lost, found to the sample: the place that leaves the least difference between `target` and
-    /// `measured`, which are on one time but for this clock.
+    /// The places of lost samples, refined to the sample: those with the least difference between `target` and
+    /// `measured`, which are aligned but for this clock.
     pub(super) fn refined(mut self, target: &[f64], measured: &[f64], rate_hz: f64) -> Self {
         for place in 0..self.lost.len() {
             let (mut without, mut with) = (self.clone(), self.clone());
@@ -398,7 +398,7 @@ impl Clock {
         self
     }
 
-    /// `samples`, of which sample `later` stands at the target's first, at each of `count` samples of the target.
+    /// `samples` interpolated at each of `count` samples of the target; sample `later` belongs to the target's first.
     pub(super) fn corrected(
         &self,
         samples: &[f64],

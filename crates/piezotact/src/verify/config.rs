@@ -20,16 +20,16 @@ pub struct VerifyConfig {
     pub reached: Vec<Band>,
     /// How the spectra are estimated.
     pub welch: WelchConfig,
-    /// The level at which the target was rendered on purpose, dB; the comparison is made at that level.
+    /// The level re the target at which it was intentionally rendered, dB; the comparison is made at that level.
     pub level: Decibels,
-    /// The raised-cosine fade that the rendering put on both ends of the target; it is put on the target before it is compared.
+    /// The raised-cosine fade that the rendering applied to both ends; it is applied to the target before the comparison.
     pub fade: Seconds,
-    /// What the rendering kept of the target, which is then kept of it before it is compared; all of it where that is absent.
+    /// The band that the rendering kept of the target; the target is limited to it before the comparison. Absent: all of it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rendered: Option<RenderedBand>,
-    /// Whose detection threshold counts where power is weighted by what is felt.
+    /// The detection threshold with which power is weighted by perceptibility.
     pub weighting: Weighting,
-    /// Whether the waveform counts, or its spectrum alone.
+    /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// What counts as passed.
     pub limits: Limits,
@@ -57,22 +57,23 @@ pub struct Limits {
     pub waveform_nmse_db: f64,
     /// The largest share of samples at a limit, 0–1.
     pub clipped_fraction: f64,
-    /// The largest power where the target has none, over the target's; in the band, and as it is felt outside.
+    /// The largest added power (power on lines without target) re the target's: in the band, and weighted by perceptibility
+    /// outside it.
     pub added_power: f64,
     /// The longest drop-out that the target does not have, s.
     pub drop_out_s: f64,
     /// The largest departure of a short-time level, dB.
     pub short_time_level_db: f64,
-    /// The share of the target's power in the band that is to be judged for a verification of all of it, 0–1.
+    /// The share of the target's power in the band that must be judged for a full verdict, 0–1; below it the verdict is partial.
     pub judged_power: f64,
-    /// The share of the target's length that is to be measured for a verification of all of it, 0–1.
+    /// The share of the target's length that must be measured for a full verdict, 0–1; below it the verdict is partial.
     pub covered: f64,
-    /// A verification that judges less than this share of the target's power, or of the lines of the band, is not passed, 0–1.
+    /// Below this judged share of the target's power, or of the lines of the band, a verification does not pass, 0–1.
     pub least_judged: f64,
 }
 
 impl Limits {
-    /// 1 dB in level and 1 dB rms in the spectrum, below the 1.58 dB (a fifth in amplitude) that can just be told apart; a
+    /// 1 dB in level and 1 dB rms in the spectrum, below the just-noticeable difference of 1.58 dB (a fifth in amplitude); a
     /// correlation of 0.95 and an NMSE of −10 dB, which goes with it; one sample in a thousand at a limit; a tenth of the
     /// power added; no drop-out of 15 ms; short-time levels within 3 dB; 95 % of the power and 98 % of the length, and never
     /// less than half.
@@ -112,8 +113,8 @@ impl VerifyConfig {
         }
     }
 
-    /// The same for a target that was rendered as `render` says: with its fades, over its band, and by its spectrum alone where
-    /// the phases were left free.
+    /// The same configuration for a target rendered with `render`: with its fades and its band, and judged by the spectrum alone
+    /// when `mode` leaves the phases free.
     #[must_use]
     pub fn rendered_as(self, render: &RenderConfig, mode: Mode) -> Self {
         Self {
@@ -133,12 +134,12 @@ impl VerifyConfig {
 pub struct Measured<'a, Q: Quantity> {
     /// The response, in the unit of the target, at its rate.
     pub response: &'a Series<Q>,
-    /// What is known of clipping on the way; see [`clipping`].
+    /// What is known about clipping in the device and the sensor; see [`clipping`].
     pub clipping: Clipping,
 }
 
 impl<'a, Q: Quantity> Measured<'a, Q> {
-    /// A response with nothing known of the way it came, but for flat tops of its own.
+    /// A response without information about clipping, except flat tops found in the response itself.
     #[must_use]
     pub fn alone(response: &'a Series<Q>) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! What a verification leaves open.
+//! Doubts about a verification.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 use crate::quantity::Band;
 
 doubts! {
-    /// What a verification leaves open.
+    /// Doubts about a verification.
     pub enum VerifyDoubt {
         /// The clocks of playback and recording differ, and the measurement was compared after correcting for it.
         ClockDrift("clock_drift") {
@@ -21,7 +21,7 @@ doubts! {
             /// At how many places.
             places: usize,
         },
-        /// The delay changes over time as neither two clocks nor lost samples explain.
+        /// The delay changes over time in a way that neither clock drift nor lost samples explain.
         DelayWanders("delay_wanders") {
             /// The rms of the delay about a steady one, s.
             rms_s: f64,
@@ -47,21 +47,21 @@ doubts! {
             /// The correlation, below zero.
             correlation: f64,
         },
-        /// Part of the band holds next to no target: its error in dB says nothing and is left out.
+        /// Part of the band holds almost no target power: errors in dB are meaningless there and are left out.
         NoTargetPower("no_target_power") {
             /// The share of the band's lines left out, 0–1.
             share: f64,
         },
-        /// A verification judges part of the band alone.
+        /// Only part of the band is judged.
         PartJudged("part_judged") {
             /// The share of the band's lines that are judged, 0–1.
             share: f64,
-            /// What the drive was made to reach.
+            /// The bands that the drive was rendered to reach.
             judged: Vec<Band>,
             /// The band that was asked for.
             band: Band,
         },
-        /// The measurement holds power where the target has none.
+        /// The measurement holds power on lines where the target has none.
         PowerAdded("power_added") {
             /// That power over the target's.
             ratio: f64,
@@ -73,7 +73,7 @@ doubts! {
             /// How long the target is, in s.
             target_s: f64,
         },
-        /// The texture was rendered at another level on purpose, and is compared at that level.
+        /// The texture was intentionally rendered at another level, and is compared at that level.
         LevelChanged("level_changed") {
             /// The level relative to the target, dB.
             level_db: f64,
@@ -125,12 +125,13 @@ impl fmt::Display for VerifyDoubt {
                 power_share,
             } => write!(
                 f,
-                "the sensor's noise hides {:.0} % of the target's lines, which hold {:.2} % of its power: they are not compared",
+                "the sensor noise hides {:.0} % of the spectral lines of the target, with {:.2} % of its power: they are not \
+                    compared",
                 line_share * 100.0,
                 power_share * 100.0
             ),
             Self::CopyOfTarget => f.write_str(
-                "the measurement equals the target: it is a copy and shows nothing of a device",
+                "the measurement equals the target: it is a copy and says nothing about a device",
             ),
             Self::OtherTarget { rendered, compared } => write!(
                 f,
@@ -142,7 +143,7 @@ impl fmt::Display for VerifyDoubt {
             ),
             Self::NoTargetPower { share } => write!(
                 f,
-                "{} of the band holds next to no target power and was left out of the error",
+                "in {} of the band, the target has almost no power; this part was left out of the error",
                 percent(*share)
             ),
             Self::PartJudged {
@@ -151,13 +152,15 @@ impl fmt::Display for VerifyDoubt {
                 band,
             } => write!(
                 f,
-                "{} of {band} is judged: the drive was made to reach {} alone, and the vibration elsewhere is missing or wrong",
+                "{} of {band} is evaluated: the drive was computed to reach only {}, and the vibration elsewhere is missing or \
+                    wrong",
                 percent(*share),
                 list(judged)
             ),
             Self::PowerAdded { ratio } => write!(
                 f,
-                "where the target holds no power, the measurement holds {} of the target's: vibration is felt that was not intended",
+                "where the target has no power, the measurement has {} of the power of the target: there is vibration that was \
+                    not intended",
                 percent(*ratio)
             ),
             Self::Cut {
@@ -165,11 +168,12 @@ impl fmt::Display for VerifyDoubt {
                 target_s,
             } => write!(
                 f,
-                "target and measurement share {compared_s:.2} s of the target's {target_s:.2} s"
+                "target and measurement overlap for {compared_s:.2} s of the {target_s:.2} s of the target"
             ),
             Self::LevelChanged { level_db } => write!(
                 f,
-                "the texture was rendered at {level_db:+.1} dB on purpose and is compared at that level: the level that is felt is not the recorded one"
+                "the texture was intentionally rendered at {level_db:+.1} dB and is compared at this level: the presented level \
+                    is not the recorded one"
             ),
         }
     }

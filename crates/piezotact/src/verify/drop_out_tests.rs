@@ -1,4 +1,4 @@
-//! Losses of known length, and what is concluded of them.
+//! Drop-outs of known length, and the verdicts on them.
 
 use super::verdict_tests::{Draws, RATE_HZ, noise, recorded, series, usual};
 use super::*;
@@ -9,7 +9,7 @@ const COUNT: usize = 15_000;
 /// The texture begins so many samples after the recording.
 const LEAD: usize = 1500;
 
-/// What stands in the place of samples that were lost.
+/// How lost samples are filled in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Left {
     Nothing,

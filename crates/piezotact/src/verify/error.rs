@@ -10,7 +10,7 @@ use crate::spectrum::EstimateError;
 pub enum VerifyError {
     /// The rates differ.
     #[error(
-        "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; bring both to one rate"
+        "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; resample both to one rate"
     )]
     Rate {
         /// The target's rate.
@@ -28,7 +28,8 @@ pub enum VerifyError {
     },
     /// The band falls between two lines.
     #[error(
-        "cannot compare over {band}: it holds no line of the spectra, which have one every {resolution_hz:.2} Hz; take a wider band"
+        "cannot compare over {band}: it contains no line of the spectra, which have one every {resolution_hz:.2} Hz; use a \
+            wider band"
     )]
     NoLine {
         /// The band.
@@ -38,7 +39,7 @@ pub enum VerifyError {
     },
     /// Too little in common.
     #[error(
-        "expected {expected} samples that target and measurement share, found {found}; check that they belong together"
+        "expected {expected} samples in common to target and measurement, found {found}; check that they belong together"
     )]
     TooShort {
         /// A segment.
@@ -48,7 +49,7 @@ pub enum VerifyError {
     },
     /// Nothing there.
     #[error(
-        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
+        "expected {what} to contain a signal in {band}, found none; check the channel and the band"
     )]
     Silent {
         /// Which of the two.
@@ -58,7 +59,7 @@ pub enum VerifyError {
     },
     /// The transfer function does not reach the band.
     #[error(
-        "expected a transfer function that says something in {band}, found none; compare over another band, or measure it there"
+        "expected a transfer function with valid lines in {band}, found none; compare over another band, or measure it there"
     )]
     OutOfReach {
         /// The band asked for.
@@ -70,10 +71,10 @@ pub enum VerifyError {
     /// A drive cannot be brought to the rate of the comparison.
     #[error(transparent)]
     Resample(#[from] ResampleError),
-    /// What was computed is no signal.
+    /// The computed samples do not form a valid signal.
     #[error(transparent)]
     Series(#[from] SeriesError),
-    /// A rate or a band that cannot be.
+    /// An invalid rate or band.
     #[error(transparent)]
     Quantity(#[from] QuantityError),
 }

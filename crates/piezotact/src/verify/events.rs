@@ -1,50 +1,52 @@
-//! What happens in time: drop-outs, lost events, and levels that change.
+//! Events in time: drop-outs, added events and changes of the short-time level.
 
 /// The window in which a drop-out is looked for, s.
 const SHORT_S: f64 = 0.01;
-/// How far it moves, s.
+/// The hop of this window, s.
 const SHORT_HOP_S: f64 = 0.0025;
-/// A window that holds less than this share of what it should is dropped out.
+/// A window is a drop-out when it holds less than this share of the expected power.
 const DROPPED: f64 = 0.1;
 /// The window in which a departure from the target is looked for, s, and how far it moves.
 const FINE_S: f64 = 0.003;
 const FINE_HOP_S: f64 = 0.0005;
-/// A departure goes on through a break of this, s.
+/// Two departures separated by no more than this count as one, s.
 const BREAK_S: f64 = 0.004;
-/// What begins or ends beside the band rings so long in it, s.
+/// How long onsets and offsets of content outside the band ring inside it, s.
 const ENDS_S: f64 = 0.05;
 /// A difference of this share of the mean power is a departure.
 const LEAST_DEPARTURE: f64 = 0.01;
-/// Where the usual difference hides departures of this share of the mean power, none is seen.
+/// When the usual difference exceeds this share of the mean power, departures cannot be detected.
 const BLIND: f64 = 0.5;
-/// A stretch that holds no more than this share of the target is lost, or may be.
+/// A stretch is lost when it holds no more than the first share of the target (by least squares), and possibly lost up to the
+/// second.
 const LOST: f64 = 0.3;
 const MAY_BE_LOST: f64 = 0.7;
-/// A drop-out shorter than this leaves no window of 10 ms without power, s.
+/// A shorter drop-out cannot be detected with windows of 10 ms, s: none of them is without power.
 pub(super) const UNSEEN_S: f64 = 0.0125;
-/// A window of the target with less than this share of its mean power may hold anything.
+/// Windows of the target with less than this share of its mean power are not checked for drop-outs.
 const QUIET: f64 = 0.1;
 /// A window that is quieter than this share of the median is a lull.
 const LULL: f64 = 0.01;
-/// A window that is quieter than this share of the median may be one.
+/// A window quieter than this share of the median is possibly a lull.
 const SHALLOW_LULL: f64 = 0.05;
 /// What is quieter than this share of the mean power counts as silent where levels are compared.
 const SILENT: f64 = 0.01;
-/// Of two realisations a lull is not told from chance below this, s.
+/// Between two realisations, a shorter difference of lulls cannot be distinguished from chance, s.
 const CHANCE_S: f64 = 0.01;
-/// A waveform saturates where a limit leaves less than this share of the squares that a gain leaves.
+/// A waveform saturates when a model with a limit leaves less than this share of the squared residual that a pure gain leaves.
 const SATURATES: f64 = 0.5;
-/// Crests that stand out by less than this share of what those of the target do may have been limited.
+/// Peaks whose quantile ratio is below this share of that of the target may have been limited.
 const PRESSED: f64 = 0.8;
-/// Nothing was limited where the target does not exceed the measurement by this factor.
+/// Clipping is ruled out unless the target exceeds the measurement by this factor.
 const EXCEEDS: f64 = 1.05;
-/// An event is added where a window holds so many times the power that it should, or may be in another realisation.
+/// A window holds an added event above the first multiple of the expected power; in another realisation possibly above the
+/// second.
 const MORE: f64 = 4.0;
 const MAY_BE_MORE: f64 = 2.5;
-/// An event that is added holds this share of the mean power, or may be one.
+/// An added event holds at least the first share of the mean power; a possible one at least the second.
 const ADDED: f64 = 0.1;
 const MAY_BE_ADDED: f64 = 0.03;
-/// It stands so many times above the usual difference.
+/// An added event exceeds the usual difference by this factor.
 const USUAL_DIFFERENCES: f64 = 8.0;
 /// The longest window of short-time levels, s, and the shortest.
 const LEVEL_S: (f64, f64) = (0.5, 0.1);
@@ -61,7 +63,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The same where what is shorter than `unseen` does not show.
+    /// The same finding when durations shorter than `unseen` cannot be detected: the upper limit is at least that.
     pub(super) fn no_shorter_than(self, unseen: f64) -> Self {
         let [low, high] = self.interval;
         Self {
@@ -97,7 +99,7 @@ fn powers(x: &[f64], length: usize, hop: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The number of windows in the longest run for which `is` holds.
+/// The number of windows in the longest run in which `is` holds.
 fn runs_of(count: usize, is: impl Fn(usize) -> bool) -> usize {
     let (mut longest, mut run) = (0, 0);
     for i in 0..count {
@@ -107,8 +109,8 @@ fn runs_of(count: usize, is: impl Fn(usize) -> bool) -> usize {
     longest
 }
 
-/// The same without what stands at the ends. Where a realisation begins and ends is only as well known as
-/// its level says: runs at the ends count for nothing.
+/// As [`runs_of`], without runs at the ends: start and end of a realisation are known only from its level, so runs
+/// there are not counted.
 fn longest_run(count: usize, is: impl Fn(usize) -> bool) -> usize {
     let begin = (0..count).find(|i| !is(*i)).unwrap_or(count);
     let (mut longest, mut run) = (0, 0);
@@ -129,7 +131,7 @@ fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The two signals that are compared, on one time and in one band, and what the sensor's noise is of the second.
+/// The two compared signals, aligned in time and limited to one band, with the power of the sensor's noise in the second.
 #[derive(Clone, Copy)]
 pub(super) struct Compared<'a> {
     pub(super) target: &'a [f64],
@@ -150,8 +152,8 @@ impl Compared<'_> {
         (both, hop as f64 / self.rate_hz)
     }
 
-    /// The longest stretch in which a measurement that follows its target, gain apart, holds less than a tenth of the power
-    /// that it should, s.
+    /// The longest stretch in which a measurement that follows its target (up to a gain) holds less than a tenth of the
+    /// expected power, s.
     ///
     /// Formula: windows of 10 ms every 2.5 ms in which the target holds a tenth of its mean power or more; a run of n
     /// windows is a drop-out of (n − 1)·2.5 ms + 9 ms, as a window counts once nine tenths of it are gone.
@@ -163,7 +165,7 @@ impl Compared<'_> {
         let gone = |i: usize| {
             wanted[i] >= least && (got[i] - self.noise_power).max(0.0) < DROPPED * gain * wanted[i]
         };
-        // A drop-out goes on through a lull of the target.
+        // A lull of the target does not end a drop-out.
         let silent = |i: usize| gone(i) || (wanted[i] < least && got[i] < DROPPED * gain * least);
         let count = wanted.len().min(got.len());
         let mut longest = 0.0f64;
@@ -184,7 +186,7 @@ impl Compared<'_> {
                 longest = longest.max(windows * hop_s + 0.9 * SHORT_S);
             }
         }
-        // A window counts with as little as half of it gone where the power lies there, and as late as all of it is.
+        // Depending on where its power lies, a window is counted when between half and all of it is missing.
         let interval = if longest > 0.0 {
             [longest - 0.5 * SHORT_S, longest + hop_s]
         } else {
@@ -197,12 +199,13 @@ impl Compared<'_> {
         found.larger(self.departed())
     }
 
-    /// The longest stretch in which a measurement that else follows its target departs from it and holds other than the target, s:
-    /// a loss that a line was drawn across, or that is too short for windows of 10 ms.
+    /// The longest stretch in which a measurement that otherwise follows its target departs from it, s: a loss that
+    /// was filled by a straight line, or that is too short for windows of 10 ms.
     ///
     /// Formula: windows of 3 ms every 0.5 ms in which the difference holds eight times the usual difference, a hundredth of the
     /// target's mean power and a quarter of what they should hold; n windows in a row, breaks of 4 ms aside, are
-    /// (n − 1)·0.5 ms, 4.5 ms less or 3 ms more; within 50 ms of the ends what lies beside the band differs. Of the target, by least squares, no more than 0.3 is in what was lost; up to 0.7 it may be lost.
+    /// (n − 1)·0.5 ms, with an interval of −4.5 ms to +3 ms; the first and last 50 ms are left out, where content outside the
+    /// band rings. A stretch is lost when the least-squares share of the target in it is at most 0.3, possibly lost up to 0.7.
     fn departed(&self) -> Found {
         let (length, hop) = (self.samples(FINE_S), self.samples(FINE_HOP_S));
         let hop_s = hop as f64 / self.rate_hz;
@@ -215,7 +218,7 @@ impl Compared<'_> {
         let mean = gain * wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
         let usual = USUAL_DIFFERENCES * (median(&differs) + self.noise_power);
         if usual > BLIND * mean || wanted.is_empty() {
-            // What is lost does not stand out: windows of 10 ms alone can show it.
+            // A loss would not stand out of the usual difference: only windows of 10 ms can show it.
             return Found {
                 value: 0.0,
                 interval: [0.0, UNSEEN_S],
@@ -244,7 +247,7 @@ impl Compared<'_> {
                 return;
             }
             let duration_s = (last - first) as f64 * hop_s;
-            // What holds far more than it should was added.
+            // A stretch with far more power than expected is an added event, not a loss.
             let held: f64 = m.iter().map(|m| m * m).sum();
             let lost = kept.abs() <= LOST && held <= 2.0 * gain * squares;
             found = found.larger(Found {
@@ -284,11 +287,11 @@ impl Compared<'_> {
         lull(&wanted, LULL, 0.0, hop_s)
     }
 
-    /// How much longer the longest lull of the measurement is than that of its target, s, where they are two realisations.
+    /// How much longer the longest lull of the measurement is than that of its target, s, for two realisations of one texture.
     ///
     /// Formula: runs of windows of 10 ms with less than a hundredth of the median power of those that are not silent; of two
-    /// realisations of one texture the longest lulls differ, by as much as they last unless they are far longer. Slow parts
-    /// of a texture fill a short drop-out: what is left open is what runs below a twentieth last longer.
+    /// realisations of one texture the longest lulls differ by chance, by about half of their own length. Slow components
+    /// of a texture fill a short drop-out: the upper limit is therefore the excess of the runs below a twentieth.
     pub(super) fn longer_lulls(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
         let excess = |share: f64| {
@@ -301,7 +304,7 @@ impl Compared<'_> {
         let (value, own) = excess(LULL);
         let (open, _) = excess(SHALLOW_LULL);
         let unsure = (0.5 * own).max(CHANCE_S) + hop_s;
-        // Of what is without power, a window more at most is none at either side.
+        // A stretch without power is at most one window longer on either side.
         let highest = if value > 0.0 {
             value + 2.0 * hop_s
         } else {
@@ -324,9 +327,11 @@ impl Compared<'_> {
         }
     }
 
-    /// The share of samples at a limit that the target would exceed, 0–1, where a limit explains what a gain does not; 0 else.
+    /// The share of samples at a limit that the target would exceed, 0–1, when a limit explains the measurement better than a
+    /// pure gain; otherwise 0.
     ///
-    /// Formula: m = clip(g·t, ±c) with g from the samples below the median of |t| and c the level that leaves the least squares,
+    /// Formula: m = clip(g·t, ±c) with g from the samples below the median of |t| and c the level with the smallest squared
+    /// residual,
     /// against m = g·t; the sensor's noise is taken from both.
     pub(super) fn saturated_share(&self) -> f64 {
         let mut sizes: Vec<f64> = self.target.iter().map(|t| t.abs()).collect();
@@ -365,8 +370,8 @@ impl Compared<'_> {
         }
     }
 
-    /// Whether the crests of the measurement stand at one level where those of its target do not, as a limit would leave them
-    /// in another realisation.
+    /// Whether the peaks of the measurement lie at one level while those of its target do not, as after clipping of another
+    /// realisation.
     ///
     /// Formula: the ratio of the quantiles 0.999 and 0.97 of |x|, below four fifths of the target's; 1.5 for noise, 1 for a tone.
     pub(super) fn pressed(&self) -> bool {
@@ -382,15 +387,15 @@ impl Compared<'_> {
         crest(self.measured) < PRESSED * crest(self.target)
     }
 
-    /// Whether the target, gain apart, exceeds all of the measurement by a twentieth: else nothing can have been limited.
+    /// Whether the target, scaled by the gain, exceeds the peak of the measurement by 5 %: otherwise nothing was clipped.
     pub(super) fn exceeded(&self) -> bool {
         let gain = self.gain().max(0.0).sqrt();
         crate::statistics::peak(self.target) * gain
             > EXCEEDS * crate::statistics::peak(self.measured)
     }
 
-    /// The longest event that a measurement which follows its target has and the target does not, s; from what surely is one to
-    /// what may be one.
+    /// The longest event that a measurement which follows its target has and the target does not, s; the interval extends from
+    /// certain to possible events.
     ///
     /// Formula: windows of 10 ms that hold four times the power that they should, and more than a tenth of the target's mean
     /// power (may be: 0.03) and eight times the usual difference above it; n windows in a row are (n − 1)·2.5 ms + 10 ms.
@@ -421,8 +426,8 @@ impl Compared<'_> {
         }
     }
 
-    /// The same of another realisation: windows that stand higher over the usual one than any of the target does, by 6 dB
-    /// (may be: 4 dB).
+    /// The same for another realisation: windows that exceed the median window by 6 dB more than any of the target does
+    /// (possible events: 4 dB).
     pub(super) fn added_crests(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
         let (usual_wanted, usual_got) = (typical(&wanted), typical(&got));
@@ -447,7 +452,7 @@ impl Compared<'_> {
         [self.target, self.measured].map(|x| powers(x, length, (length / 2).max(1)))
     }
 
-    /// The largest departure of a short-time level from that of the target, the mean gain taken away, dB.
+    /// The largest difference of a short-time level from that of the target after removing the mean gain, dB.
     ///
     /// Formula: windows of an eighth of the length, 0.1 to 0.5 s; those in which the target holds a twentieth of its mean
     /// power or more.
@@ -466,10 +471,11 @@ impl Compared<'_> {
         departures.reduce(f64::max)
     }
 
-    /// How far the distribution of short-time levels lies from that of the target, the mean gain taken away, dB rms.
+    /// The rms difference between the distributions of short-time levels of measurement and target after removing the mean
+    /// gain, dB.
     ///
-    /// Formula: the rms difference of the sorted levels of windows of 0.1 s; what is silent counts as 20 dB below the mean
-    /// level. Windows of another realisation are other ones: a third of the value and 0.3 dB are left open.
+    /// Formula: the rms difference of the sorted levels of windows of 0.1 s; silent windows count as 20 dB below the mean
+    /// level. Windows of another realisation differ by chance: the interval is a third of the value and 0.3 dB.
     pub(super) fn level_distribution(&self) -> Option<Found> {
         let length = self.samples(LEVEL_S.1);
         let hop = (length / 4).max(1);
@@ -499,7 +505,7 @@ impl Compared<'_> {
     }
 }
 
-/// The longest run of windows of `powers` that are quieter than `share` of the usual one, s.
+/// The longest run of windows in `powers` below `share` of the median window, s.
 fn lull(powers: &[f64], share: f64, noise: f64, hop_s: f64) -> f64 {
     let below = (share * (typical(powers) - noise)).max(noise);
     match longest_run(powers.len(), |i| powers[i] - noise < below) {

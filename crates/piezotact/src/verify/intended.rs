@@ -1,4 +1,4 @@
-//! The target as it was to be played, and the measurement on its time and on its clock.
+//! The intended target (with the fades and band of its rendering), and the measurement aligned to its time and clock.
 
 use super::align::{Aligned, align, in_band, in_bands};
 use super::clock::{self, Clock};
@@ -10,7 +10,7 @@ use crate::render::fade_ends;
 use crate::series::Series;
 use crate::statistics::{mean, rms};
 
-/// The target as its rendering was to play it: about its mean, with its fades and within its band.
+/// The target as the rendering intended to play it: mean removed, faded, within its band.
 pub(super) fn intended_target<Q: Quantity>(
     asked: &Series<Q>,
     config: &VerifyConfig,
@@ -35,18 +35,18 @@ pub(super) fn intended_target<Q: Quantity>(
     Ok(Series::new(samples, rate)?)
 }
 
-/// A measurement on the time and the clock of its target.
+/// A measurement aligned to the time and the clock of its target.
 pub(super) struct Synchronised {
     pub(super) aligned: Aligned,
     pub(super) clock: Clock,
 }
 
-/// The window of the levels by which another realisation is found, s.
+/// The window of the short-time levels by which another realisation is located, s.
 const ENVELOPE_S: f64 = 0.01;
-/// A place where less than this share of the power that a place can have lies within the target is not looked at.
+/// Lags at which less than this share of the largest possible power falls within the target are not considered.
 const ALL_POWER: f64 = 0.998;
 
-/// How much later `response` is than `intended`, samples, by their levels in windows of 10 ms.
+/// The delay of `response` re `intended` in samples, from their levels in windows of 10 ms.
 fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
     let rate = intended.rate();
     let window = ((ENVELOPE_S * rate.hz()) as usize).max(1);
@@ -71,7 +71,7 @@ fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: B
     let (count, all) = (t.len() as i64, m.len() as i64);
     let least = -count / 10;
     let most = (all - count * 9 / 10).max(least);
-    // What is silent before and after the texture is none of it: all of the power lies within.
+    // Silence before and after the texture does not belong to it: at the right lag all of the power lies within.
     let mut sums = vec![0.0];
     for level in &m {
         sums.push(sums.last().copied().unwrap_or(0.0) + level);
@@ -89,10 +89,10 @@ fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: B
     (best * window as i64) as f64
 }
 
-/// A correction of the clock is kept when it takes so much from the waveforms' difference, dB.
+/// A clock correction is kept when it reduces the difference of the waveforms by at least this, dB.
 const LEAST_GAIN_DB: f64 = 0.1;
 
-/// `response` brought onto the time of `intended`, and onto its clock where the delay changes as two clocks or lost samples make it.
+/// `response` aligned to the time of `intended`, and to its clock when the delay shows a drift or lost samples.
 pub(super) fn synchronised<Q: Quantity>(
     intended: &Series<Q>,
     response: &Series<Q>,
@@ -102,7 +102,7 @@ pub(super) fn synchronised<Q: Quantity>(
     if found.aligned.correlation().abs() > FOLLOWS {
         return Ok(found);
     }
-    // Another realisation has no delay of its own: where it lies is where its level is the target's.
+    // Another realisation has no correlation to align by: it is located by its level.
     let lag = envelope_lag(intended, response, band);
     Ok(Synchronised {
         aligned: found.aligned.moved_to(lag, response),
@@ -110,10 +110,10 @@ pub(super) fn synchronised<Q: Quantity>(
     })
 }
 
-/// The length of a part of the target that two clocks leave alone, s.
+/// The length of a part of the target in which clock drift is negligible, s.
 const ANCHOR_S: f64 = 1.0;
 
-/// `response` on the time of `intended` by the delay of all, or by that of the middle where two clocks move the ends apart.
+/// `response` aligned to `intended` by the delay of the whole signal, or by that of its middle when clock drift shifts the ends.
 fn anchored<Q: Quantity>(
     intended: &Series<Q>,
     response: &Series<Q>,
@@ -192,13 +192,13 @@ fn on_one_clock<Q: Quantity>(
     })
 }
 
-/// Nothing of the texture is left so long before it begins, and so long after it ended, s.
+/// Guard times before the onset and after the end of the texture, outside of which only noise is expected, s.
 const GUARD_S: (f64, f64) = (0.05, 0.1);
-/// What comes before and after is no noise when it has more than this share of the power of the texture.
+/// The signal before and after the texture is not taken as noise above this share of the texture's power.
 const MOST_NOISE: f64 = 0.25;
 
-/// The noise of the sensor in `response`: what it shows before and after the texture; `None` when that is too short, or too
-/// loud to be noise.
+/// The noise of the sensor in `response`, measured before and after the texture; `None` when these parts are too short, or
+/// too loud to be noise.
 pub(super) fn floor<Q: Quantity>(
     intended: &Series<Q>,
     response: &Series<Q>,
@@ -220,7 +220,7 @@ pub(super) fn floor<Q: Quantity>(
     (floor.power(band) <= MOST_NOISE * played).then_some(floor)
 }
 
-/// Target and measurement within what is judged, on one time.
+/// Target and measurement, aligned in time and limited to the judged bands.
 pub(super) fn judged_waveforms(
     aligned: &Aligned,
     judged: &[Band],

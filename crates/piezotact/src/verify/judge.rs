@@ -1,4 +1,4 @@
-//! The criteria of a verification, from what was found of target and measurement.
+//! The criteria of a verification, evaluated from the spectra and waveforms of target and measurement.
 
 use crate::verify::VerifyDoubt;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -12,16 +12,16 @@ use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
 
-/// What is known of a target and its measurement.
+/// Everything that the criteria are evaluated from: spectra, waveforms, noise floor, clipping and clock.
 #[derive(Clone, Copy)]
 pub(super) struct Evidence<'a> {
     /// The spectra of what is compared.
     pub(super) pair: &'a Pair,
-    /// The PSD of the target as it was asked for, before its rendering took anything away.
+    /// The PSD of the requested target, before the fades and the band limit of its rendering.
     pub(super) asked_psd: &'a [f64],
     /// The spectra of both at all frequencies.
     pub(super) outside: &'a Pair,
-    /// Both on one time, within what is judged.
+    /// Target and measurement, aligned in time and limited to the judged bands.
     pub(super) waveforms: [&'a [f64]; 2],
     pub(super) floor: Option<&'a Floor>,
     /// The parts of the band that are judged.
@@ -29,14 +29,14 @@ pub(super) struct Evidence<'a> {
     /// The share of the target that was measured.
     pub(super) covered: f64,
     pub(super) clipped: f64,
-    /// The same of the drive alone.
+    /// The clipped share of the drive alone.
     pub(super) clipped_drive: f64,
     /// The longest part of what is compared in which the sensor froze.
     pub(super) frozen_s: Option<f64>,
-    /// The longest straight line in the place of samples that were lost, of what is compared, s.
+    /// The longest straight line that replaces lost samples within the compared part, s.
     pub(super) bridged_s: f64,
     pub(super) clock: &'a Clock,
-    /// Whether it is an acceleration, for which detection thresholds are known.
+    /// Whether the quantity is an acceleration, for which detection thresholds are known.
     pub(super) felt: bool,
     pub(super) rate: SampleRate,
     pub(super) config: &'a VerifyConfig,
@@ -48,21 +48,21 @@ pub(super) struct Judgement {
     pub(super) more: Vec<Doubt>,
 }
 
-/// A measurement that correlates by so much is a copy: no device and no sensor does that.
+/// From this correlation on a measurement is taken for a copy of its target: no device and no sensor reaches it.
 const COPY: f64 = 1.0 - 1e-7;
 /// A delay that wanders by more is a doubt, s.
 const WANDERS_S: f64 = 5e-5;
-/// The highest frequency at which something is felt, Hz, and the lowest that is looked at outside the band.
+/// The frequency range in which power outside the band is judged by perceptibility, Hz.
 const FELT_HZ: (f64, f64) = (10.0, 1000.0);
-/// A line outside the band counts when it stands out of the noise by this factor.
+/// A line outside the band is counted when it exceeds the noise by this factor.
 const STANDS_OUT: f64 = 4.0;
 
-/// A line that holds less than this share of the noise while the texture plays shows that the noise was not there then.
+/// A line below this share of the noise shows that the noise was not present while the texture played.
 const QUIETER: f64 = 0.3;
-/// No more than this share of the lines may.
+/// The largest share of such lines for which the noise is still taken as present.
 const MOST_QUIETER: f64 = 0.1;
 
-/// Whether `floor` can have been there while the texture played: what was measured then holds no less.
+/// Whether the noise `floor` can have been present while the texture played: the measurement is no quieter than it.
 fn was_there(floor: &Floor, pair: &Pair, band: Band) -> bool {
     let lines = pair.measured.iter().enumerate();
     let (mut quieter, mut all) = (0usize, 0usize);
@@ -150,7 +150,7 @@ fn of(what: Aspect, unit: &str, found: Found, limit: Limit) -> Criterion<Aspect>
     Criterion::new(what, unit, found.value, Some(found.interval), limit)
 }
 
-/// What is doubted of the clocks.
+/// The doubts about the clocks.
 fn of_clock(clock: &Clock) -> Vec<Doubt> {
     let drift = clock.drift_ppm.map(|ppm| VerifyDoubt::ClockDrift { ppm });
     let lost = (!clock.lost.is_empty()).then(|| VerifyDoubt::LostSamples {
@@ -226,7 +226,7 @@ fn spectrum(
         for k in 0..target.len().min(measured.len()) {
             let (hz, half_hz) = (k as f64 * resolution_hz, 0.5 * resolution_hz);
             let (t, m) = (target[k], measured[k]);
-            // The edges of the rendering are no addition.
+            // Power in the edges of the rendered band is not added power.
             let outside = hz + half_hz > FELT_HZ.0
                 && hz - half_hz < FELT_HZ.1
                 && (hz + half_hz < config.band.low().0 * (1.0 - edge)
@@ -234,7 +234,7 @@ fn spectrum(
             if outside && (m > STANDS_OUT * noise(hz) || t > noise(hz)) {
                 let felt = resolution_hz * sensitivity(hz);
                 beyond += (m - noise(hz) - t) * felt;
-                // What two realisations differ by in a line.
+                // The difference of two realisations in a line.
                 scatter += (m.max(t) * felt).powi(2) * variance_db2[k] / DB_PER_NEPER.powi(2);
             }
         }
@@ -244,7 +244,7 @@ fn spectrum(
             .iter()
             .map(|line| line.target_power * sensitivity(line.frequency_hz))
             .sum();
-        // Below the detection threshold nothing is felt of it, however faint the texture.
+        // Power below the detection threshold is imperceptible, however weak the texture is.
         let share = |beyond: f64| beyond.max(0.0) / felt.max(1.0);
         criteria.push(Criterion::new(
             Aspect::FeltOutside,
@@ -264,7 +264,7 @@ fn spectrum(
     criteria
 }
 
-/// The share of samples at a limit: as they show it, or as a limit explains them better than a gain.
+/// The share of samples at a limit: found as flat tops, or because a limit explains the waveform better than a pure gain.
 fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<Aspect> {
     let compared = compared(evidence, noise_power);
     let limit = Limit::at_most(evidence.config.limits.clipped_fraction);
@@ -273,7 +273,7 @@ fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<A
     } else {
         0.0
     };
-    // A crest that the target has at the same height was limited by nothing.
+    // A peak that the target has at the same height was not clipped.
     let sensor = if all.follows() && !compared.exceeded() {
         0.0
     } else {
@@ -295,14 +295,14 @@ fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
     }
 }
 
-/// What happens in time.
+/// The criteria on events in time: drop-outs, added events, short-time levels.
 fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criterion<Aspect>> {
     let limits = &evidence.config.limits;
     let compared = compared(evidence, noise_power);
     let drop_out = Limit::at_most(limits.drop_out_s);
     let level = Limit::at_most(limits.short_time_level_db);
-    // When a texture is quiet is free, for how long is not: another realisation has its lulls elsewhere, and one that has
-    // silence of its own may have it at other times.
+    // Another realisation of a texture may have its lulls at other times, but not longer ones. A target with silence of
+    // its own may have it at other times.
     let free = evidence.config.mode == Mode::Texture && compared.own_lull_s() > limits.drop_out_s;
     let dropped = if all.follows() && !free {
         compared
@@ -407,7 +407,7 @@ impl Sums {
         }
     }
 
-    /// The square of the measurement, less the noise; no less than a hundredth of itself.
+    /// The power of the measurement minus the noise, at least a hundredth of the measured power.
     fn left(&self) -> f64 {
         let left = self.measured - self.count * self.noise_power;
         left.max(0.01 * self.measured).max(f64::MIN_POSITIVE)
@@ -427,13 +427,13 @@ impl Sums {
         self.plain_correlation().abs() > FOLLOWS
     }
 
-    /// The correlation, less what the noise takes from it.
+    /// The correlation, corrected for the sensor's noise.
     fn correlation(&self) -> f64 {
         let norm = (self.target * self.left()).sqrt().max(f64::MIN_POSITIVE);
         (self.product / norm).clamp(-1.0, 1.0)
     }
 
-    /// The power of the difference, less the noise, over that of the target.
+    /// The power of the difference minus the noise, re that of the target.
     fn nmse(&self) -> f64 {
         let difference = self.measured - 2.0 * self.product + self.target;
         let left = (difference - self.count * self.noise_power).max(0.01 * difference);
@@ -441,7 +441,7 @@ impl Sums {
     }
 }
 
-/// Blocks of time, which leave one another out.
+/// Sums over blocks of time, for the jackknife.
 struct Blocks(Vec<Sums>);
 
 /// The 97.5 % quantile of the normal distribution.
@@ -483,8 +483,8 @@ impl Blocks {
         all
     }
 
-    /// The level of the measurement over that of the target, dB. Where the measurement follows its target the two scatter
-    /// together; else the interval is that of the jackknife over blocks.
+    /// The level of the measurement re that of the target, dB. When the measurement follows its target, the two scatter
+    /// together; otherwise the interval is that of the jackknife over blocks.
     ///
     /// Formula: the variance of 10·log10 of the ratio of two powers is (10/ln 10)²·2·(1 − r²)/(B·T).
     fn level_db(&self, bandwidth_s: f64) -> Found {
@@ -494,7 +494,7 @@ impl Blocks {
             return self.jackknife(&Sums::level_db);
         }
         let apart = 1.0 - all.correlation().powi(2);
-        // The noise goes together with the texture by chance, and is itself an estimate.
+        // The noise correlates with the texture by chance, and its power is itself an estimate.
         let noise = all.noise_power * all.count / all.left();
         let of_noise = 4.0 * noise + 4.0 * noise * noise;
         let squares = (2.0 * apart + of_noise) / bandwidth_s.max(1.0);
@@ -505,7 +505,7 @@ impl Blocks {
         }
     }
 
-    /// The correlation of the waveforms: of these samples, so that only what the sensor's noise leaves is open.
+    /// The correlation of these waveforms; as it describes these samples, its interval comes from the sensor's noise alone.
     fn correlation(&self, bandwidth_s: f64) -> Found {
         let value = self.all().correlation();
         let reach = NORMAL_REACH * (1.0 - value) / bandwidth_s.max(1.0).sqrt();
@@ -548,7 +548,7 @@ impl Blocks {
     }
 }
 
-/// The bandwidth of noise that scatters as much as the target's lines within `judged`, Hz.
+/// The bandwidth of white noise with the same scatter as the target's lines within `judged`, Hz.
 ///
 /// Formula: (ΣS)²/ΣS²·Δf.
 fn effective_bandwidth_hz(pair: &Pair, judged: &[Band]) -> f64 {

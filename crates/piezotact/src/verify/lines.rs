@@ -1,4 +1,4 @@
-//! The spectra of target and measurement line by line, with what each line scatters by and what the sensor's noise is of it.
+//! The spectra of target and measurement line by line, with the variance of each line and the sensor's noise in it.
 
 use num_complex::Complex;
 
@@ -11,29 +11,29 @@ use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, segments_in};
 
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
-/// A line with less power than so many times the sensor's noise is hidden by it.
+/// A line is hidden by the sensor's noise when its power is below this multiple of the noise.
 const HIDDEN_RATIO: f64 = 3.0;
-/// The sensor's noise is smooth over this on either side of a line, Hz: tones are none of it.
+/// The noise spectrum is smoothed over this range on either side of a line, Hz, so that tones do not count as noise.
 const SMOOTH_HZ: f64 = 40.0;
-/// Neighbouring lines of a Hann window scatter together: so many more squares than independent ones have.
+/// The factor by which the correlation of neighbouring lines of a Hann window increases the variance of a sum.
 const TOGETHER: f64 = 1.4;
 /// The 97.5 % quantile of the normal distribution.
 const REACH: f64 = 1.96;
 
-/// The PSDs of two signals on one time, and how far they go together.
+/// The PSDs of two aligned signals, and their statistical dependence.
 pub(super) struct Pair {
     pub(super) target: Vec<f64>,
     pub(super) measured: Vec<f64>,
     /// The variance of 10·log10(measured/target) of each line by the coherence alone, dB².
     pub(super) variance_db2: Vec<f64>,
-    /// What of it two estimates scatter by that are not independent.
+    /// For each line, the share of that variance which remains although the two estimates are not independent.
     pub(super) alike: Vec<Alike>,
     pub(super) resolution_hz: f64,
 }
 
 /// The share of a signal over which its ends are tapered before it is transformed as a whole.
 const TAPER_SHARE: f64 = 0.1;
-/// Coherence is that of so many bins at least.
+/// The fewest bins over which coherence is estimated.
 const COHERENCE_BINS: usize = 12;
 
 /// Sums over the bins of a line.
@@ -60,7 +60,7 @@ impl Sums {
             return 0.0;
         }
         let chance = 1.0 / self.count as f64;
-        // Below zero as often as above where they are unrelated: what is taken for it must not add up.
+        // Unbiased for unrelated signals (as often negative as positive), so that the errors do not add up over lines.
         ((self.cross.norm_sqr() / both - chance) / (1.0 - chance)).clamp(-1.0, 1.0)
     }
 }
@@ -74,8 +74,8 @@ fn tapered(x: &[f64], transform: &mut RealTransform) -> Vec<Complex<f64>> {
 
 impl Pair {
     /// The PSDs of `target` and `measured` on lines as far apart as those of `welch`, with the variance of each line's ratio. A line
-    /// is the mean of the bins of one transform of all samples: what is missing between its neighbours is missing, where the
-    /// window of a short segment would fill it from beside.
+    /// is the mean of the bins of one transform of all samples: a gap between lines stays a gap, whereas the window of a short
+    /// segment would fill it by leakage.
     ///
     /// Formula: `(10/ln 10)²·(c_t² + c_m²)·(1 − γ²)/n` with c the coefficient of variation of a line's power over segments
     /// (1 for noise, 0 for a tone), γ² the coherence of the two less what unrelated signals have, and n the number of bins.
@@ -193,7 +193,7 @@ fn varies(x: &[f64], welch: &WelchConfig) -> Result<Vec<f64>, EstimateError> {
     }
     let n = count as f64;
     let of = |(sum, squares): (f64, f64)| {
-        // Too few segments to see how a line varies: as noise does.
+        // Too few segments to estimate the variation of a line: noise is assumed.
         if count < 4 || sum <= 0.0 {
             return 1.0;
         }
@@ -202,21 +202,21 @@ fn varies(x: &[f64], welch: &WelchConfig) -> Result<Vec<f64>, EstimateError> {
     Ok(sums.into_iter().map(of).collect())
 }
 
-/// The smooth PSD of what a sensor shows where nothing is played, unit²/Hz, one value every `resolution_hz` from 0 Hz.
+/// The smoothed PSD of a sensor's noise while nothing is played, unit²/Hz, one value every `resolution_hz` from 0 Hz.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Floor {
     values: Vec<f64>,
     resolution_hz: f64,
 }
 
-/// Shorter stretches say nothing of the noise, s.
+/// The shortest stretch from which noise is estimated, s.
 const SHORTEST_S: f64 = 0.1;
 
 impl Floor {
     /// The noise of the stretches of a response that come before and after what was played; `None` when they are too short.
     ///
-    /// Formula: Welch's PSD in segments of 64 ms, then the median over 40 Hz on either side: a tone stands in few lines and does
-    /// not move a median.
+    /// Formula: Welch's PSD in segments of 64 ms, then the median over 40 Hz on either side: a tone occupies few lines and does
+    /// not change a median.
     pub(super) fn of(quiet: &[&[f64]], rate: SampleRate) -> Option<Self> {
         let shortest = (SHORTEST_S * rate.hz()) as usize;
         let segment = 2usize
@@ -290,16 +290,16 @@ pub(super) struct Line {
     /// 10·log10 of measured, less the noise, over target, dB.
     pub(super) error_db: f64,
     variance_db2: f64,
-    /// What that is known to, as a 95 % interval, dB².
+    /// The half-width of the 95 % interval of that variance, dB².
     variance_reach_db2: f64,
-    /// How much less it may be, dB².
+    /// How much smaller that variance may be, dB².
     variance_less_db2: f64,
     /// The power of the target, unit².
     pub(super) target_power: f64,
 }
 
 impl Line {
-    /// The mean power of target and measurement, unit²: a weight by the target alone would favour its own scatter.
+    /// The mean power of target and measurement, unit²: a weight from the target alone would be biased by its own scatter.
     pub(super) fn pooled_power(&self) -> f64 {
         0.5 * self.target_power * (1.0 + 10f64.powf(self.error_db / 10.0))
     }
@@ -318,9 +318,9 @@ pub(super) struct Lines {
     pub(super) added: f64,
 }
 
-/// Lines this far below the band's strongest hold next to no target, dB: below them lies the noise of sensors.
+/// Lines below this level re the strongest line of the band count as without target power, dB: sensor noise lies there.
 pub(super) const NO_POWER_DB: f64 = -50.0;
-/// A measured line is no lower than this share of the target: below lies what rounding leaves.
+/// The smallest ratio of measured to target power of a line: smaller values are rounding errors.
 const LOWEST_RATIO: f64 = 1e-6;
 
 impl Lines {
@@ -351,7 +351,7 @@ impl Lines {
                 lines.hidden_power += target * step_hz;
             } else {
                 let ratio = (left / target).max(LOWEST_RATIO);
-                // What the noise scatters by counts for more where less is left of the line.
+                // The scatter of the noise weighs more the less power of the line remains after subtracting it.
                 let more = (measured / left.max(0.1 * measured)).powi(2);
                 let unrelated_db2 = pair.variance_db2[k] * more.min(9.0);
                 let alike = pair.alike[k];
@@ -369,11 +369,12 @@ impl Lines {
     }
 }
 
-/// An rms error over lines, what estimates scatter by taken away, with the interval in which it lies with 95 % confidence, dB.
-/// The interval has a width where lines scatter: of what lies below the scatter, half of its reach is left open.
+/// The rms error over lines without the part explained by the scatter of the estimates, with its 95 % confidence interval, dB.
+/// Errors below the scatter cannot be resolved: the upper limit is at least half of the interval's half-width.
 ///
 /// Formula: e² = Σw·(d² − v)/Σw with v the variance of a line's d; the variance of e² is 1.4·Σw²·(2v² + 4·(d² − v)·v)/(Σw)²,
-/// and to its reach comes that of v. The upper end is e² and the reach, no less than half of the reach, and what v may be less.
+/// its half-width is combined with that of v. The upper end is e² plus the half-width, at least half of the half-width, plus by
+/// how much v may be smaller.
 ///
 /// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36; decision 0028.
 pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option<(f64, [f64; 2])> {

@@ -1,4 +1,5 @@
-//! What the device would do with a texture that is sent to it straight: computed, where nothing was measured.
+//! Predicted response to a texture sent directly as the drive, without inversion: the negative control, computed instead of
+//! measured.
 
 use num_complex::Complex;
 use serde::Serialize;
@@ -10,15 +11,15 @@ use crate::series::Series;
 use crate::statistics::mean;
 use crate::transfer::TransferFunction;
 
-/// What the device would do with a texture that is sent to it straight, as its transfer function has it: linear, without
+/// The predicted response of the device to a texture sent directly as the drive, from its transfer function: linear, without
 /// noise and without clipping.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PredictedStraight {
-    /// The band over which it is compared: what the transfer function knows of the one asked for, Hz.
+    /// The band of the comparison: the part of the requested band that the transfer function covers, Hz.
     pub band_hz: Band,
     /// The rms error of the judged lines after their mean error is taken away, dB.
     pub error_db_rms_level_matched: f64,
-    /// That mean error: the level of the answer over the texture when one unit of texture is a drive of 1, dB.
+    /// That mean error: the level of the response re the texture when one unit of texture is a drive of 1, dB.
     pub level_difference_db: f64,
     /// Pearson's correlation of the band-limited waveforms after aligning the delay.
     pub waveform_correlation: f64,
@@ -30,13 +31,13 @@ pub struct PredictedStraight {
     /// The PSD of the texture, unit²/Hz.
     #[serde(skip)]
     pub target_psd: Vec<f64>,
-    /// The PSD of the answer, matched in level to the texture, unit²/Hz.
+    /// The PSD of the response, matched in level to the texture, unit²/Hz.
     #[serde(skip)]
     pub answer_psd: Vec<f64>,
 }
 
 impl PredictedStraight {
-    /// The band that is judged, as text: as much of that of `verification` as the transfer function knows.
+    /// The judged band as text: the part of the judged band of `verification` that the transfer function covers.
     #[must_use]
     pub fn judged_band(&self, verification: &Verification) -> String {
         if self.band_hz == verification.band_hz {
@@ -47,11 +48,11 @@ impl PredictedStraight {
     }
 }
 
-/// What the finger would feel if `target` itself were the drive, compared with `target` as [`verify`] compares and matched in
-/// level, since the unit of the texture and that of the drive have no common scale. Lines are judged as there: the
-/// achievable ones where some are stated.
+/// The response to `target` itself as the drive, compared with `target` as in [`verify`] and matched in
+/// level, since the units of texture and drive have no common scale. The judged lines are those of [`verify`]: the
+/// achievable ones when they are stated.
 ///
-/// Formula: `irfft(H · rfft(target))` between silence as long as the transfer function remembers, H interpolated linearly.
+/// Formula: `irfft(H · rfft(target))` with zero padding as long as the impulse response, H interpolated linearly.
 ///
 /// Source: the thesis' figures 41 and 42.
 ///
@@ -98,8 +99,8 @@ pub fn predicted_straight<Q: Quantity>(
     })
 }
 
-/// The response to `drive` as samples of `Q` per unit of drive; it begins as long before the drive as the transfer function
-/// remembers, and ends as long after it.
+/// The response to `drive` in samples of `Q` per unit of drive; it begins one length of the impulse response before the drive
+/// and ends one after it.
 fn answer<Q: Quantity>(drive: &Series<Q>, function: &TransferFunction<Drive, Q>) -> Vec<f64> {
     let (samples, rate_hz) = (drive.samples(), drive.rate().hz());
     let memory = (rate_hz / function.resolution_hz()).ceil() as usize;

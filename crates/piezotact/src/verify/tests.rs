@@ -1,4 +1,4 @@
-//! Delays, signs, levels and limits that are known.
+//! Tests with known delays, signs, levels and limits.
 
 use crate::verify::VerifyDoubt;
 use std::f64::consts::TAU;
@@ -72,7 +72,7 @@ fn a_level_is_a_level_and_not_a_shape() {
     assert!(!v.passed() && (v.waveform_correlation - 1.0).abs() < 1e-9);
 }
 
-/// Half a sample late, a tone has a trough on a sample beside its crest between two.
+/// A tone delayed by half a sample has its minimum on a sample and its maximum between two.
 #[test]
 fn a_tone_between_samples_is_not_taken_for_its_inverse() {
     for frequency_hz in [330.0, 440.0, 499.0] {
@@ -194,7 +194,7 @@ fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
     assert!(close(found.waveform_correlation, v.waveform_correlation));
     let mean_db = v.error_db.iter().sum::<f64>() / v.error_db.len() as f64;
     assert!(close(found.level_difference_db, mean_db));
-    // Of a level that was asked for on purpose nothing is left after matching.
+    // Matching removes an intentional change of level.
     config.level = Decibels(-12.0);
     assert_eq!(
         predicted_straight(&target, &echoing(), &config).unwrap(),
@@ -223,7 +223,7 @@ fn nothing_is_predicted_beyond_what_was_driven() {
     ));
 }
 
-/// The drive of a filter that only delays and doubles is the texture: on its time, and at half its rms.
+/// The drive for a filter that only delays and doubles is the texture itself, aligned in time and at half the rms.
 #[test]
 fn a_drive_stands_on_the_time_of_its_texture() {
     let target = texture(20_000, 0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The amplitude spectra of target and measurement, in which the lines of a periodic texture stand at their amplitude.
+//! The amplitude spectra of target and measurement, in which a line of a periodic texture has the height of its amplitude.
 
 use super::{Verification, VerifyError};
 use crate::quantity::{Drive, SampleRate};

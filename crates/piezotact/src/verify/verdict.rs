@@ -1,4 +1,4 @@
-//! What a verification concludes, and from which criteria.
+//! The verdict of a verification, and the criteria from which it follows.
 
 use crate::recording::RehearsalDoubt;
 use std::fmt;
@@ -13,7 +13,8 @@ use crate::lineage::Mode;
 use crate::quantity::{Decibels, Seconds};
 use crate::run::RunDoubt;
 
-/// The longest stretch that doubts about a recording say is lost: samples that a device reported, or falls of a channel to its floor.
+/// The longest lost stretch in the doubts about a recording: lost samples reported by a device, or drop-outs of a channel to
+/// its floor.
 fn longest_loss(doubts: &[Doubt]) -> Option<Seconds> {
     let lost = doubts.iter().filter_map(|doubt| {
         let reported = match doubt.kind() {
@@ -29,7 +30,7 @@ fn longest_loss(doubts: &[Doubt]) -> Option<Seconds> {
     lost.reduce(f64::max).map(Seconds)
 }
 
-/// What a verification concludes.
+/// The verdict of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Verdict {
@@ -58,8 +59,9 @@ impl Verdict {
         }
     }
 
-    /// What `criteria` say together. A recording that is a copy or froze decides nothing. One criterion that is not met decides; then one that is not decided; a part that could not be judged
-    /// comes last, and a measurement of less than `least` of the target decides nothing.
+    /// The verdict that follows from `criteria`. A recording that is a copy of its target, or in which the sensor froze, gives
+    /// [`Self::NotDecided`]. Otherwise any criterion that is not met decides, then any that is not decided, then a part that
+    /// could not be judged; a measurement of less than `least` of the target gives [`Self::NotDecided`].
     #[must_use]
     pub(super) fn of(criteria: &[Criterion<Aspect>], least: f64) -> Self {
         let of = |extent: bool| {
@@ -72,7 +74,7 @@ impl Verdict {
             let criterion = criteria.iter().find(|criterion| criterion.what == what);
             criterion.and_then(|c| c.found).unwrap_or(1.0)
         };
-        // What a recording does not show is no fault of the rendering, and no merit.
+        // Whatever a recording does not show counts neither for nor against the rendering.
         let shows =
             |c: &Criterion<Aspect>| !c.what.is_of_the_recording() || c.outcome == Outcome::Met;
         if !criteria.iter().all(shows) {
@@ -92,13 +94,13 @@ impl Verdict {
     }
 }
 
-/// What a criterion of a verification looks at.
+/// The quantity that a criterion of a verification judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Aspect {
     /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
     Level,
-    /// The rms error of the lines that are judged, what estimates scatter by and the sensor's noise taken away, dB.
+    /// The rms error of the judged lines, corrected for the scatter of the estimates and the sensor's noise, dB.
     SpectrumError,
     /// The same, lines weighted by the power of the target.
     PowerWeightedError,
@@ -110,9 +112,9 @@ pub enum Aspect {
     WaveformError,
     /// The share of samples at a limit.
     Clipped,
-    /// The power on lines of the band without target, over the target's.
+    /// The power on lines of the band without target, re the target's.
     AddedPower,
-    /// What is felt outside the band and was not in the target, over what is felt of the target in the band.
+    /// The perceptible power outside the band that the target does not have, re the perceptible power of the target in the band.
     FeltOutside,
     /// The longest drop-out that the target does not have, s.
     DropOut,
@@ -120,7 +122,7 @@ pub enum Aspect {
     AddedEvent,
     /// The largest departure of a short-time level, dB.
     ShortTimeLevel,
-    /// How far the distribution of short-time levels lies from that of the target, dB rms.
+    /// The rms difference between the distributions of short-time levels of measurement and target, dB.
     ShortTimeDistribution,
     /// The share of the target's power in the band on the lines that are judged.
     JudgedPower,
@@ -128,7 +130,7 @@ pub enum Aspect {
     JudgedLines,
     /// The share of the target's length that was measured.
     Covered,
-    /// Whether the measurement is one: no copy of the target.
+    /// Whether the measurement is independent of the target: not a copy of it.
     Independent,
     /// The longest part of the recording in which the sensor holds still, s.
     Frozen,
@@ -137,12 +139,12 @@ pub enum Aspect {
 }
 
 impl Aspect {
-    /// Whether it says how much was judged, and not how well it was rendered.
+    /// Whether the aspect describes how much was judged, and not how well it was rendered.
     fn is_extent(self) -> bool {
         matches!(self, Self::JudgedPower | Self::JudgedLines | Self::Covered)
     }
 
-    /// Whether it is an rms from which what estimates scatter by was taken away.
+    /// Whether the aspect is an rms error corrected for the scatter of the estimates.
     fn is_an_error(self) -> bool {
         matches!(
             self,
@@ -150,12 +152,12 @@ impl Aspect {
         )
     }
 
-    /// Whether it says that the recording shows nothing, or not all, of what was delivered.
+    /// Whether the aspect says that the recording does not show, or only partly shows, the delivered vibration.
     fn is_of_the_recording(self) -> bool {
         matches!(self, Self::Independent | Self::Frozen)
     }
 
-    /// How a value of it is written.
+    /// A value of this aspect as text with its unit.
     fn value(self, value: f64) -> String {
         match self {
             Self::Level => format!("{value:+.2} dB"),
@@ -184,22 +186,24 @@ impl fmt::Display for Aspect {
             Self::Level => "level",
             Self::SpectrumError => "spectrum error",
             Self::PowerWeightedError => "spectrum error weighted by power",
-            Self::FeltWeightedError => "spectrum error weighted by felt power",
+            Self::FeltWeightedError => {
+                "spectrum error weighted by power re the detection threshold"
+            }
             Self::WaveformCorrelation => "waveform correlation",
             Self::WaveformError => "waveform error (NMSE)",
             Self::Clipped => "samples at a limit",
-            Self::AddedPower => "power added where the target has none",
-            Self::FeltOutside => "felt power added outside the band",
+            Self::AddedPower => "power added at lines where the target has none",
+            Self::FeltOutside => "power above the detection threshold added outside the band",
             Self::DropOut => "longest drop-out",
             Self::AddedEvent => "longest event that the target does not have",
-            Self::ShortTimeLevel => "short-time level, largest departure",
-            Self::ShortTimeDistribution => "distribution of short-time levels, difference",
-            Self::JudgedPower => "target power that is judged",
-            Self::JudgedLines => "lines of the band that are judged",
-            Self::Covered => "length of the target that was measured",
+            Self::ShortTimeLevel => "largest deviation of the short-time level",
+            Self::ShortTimeDistribution => "difference in the distribution of short-time levels",
+            Self::JudgedPower => "share of the target power that is evaluated",
+            Self::JudgedLines => "share of the lines of the band that are evaluated",
+            Self::Covered => "share of the length of the target that was measured",
             Self::Independent => "correlation with a copy of the target",
-            Self::Frozen => "sensor frozen for",
-            Self::FeltDifference => "difference that can be felt",
+            Self::Frozen => "longest time with a frozen sensor",
+            Self::FeltDifference => "perceptual difference",
         })
     }
 }
@@ -208,7 +212,7 @@ impl Criterion<Aspect> {
     /// What was found, as text with its unit.
     #[must_use]
     pub fn found_text(&self) -> String {
-        // Less was found than estimates scatter by.
+        // The value found is smaller than the scatter of the estimates.
         if let (Some(found), Some([_, high])) = (self.found, self.interval)
             && self.what.is_an_error()
             && found <= 0.0
@@ -232,7 +236,7 @@ impl Criterion<Aspect> {
         }
     }
 
-    /// The limit up to or from which it is met, as text with its unit.
+    /// The limit for the outcome "met", as text with its unit.
     fn met_text(&self) -> String {
         let value = self.what.value(self.limit.value());
         match self.limit {
@@ -242,7 +246,7 @@ impl Criterion<Aspect> {
         }
     }
 
-    /// The limit, as text with its unit, and where it is not met, if that is another value.
+    /// The limit as text with its unit, with the limit for "not met" when it differs.
     #[must_use]
     pub fn limit_text(&self) -> String {
         let (met, not_met) = (self.limit.value(), self.limit.not_met_from());
@@ -261,7 +265,7 @@ impl Criterion<Aspect> {
         }
     }
 
-    /// The criterion in one phrase: what, found, its interval where that matters, and the limit.
+    /// The criterion in one phrase: the aspect, the value found, its interval where that matters, and the limit.
     #[must_use]
     pub fn phrase(&self) -> String {
         if self.what == Aspect::Independent {
@@ -295,7 +299,7 @@ impl Verification {
             .find(|criterion| criterion.what == what)
     }
 
-    /// Adds a criterion of another kind, and concludes again.
+    /// Adds a criterion and derives the verdict again.
     #[must_use]
     pub fn with(mut self, criterion: Criterion<Aspect>) -> Self {
         self.criteria.retain(|other| other.what != criterion.what);
@@ -304,8 +308,8 @@ impl Verification {
         self
     }
 
-    /// The same where the device reported that it lost samples, for `longest` seconds at the longest: a drop-out may last as long, wherever
-    /// in the recording that was.
+    /// The same verification when the device reported lost samples, the longest loss being `longest`: the interval of the
+    /// drop-out criterion then extends to that length, wherever in the recording the loss was.
     #[must_use]
     pub fn with_samples_lost(self, longest: Seconds) -> Self {
         let Some(seen) = self.criterion(Aspect::DropOut).cloned() else {
@@ -323,8 +327,8 @@ impl Verification {
         ))
     }
 
-    /// The same where what is known of the measurement says that part of it is missing: the longest stretch that `measured` lost,
-    /// as its doubts have it and `target` has none as long.
+    /// The same verification with the losses that the doubts `measured` about the measurement report: the longest lost stretch
+    /// counts unless the doubts `target` about the target have one as long.
     #[must_use]
     pub fn with_known_losses(self, measured: &[Doubt], target: &[Doubt]) -> Self {
         let of_the_target = longest_loss(target).map_or(0.0, |known| known.0);
@@ -334,7 +338,7 @@ impl Verification {
         }
     }
 
-    /// One line that says what is concluded and why: every criterion that is not met or not decided, or else the main ones.
+    /// One line with the verdict and its reasons: every criterion that is not met or not decided, otherwise the main ones.
     #[must_use]
     pub fn sentence(&self) -> String {
         let named = |outcome: Outcome| -> Vec<String> {
@@ -370,7 +374,7 @@ impl Verification {
         };
         let over = match self.mode {
             Mode::Replicate => over,
-            Mode::Texture => format!("{over} (the spectrum alone counts)"),
+            Mode::Texture => format!("{over} (only the spectrum is evaluated)"),
         };
         let level = if Decibels(self.level_db).0 == 0.0 {
             String::new()
@@ -383,13 +387,14 @@ impl Verification {
         let felt = self.criterion(Aspect::FeltDifference);
         let felt = match felt.map(|c| c.outcome) {
             Some(Outcome::Met) if self.verdict == Verdict::NotPassed => {
-                "; by their long-time spectra alone the two could not be told apart (below the just-noticeable difference, 75 % correct), which says nothing of events in time"
+                "; from their long-time spectra alone, the two could not be distinguished (below the just-noticeable \
+                    difference, 75 % correct), but this does not include events in time"
             }
             _ => "",
         };
         let own = |doubt: &Doubt| doubt.kind::<RehearsalDoubt>().is_some();
         let rehearsed = if self.doubts.iter().any(own) {
-            "; a rehearsal through the drive's own transfer function, which is no proof"
+            "; this was a rehearsal through the transfer function that the drive was rendered with, so it is no evidence"
         } else {
             ""
         };

@@ -1,4 +1,4 @@
-//! Signals that are known to be wrong, or right, and what is concluded of them.
+//! Signals that are known to be right or wrong, and the verdicts on them.
 
 use crate::verify::VerifyDoubt;
 use std::f64::consts::TAU;
@@ -57,7 +57,7 @@ pub(super) fn noise(count: usize, seed: u64) -> Vec<f64> {
     samples
 }
 
-/// What a sensor with 5 mm/s² of noise reads of `delivered`, 0.3 s before and after with it.
+/// The reading of a sensor with 5 mm/s² of noise for `delivered`, with 0.3 s of noise before and after.
 pub(super) fn recorded(delivered: &[f64], seed: u64) -> Series<Acceleration> {
     let mut draws = Draws::new(1000 + seed);
     let silence = [0.0; LEAD];

@@ -13,7 +13,7 @@ use super::{Findings, rust_files};
 
 /// The heading over the table.
 const HEADING: &str = "## Layers of the science";
-/// Where the science stands.
+/// The source folder of the science.
 const SOURCE: &str = "crates/piezotact/src";
 
 /// Invariant 11: the science has no circle.
@@ -51,7 +51,7 @@ fn table(page: &str) -> Result<Vec<String>> {
 /// The source files of a crate by their path in its `src`.
 type Sources = BTreeMap<PathBuf, String>;
 
-/// What in `sources` is against the order `modules`; each finding says what to do.
+/// The violations of the order `modules` in `sources`; each finding says what to do.
 fn against(modules: &[String], sources: &Sources) -> Result<Vec<String>> {
     let mut found = Vec::new();
     let mut place = BTreeMap::new();

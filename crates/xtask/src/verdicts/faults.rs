@@ -1,4 +1,4 @@
-//! Renderings with faults: what is delivered, free of noise, and what a recording of it shows.
+//! Renderings with known faults: the delivered vibration without noise, and its recording.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -28,7 +28,7 @@ pub(super) enum Realisation {
     Another,
 }
 
-/// Silence where a good rendering would have had something.
+/// A missing part: silence where a good rendering has signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
     pub(super) lasts_s: f64,

@@ -1,6 +1,6 @@
-//! The kinds of rendering that are judged: what can go wrong, and what may differ and still be right.
+//! The kinds of rendering in the benchmark: faults, and differences that are still right.
 
-/// What is done to a rendering, or to its recording.
+/// A modification of a rendering or of its recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
     // Level.

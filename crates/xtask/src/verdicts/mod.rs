@@ -1,5 +1,5 @@
-//! `xtask bench V1`: verdicts against the truth. Renderings that are known to be wrong or right, made on the twin, and what
-//! `verify` concludes of their recordings.
+//! `xtask bench V1`: verdicts against the truth. Renderings on the twin that are known to be right or wrong, and the verdicts
+//! of `verify` on their recordings.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 

@@ -1,16 +1,16 @@
-//! What the benchmark computes with, independent of what it judges: whole-signal transforms, draws, signals at other times.
+//! Signal processing of the benchmark, independent of the code under test: whole-signal transforms, random draws, interpolation.
 
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex;
-use piezotact_bench::drawn_phases;
+use piezotact::manipulate::DrawnPhases;
 use piezotact_fourier::RealPlanner;
 
 /// The rate of every signal here, Hz.
 pub(super) const RATE_HZ: f64 = 5_000.0;
 
-/// A seeded stream of random numbers, `ChaCha8` behind [`drawn_phases`].
+/// A seeded stream of random numbers, `ChaCha8` behind [`DrawnPhases::drawn`].
 pub(super) struct Draws {
     key: u64,
     block: u64,
@@ -39,7 +39,7 @@ impl Draws {
         if let Some(turn) = self.turns.pop() {
             return turn;
         }
-        self.turns = drawn_phases(self.key.wrapping_add(self.block), 4_096).turns;
+        self.turns = DrawnPhases::drawn(self.key.wrapping_add(self.block), 4_096).turns;
         self.block += 1;
         self.uniform()
     }

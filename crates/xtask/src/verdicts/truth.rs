@@ -1,5 +1,5 @@
-//! What is true of a rendering: computed from the target and from what was delivered, free of noise, by limits that are stated
-//! in one table, with nothing of what `verify` computes with.
+//! The truth about a rendering: computed from the target and the delivered vibration without noise, by limits stated
+//! in one table, and independent of the code of `verify`.
 //!
 //! Spectra come of one transform over the whole target, smoothed to lines of 5 Hz as a Hann window of 0.2 s sees them, so that
 //! a limit on lines of 5 Hz means the same here and in an averaged spectrum. Levels in time are those of the band-limited
@@ -33,7 +33,7 @@ use super::signal::{
     RATE_HZ, at_times, bins_of, decibels, energy, hz_of, shaped, short_time, signal_of,
 };
 
-/// What is looked at.
+/// A quantity that is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Figure {
     Level,
@@ -227,7 +227,7 @@ fn by_limits(figures: &[(Figure, f64)]) -> Truth {
     Truth { fact, worst, found }
 }
 
-/// As what a spectrum is compared: of the recorded draw, or of another one.
+/// The reference of a spectrum: the recorded realisation, or another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Draw {
     Same,

@@ -345,13 +345,13 @@ impl Job<'_> {
         };
         let (level, first) = match args.level {
             Level::Stated(level) => (level, asked.at(&texture, level)),
-            Level::Fit => match asked.at(&texture, 0.0) {
-                Err(Refused {
-                    fits_at: Some(fits_at),
-                    ..
-                }) if fits_at.0 > SOFTEST_DB => (fits_at.0, asked.at(&texture, fits_at.0)),
-                other => (0.0, other),
-            },
+            Level::Fit => {
+                let (level, first) = render::at_fitting_level(
+                    |level| asked.at(&texture, level.0),
+                    |refused| refused.fits_at.filter(|level| level.0 > SOFTEST_DB),
+                );
+                (level.0, first)
+            }
         };
         let (mut drive, corrected) = first.map_err(|refused| refused.failure)?;
         let doubts = contents.recording.about.doubts.iter();

@@ -9,7 +9,8 @@ use piezotact::run::{Attempt, RunCriterion};
 use piezotact_dataset::PanelEntry;
 
 use super::{Page, plural};
-use crate::report::criteria::{found, limit_text, named_list, outcome};
+use crate::report::criteria::{found, named_list, outcome};
+use piezotact::page::limit_text;
 
 /// As many measurements are listed one by one.
 const LISTED: usize = 12;

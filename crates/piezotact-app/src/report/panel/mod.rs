@@ -21,7 +21,7 @@ use piezotact_dataset::{PanelFolder, PanelKind};
 use super::{broad_document, figure};
 use crate::advice::merged_text;
 use crate::failure::Outcome;
-use crate::wording;
+use piezotact::number::{p_text, signed};
 
 type Function = TransferFunction<Uncalibrated, Uncalibrated>;
 
@@ -177,8 +177,8 @@ pub(crate) fn falls_text(falls: &FallsWithLoad) -> String {
     };
     let numbers = format!(
         "{} dB from the lightest to the heaviest load ({} over {} people)",
-        wording::signed(falls.change_db, 1),
-        wording::p_text(p),
+        signed(falls.change_db, 1),
+        p_text(p),
         falls.people
     );
     match falls.direction {

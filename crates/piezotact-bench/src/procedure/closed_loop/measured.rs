@@ -1,4 +1,4 @@
-//! What a closed loop measures, and whether it can be believed.
+//! The measurements of a closed loop, and the checks of their reliability.
 
 use piezotact::Doubt;
 use piezotact::clipping::{Clipping, clipping};
@@ -18,23 +18,24 @@ use crate::plan::{Placement, RunPlan};
 use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record};
 use crate::traits::Bench;
 
-/// How long the noise is listened to before anything is played, s.
+/// The duration of the noise measurement before anything is played, s.
 const SILENCE_S: f64 = 4.0;
-/// The time over which the mean force keeps to its share, s.
+/// The window over which the mean force is checked, s.
 const WINDOW_S: f64 = 10.0;
-/// Over less time a hand wanders more, with the root of the time, but no more than this much more.
+/// The largest factor by which the tolerance is widened for shorter windows, in which the mean force varies more (with the
+/// square root of time).
 const MOST_WIDER: f64 = 3.0;
-/// A response that is no more than this times its noise is none.
+/// The least ratio of the response to its noise.
 const SILENT_RATIO: f64 = 2.0;
-/// How often a measurement that cannot be believed is made.
+/// The number of attempts at a measurement that is not reliable.
 const ATTEMPTS: usize = 2;
 
-/// One drive as it was felt.
+/// The measured response to one drive.
 pub(super) struct Felt {
     pub(super) recording: Recording,
     /// The response at the rate of the loop.
     pub(super) response: Series<Acceleration>,
-    /// What clipped, at the rate it was acquired with.
+    /// The clipping found at the rate of the acquisition.
     pub(super) clipping: Clipping,
 }
 
@@ -45,7 +46,7 @@ pub(super) enum Broken {
 }
 
 impl Broken {
-    /// What the bench said, where it failed: it would go on with a bench that does not.
+    /// The message of the bench if it failed; the loop could be resumed with a working bench.
     pub(super) fn of_the_bench(&self) -> Option<String> {
         match self {
             Self::Bench(error) if error.continues() => Some(error.to_string()),
@@ -80,7 +81,7 @@ impl std::fmt::Display for Broken {
     }
 }
 
-/// What measures: a bench with a finger on it, and what is known of both.
+/// Measures responses: a bench with a finger on it, with the settings and the noise needed to judge them.
 pub(super) struct Listener<'a> {
     pub(super) bench: &'a mut Bench,
     /// Where every run is kept.
@@ -90,25 +91,25 @@ pub(super) struct Listener<'a> {
     pub(super) setup: Option<DriveSetup>,
     /// The rate of the loop.
     pub(super) rate: SampleRate,
-    /// The PSD of the response to silence; none before it was listened to.
+    /// The PSD of the noise, measured with silence as the drive; none before it was measured.
     pub(super) noise: Option<Spectrum<Acceleration>>,
 }
 
-/// Whether attempts may be runs that an interrupted command completed. Where none of them can be believed, all attempts are
-/// measured again: else the loop would end at them for ever.
+/// Whether attempts may reuse runs stored by an interrupted command. If none of the stored runs is reliable, all attempts are
+/// measured again: otherwise every resumed loop would end at the same runs.
 #[derive(Debug, Default, PartialEq)]
 enum Before {
-    /// They may be; none was yet.
+    /// Stored runs may be reused; none was so far.
     #[default]
     Welcome,
-    /// They may be, and one was.
+    /// Stored runs may be reused, and one was.
     Taken,
-    /// They are measured.
+    /// Stored runs are not used: everything is measured.
     Refused,
 }
 
 impl Before {
-    /// Whether one was taken, and all are measured now.
+    /// Whether a stored run was reused; from now on everything is measured.
     fn measures_again(&mut self) -> bool {
         let taken = *self == Self::Taken;
         if taken {
@@ -141,7 +142,7 @@ impl RunKeeper for Attempts<'_> {
     }
 }
 
-/// `response` at `rate`, with all of the band that is corrected unchanged.
+/// `response` resampled to `rate`, with the corrected band unchanged.
 pub(super) fn brought_to(
     response: &Series<Acceleration>,
     rate: SampleRate,
@@ -188,7 +189,7 @@ impl Listener<'_> {
         brought_to(response, self.rate, self.config)
     }
 
-    /// Listens to the response to silence, as `welch` estimates its PSD.
+    /// Measures the noise (the response to silence) and estimates its PSD with `welch`.
     pub(super) fn listen(
         &mut self,
         welch: &WelchConfig,
@@ -205,7 +206,7 @@ impl Listener<'_> {
                 Err(_of_before) if attempt >= ATTEMPTS && before.measures_again() => attempt = 1,
                 Err(why) if attempt >= ATTEMPTS => {
                     return Err(ProcedureError::Broken(format!(
-                        "while the noise was listened to, {why}"
+                        "while the noise was recorded, {why}"
                     )));
                 }
                 Err(_again) => attempt += 1,
@@ -217,7 +218,7 @@ impl Listener<'_> {
         Ok(self.noise.insert(noise))
     }
 
-    /// Plays `drive`, and again where what came of it cannot be believed.
+    /// Plays `drive` and measures the response; repeats the measurement if it is not reliable.
     pub(super) fn feel(&mut self, drive: &Series<Drive>, label: &str) -> Result<Felt, Broken> {
         let (mut attempt, mut before) = (1, Before::default());
         loop {
@@ -237,7 +238,7 @@ impl Listener<'_> {
         }
     }
 
-    /// Whether a run went as it should, whatever was felt of it.
+    /// Checks that a run was complete, independent of its response.
     fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
         let incomplete = |doubt: &&Doubt| {
             matches!(
@@ -274,7 +275,7 @@ impl Listener<'_> {
         Ok(())
     }
 
-    /// Whether the load was held, in every ten seconds.
+    /// Checks that the load was held, in windows of ten seconds.
     fn held(&self, recording: &Recording) -> Result<(), Mishap> {
         let Some(load) = self.config.run.load else {
             return Ok(());
@@ -286,7 +287,7 @@ impl Listener<'_> {
         let whole = force.samples().len() / window.max(1);
         let windows = whole.max(1);
         for i in 0..windows {
-            // What is left over belongs to the last.
+            // The remainder belongs to the last window.
             let to = if i + 1 == windows {
                 force.samples().len()
             } else {

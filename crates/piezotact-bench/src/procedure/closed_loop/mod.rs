@@ -1,4 +1,4 @@
-//! Rendering in a closed loop: play, measure, correct, and judge each drive by a measurement of its own.
+//! Rendering in a closed loop: play, measure, correct, and judge each drive by a separate measurement.
 
 mod measured;
 mod outcome;
@@ -43,84 +43,99 @@ pub struct LoopConfig {
     pub correct: CorrectConfig,
     /// The band over which it is judged.
     pub judged: Band,
-    /// How often it is corrected at most.
+    /// The largest number of corrections.
     pub iterations: usize,
-    /// The mean force of every ten seconds may depart from its target by this share; that of a shorter drive by more, with
-    /// the root of the time, up to three times as much.
+    /// The largest departure of the mean force over ten seconds from its target, as a share; for a shorter drive it is wider by
+    /// the square root of the time ratio, up to three times.
     pub force_share: f64,
     /// Who touches how.
     pub run: RunPlan,
 }
 
-/// One drive of the loop, judged by a measurement that did not make it.
+/// One drive of the loop, judged by a measurement that was not used to compute it.
 #[derive(Clone, Debug)]
 pub struct Iteration {
     /// Its number; 0 is the open loop.
     pub number: usize,
-    /// What was found.
+    /// The verification of this drive.
     pub verification: Verification,
-    /// What the loop makes small, dB: for a texture the rms error of the spectrum over what the inverse reaches, for a
-    /// waveform the power of its difference over that of the target (NMSE).
+    /// The objective that the loop minimises, dB: for a texture the rms error of the spectrum over the bands that the inverse
+    /// reaches, for a waveform the power of its difference re that of the target (NMSE).
     pub aim_db: f64,
-    /// How close its two measurements came: the first, and the second, by which it is judged.
+    /// The errors of its two measurements; the drive is judged by the second.
     pub measured: [Closeness; 2],
-    /// The share of its samples that stood at the device's limit, 0–1.
+    /// The share of its samples clipped at the device's limit, 0–1.
     pub held: f64,
-    /// What the step that followed changed; none after the last.
+    /// The change made by the following correction step; none after the last.
     pub step: Option<LineChange>,
 }
 
 impl Looped {
-    /// The verification of the drive that is kept: of its confirming measurement, or of the loop where that failed.
+    /// The verification of the drive that was kept: from the confirmation measurement, or from the loop if that failed.
     #[must_use]
     pub fn told(&self) -> &Verification {
         let judged = &self.iterations[self.best].verification;
         self.confirmed.as_ref().unwrap_or(judged)
+    }
+
+    /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
+    #[must_use]
+    pub fn got_worse(&self) -> bool {
+        let gain = self.gain.as_ref();
+        !self.kept.is_open()
+            && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Outcome::NotMet)
+    }
+
+    /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
+    #[must_use]
+    pub fn is_close(&self) -> bool {
+        self.confirmed.is_some() && !self.got_worse() && self.told().is_close()
     }
 }
 
 /// A texture rendered in a closed loop.
 #[derive(Clone, Debug)]
 pub struct Looped {
-    /// Every drive that was judged.
+    /// All drives that were judged.
     pub iterations: Vec<Iteration>,
     /// The number of the drive that is kept.
     pub best: usize,
-    /// Why that one.
+    /// Why this drive was kept.
     pub kept: Kept,
-    /// The best corrected drive against the open loop; absent where none was judged better than the open loop.
+    /// The comparison of the best corrected drive with the open loop; absent if none was judged better than the open loop.
     pub gain: Option<Gain>,
-    /// Why it ended.
+    /// Why the loop ended.
     pub end: LoopEnd,
-    /// What the bench said when it failed, before the loop came to its end; none where it did not. What was measured until then
-    /// makes the drive that is kept.
+    /// The message of the bench if it failed before the end of the loop; the drive that is kept then follows from the
+    /// measurements made until then.
     pub failed: Option<String>,
     /// The drive that is kept.
     pub rendered: RenderedDrive,
-    /// What was found when the drive that is kept was measured once more, by a measurement that did not choose it; none when that
-    /// could not be believed.
+    /// The verification from the confirmation measurement of the drive that is kept, which was not used to choose it; none if
+    /// that measurement was not reliable.
     pub confirmed: Option<Verification>,
-    /// What was recorded then, or else when it was judged.
+    /// The recording of the confirmation measurement, or otherwise of the measurement by which the drive was judged.
     pub recording: Recording,
 }
 
-/// A spectrum has to get better by so much to be no luck, and is clearly worse by so much, dB.
+/// The least improvement of a spectrum, and the change from which it is clearly worse, dB.
 const SPECTRUM_DB: (f64, f64) = (0.005, 1.0);
-/// A waveform, which differs by more each time, is clearly worse by so much, dB.
+/// The change from which a waveform is clearly worse, dB; waveforms vary more between measurements.
 const WORSE_WAVEFORM_DB: f64 = 3.0;
-/// Waveforms so close to the best are as good, and their spectra decide, dB.
+/// Waveforms within this of the best count as equally good, and their spectra decide, dB.
 const ALIKE_DB: f64 = 0.5;
-/// So often in a row it may get no better.
+/// The number of consecutive iterations without improvement after which the loop stops.
 const PATIENCE: usize = 2;
-/// A share of samples at the limit that is worth a doubt: a sample in ten thousand is held by rounding.
+/// The share of samples at the limit from which a doubt is raised: about one in ten thousand is due to rounding.
 const HELD_TOLD: f64 = 1e-4;
-/// Below this correlation with what was asked for, pressing crests is worth a doubt.
+/// Below this correlation with the requested drive, limiting its crests raises a doubt.
 const UNLIKE: f64 = 0.98;
 
-/// Renders `target` on `bench` and corrects the drive by what is measured of it. Every drive is played twice: the second
-/// measurement judges it, and both, with what they share, make the next; so no drive is judged by what made it. The loop
-/// ends when it gets no better, and the best is measured once more; it is kept where measurements that did not choose it come
-/// closer than the open loop beyond their spread, else the open loop is. It never plays what the device cannot, and works at the lower rate of target and bench.
+/// Renders `target` on `bench` and corrects the drive from measured responses. Every drive is played twice: the second
+/// measurement judges it, and both together give the next drive, so no drive is judged by a measurement from which it was
+/// computed. The loop ends when there is no improvement, and the best drive is measured once more. It is kept if independent
+/// measurements of it are closer to the target than the open loop by more than their spread; otherwise the open loop is kept.
+/// The limits of the device are never exceeded. The loop works at the lower of the rates of target and bench.
 ///
 /// # Errors
 /// [`ProcedureError::Render`] when the first drive does not fit the device (with the level that does) or the target cannot be
@@ -138,7 +153,7 @@ pub fn closed_loop(
     let (target, converted) = at_a_common_rate(target, bench, config)?;
     let mut first = opened(&target, function, config)?;
     if converted.is_some() {
-        // What a lower rate leaves out is part of the texture all the same.
+        // Content removed by a lower rate still belongs to the texture.
         first
             .about
             .doubts
@@ -199,7 +214,7 @@ pub fn closed_loop(
         };
         let (first, second, [unjudged, verification]) = match both() {
             Ok(both) => both,
-            // Whoever stops a loop goes on with it later: its runs are kept.
+            // A stopped loop can be resumed: its runs are stored.
             Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
             Err(broken) if course.open.is_some() => {
                 course.failed = broken.of_the_bench();
@@ -263,7 +278,7 @@ pub fn closed_loop(
         let felt = listener.feel(&drive.drive, &label)?;
         Ok((judge(&felt, &drive.fit.coverage)?, felt))
     };
-    // The best is measured once more: of several measurements the smallest is partly luck.
+    // The best drive is measured once more: the smallest of several measured errors is biased by chance.
     let (best, again, gain, kept) = match best {
         None if iterations.len() == 1 => {
             let again = once_more(&open);
@@ -377,13 +392,13 @@ pub fn closed_loop(
     })
 }
 
-/// How a loop went so far.
+/// The state of the loop.
 #[derive(Default)]
 struct Course {
     iterations: Vec<Iteration>,
     /// The open loop's drive.
     open: Option<Best>,
-    /// The best corrected one that was judged better.
+    /// The best corrected drive, if one was judged better than the open loop.
     best: Option<Best>,
     since_best: usize,
     end: LoopEnd,
@@ -415,7 +430,7 @@ impl Course {
                 aim_db < so_far.aim_db - SPECTRUM_DB.0,
                 aim_db > so_far.aim_db + SPECTRUM_DB.1,
             ),
-            // The strong lines make a waveform; of those that are alike the one whose weak lines are right too is best.
+            // The strong lines dominate a waveform; among equally good waveforms the best spectrum decides.
             (Mode::Replicate, Some(so_far)) => (
                 aim_db < least_db - ALIKE_DB
                     || aim_db < least_db + ALIKE_DB
@@ -453,7 +468,7 @@ struct Best {
 /// How a drive was made to fit.
 struct Fit {
     coverage: Coverage,
-    /// The bands that were turned down for it, and their share of the lines.
+    /// The attenuated bands, and their share of the lines.
     turned_down: Option<(Vec<Band>, f64)>,
     likeness: f64,
     held: f64,
@@ -469,7 +484,7 @@ impl Fit {
         }
     }
 
-    /// What is to be said of it; `fits_at` is the level at which nothing has to be turned down.
+    /// The doubts about it; `fits_at` is the level at which no attenuation is needed.
     fn doubts(&self, fits_at: Option<Decibels>) -> Vec<Doubt> {
         let turned_down = self.turned_down.clone().zip(fits_at);
         let turned_down = turned_down.map(|((bands, share), fits_at)| {
@@ -519,7 +534,7 @@ fn at_a_common_rate(
     Ok((lower, Some(doubt)))
 }
 
-/// The open loop's drive with what is known of it, but for how it fits, which the loop decides.
+/// The open loop's drive with its metadata, without the doubts about fitting, which the loop decides.
 fn opened(
     target: &Series<Acceleration>,
     function: &TransferFunction<Drive, Acceleration>,
@@ -533,7 +548,7 @@ fn opened(
     }
     let mut first = render(target, function, &open)?;
     first.config = config.render.clone();
-    // What clipped while the transfer function was measured stays.
+    // Doubts about clipping during the measurement of the transfer function are kept.
     first.about.doubts.retain(|doubt| {
         let clipped = matches!(doubt.kind(), Some(ClippingDoubt::DriveClipped { .. }));
         let slewed = matches!(doubt.kind(), Some(RenderDoubt::SlewLimited { .. }));
@@ -574,7 +589,7 @@ fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> Close
     }
 }
 
-/// How close what was felt came to `target`, over the `coverage` of its drive.
+/// The verification of a measured response against `target`, over the `coverage` of its drive.
 fn judged(
     target: &Series<Acceleration>,
     felt: &Felt,

@@ -1,4 +1,4 @@
-//! What came of a closed loop, as data: why it ended, which drive was kept, and why.
+//! The outcome of a closed loop as data: why it ended, which drive was kept, and why.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
 
-/// Why a measurement of a loop cannot be believed.
+/// Why a measurement of a loop is not reliable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "mishap", rename_all = "snake_case")]
 pub enum Mishap {
@@ -46,7 +46,7 @@ pub enum Mishap {
         /// Its noise, m/s² rms.
         noise_m_s2: f64,
     },
-    /// The response is turned round or cut.
+    /// The response is inverted or ends too early.
     Response {
         /// How.
         doubt: Box<Doubt>,
@@ -59,7 +59,7 @@ pub enum Mishap {
 }
 
 impl Mishap {
-    /// It as a value that a doubt can name.
+    /// The mishap as a doubt.
     #[must_use]
     pub fn doubt(&self) -> Doubt {
         match self.clone() {
@@ -101,54 +101,54 @@ impl fmt::Display for Mishap {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "end", content = "why", rename_all = "snake_case")]
 pub enum LoopEnd {
-    /// It was corrected as often as asked.
+    /// The planned number of corrections was made.
     #[default]
     Done,
     /// There was no improvement in two iterations.
     NoBetter,
     /// It got clearly worse.
     Worse,
-    /// A measurement could not be believed.
+    /// A measurement was not reliable.
     Broken(Mishap),
 }
 
 impl fmt::Display for LoopEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Done => f.write_str("corrected as often as asked"),
+            Self::Done => f.write_str("completed the requested number of corrections"),
             Self::NoBetter => f.write_str("stopped: no improvement in two iterations"),
-            Self::Worse => f.write_str("stopped: it got clearly worse"),
-            Self::Broken(why) => write!(f, "a measurement could not be believed: {why}"),
+            Self::Worse => f.write_str("stopped: the error became clearly larger"),
+            Self::Broken(why) => write!(f, "a measurement was invalid: {why}"),
         }
     }
 }
 
-/// How close one measurement of a drive came.
+/// The errors of one measurement of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Closeness {
-    /// What the loop makes small, dB: see [`super::Iteration::aim_db`].
+    /// The objective of the loop, dB: see [`super::Iteration::aim_db`].
     pub aim_db: f64,
     /// The rms error of the spectrum over what the inverse reaches, dB.
     pub spectrum_db: f64,
 }
 
-/// By how much a corrected drive comes closer than the open loop.
+/// The quantities in which a corrected drive is compared with the open loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GainIn {
-    /// In what the loop makes small.
+    /// The objective of the loop.
     Aim,
-    /// In the spectrum.
+    /// The spectrum error.
     Spectrum,
 }
 
-/// The best corrected drive against the open loop: by measurements that chose neither.
+/// The comparison of the best corrected drive with the open loop, by measurements that were not used to choose either.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gain {
     /// The number of the drive.
     pub number: usize,
-    /// What the open loop came to less what it came to, dB, each above zero where it is closer; with the interval that the
-    /// spread of the loop's own pairs of measurements leaves.
+    /// The error of the open loop minus that of the corrected drive, dB, positive if the corrected drive is closer; with the
+    /// interval from the spread of the loop's own pairs of measurements.
     pub criteria: [Criterion<GainIn>; 2],
 }
 
@@ -201,8 +201,8 @@ impl Gain {
         of.next().map_or(Outcome::NotDecided, |c| c.outcome)
     }
 
-    /// Whether the corrected drive is kept: it is closer in what the loop makes small beyond the spread of measurements, and
-    /// where that is the waveform, either by `alike_db` or without a worse spectrum.
+    /// Whether the corrected drive is kept: its objective is better beyond the spread of measurements, and,
+    /// for a waveform, either by `alike_db` or without a worse spectrum.
     pub(super) fn keeps(&self, mode: Mode, alike_db: f64) -> bool {
         let [aim, spectrum] = &self.criteria;
         let clearly = aim.interval.is_some_and(|[low, _]| low >= alike_db);
@@ -215,7 +215,7 @@ impl Gain {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kept {
-    /// The best corrected one: it is closer than the open loop beyond the spread of measurements.
+    /// The best corrected drive: it is closer than the open loop by more than the spread of measurements.
     Corrected,
     /// The open loop: nothing was corrected.
     NothingCorrected,
@@ -239,13 +239,14 @@ impl fmt::Display for Kept {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Corrected => "the corrected drive is kept",
-            Self::NothingCorrected => "the open loop is kept: nothing was corrected",
-            Self::NoneCloser => "the open loop is kept: no correction came closer",
+            Self::NothingCorrected => "the open-loop drive is kept: no correction was made",
+            Self::NoneCloser => "the open-loop drive is kept: no correction reduced the error",
             Self::WithinSpread => {
-                "the open loop is kept: measured once more, the best correction came no closer beyond the spread of the measurements"
+                "the open-loop drive is kept: in the confirmation measurement, the best correction gave no improvement beyond \
+                    the scatter of the measurements"
             }
             Self::FurtherOff => {
-                "the open loop is kept: measured once more, the best correction was further off"
+                "the open-loop drive is kept: in the confirmation measurement, the best correction had a larger error"
             }
         })
     }

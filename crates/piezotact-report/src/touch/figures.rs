@@ -7,11 +7,10 @@ use piezotact::recording::Channel;
 use piezotact::statistics::LogFit;
 use piezotact::stroke::Interval;
 
-use crate::commands::touch::Take;
-use crate::failure::Outcome;
+use crate::chart::HEIGHT;
+use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
-use piezotact_report::chart::HEIGHT;
-use piezotact_report::{Draw, DrawError};
+use piezotact::study::Take;
 
 const SIGNAL: Tone = Tone::Signal;
 const SECOND: Tone = Tone::Accent;
@@ -22,7 +21,7 @@ const MEAN: Tone = Tone::Reference;
 const LONGEST_S: f64 = 60.0;
 
 /// The signals of a recording with its cuts, one chart for each kind of channel.
-pub(crate) fn signals(take: &Take) -> Outcome<Vec<String>> {
+pub(super) fn signals(take: &Take) -> Result<Vec<String>, DrawError> {
     let rate = take.recording.rate();
     let shown = take
         .recording
@@ -39,7 +38,7 @@ pub(crate) fn signals(take: &Take) -> Outcome<Vec<String>> {
             .collect()
     };
     let mut charts = Vec::new();
-    let mut draw = |label: String, channels: Vec<&Channel>| -> Outcome {
+    let mut draw = |label: String, channels: Vec<&Channel>| -> Result<(), DrawError> {
         if channels.is_empty() {
             return Ok(());
         }
@@ -115,7 +114,7 @@ pub(crate) fn signals(take: &Take) -> Outcome<Vec<String>> {
 }
 
 /// "acceleration, m/s²" where the unit says so.
-pub(crate) fn axis_label(what: &str, unit: &str) -> String {
+pub(super) fn axis_label(what: &str, unit: &str) -> String {
     match unit {
         "m/s²" => "acceleration, m/s²".into(),
         "FS" => format!("{what}, full scale = 1"),
@@ -124,14 +123,12 @@ pub(crate) fn axis_label(what: &str, unit: &str) -> String {
 }
 
 /// One stroke as it was cut, in time.
-pub(crate) fn stroke(take: &Take, vibration: &[f64], unit: &str) -> Result<String, DrawError> {
+pub(super) fn stroke(take: &Take, samples: &[f64], unit: &str) -> Result<String, DrawError> {
     let Some(stroke) = take.segmentation.strokes.first() else {
         return Ok(String::new());
     };
     let rate_hz = take.recording.rate().hz();
-    let points: Vec<(f64, f64)> = stroke
-        .steady
-        .of(vibration)
+    let points: Vec<(f64, f64)> = samples
         .iter()
         .enumerate()
         .map(|(i, v)| ((stroke.steady.start + i) as f64 / rate_hz, *v))
@@ -181,7 +178,7 @@ fn density_axis(label: String, x: &Axis, lines: &[Line]) -> Axis {
 }
 
 /// The spectra of single strokes with their mean: amplitude spectrum and PSD.
-pub(crate) fn strokes_with_mean(analysis: &Analysis) -> Outcome<[String; 2]> {
+pub(super) fn strokes_with_mean(analysis: &Analysis) -> Result<[String; 2], DrawError> {
     let band = analysis.config.band;
     let chart = |spectra: &StrokeSpectra, label: String| -> Result<String, DrawError> {
         let mut lines: Vec<Line> = spectra
@@ -207,7 +204,7 @@ pub(crate) fn strokes_with_mean(analysis: &Analysis) -> Outcome<[String; 2]> {
 }
 
 /// The mean PSDs of groups, one line each.
-pub(crate) fn psds(groups: &[&Summary], band: (f64, f64)) -> Result<String, DrawError> {
+pub(super) fn psds(groups: &[&Summary], band: (f64, f64)) -> Result<String, DrawError> {
     let colours = Tone::several(groups.len());
     let many = groups.len() > 7;
     let lines: Vec<Line> = groups
@@ -247,7 +244,7 @@ fn line_of(fit: &LogFit, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
 }
 
 /// Rms against Ra, both logarithmic, with the fitted power law.
-pub(crate) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
+pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
     let known: Vec<(&Summary, f64)> = groups
         .iter()
         .filter_map(|group| {
@@ -293,10 +290,10 @@ fn rms_label(groups: &[&Summary]) -> String {
 }
 
 /// Mean and standard deviation of something for each group, one line for each setting.
-pub(crate) type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
+pub(super) type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
 
 /// Something of every group, over the names of the groups: one line for each of `sets`.
-pub(crate) fn by_name(
+pub(super) fn by_name(
     names: &[String],
     y_label: String,
     x_label: &str,
@@ -340,7 +337,7 @@ pub(crate) fn by_name(
 }
 
 /// The peaks of a spatial period over speed, with the line f = v/λ.
-pub(crate) fn period(period: &SpatialPeriod) -> Result<String, DrawError> {
+pub(super) fn period(period: &SpatialPeriod) -> Result<String, DrawError> {
     let points: Vec<(f64, f64)> = period
         .peaks
         .iter()

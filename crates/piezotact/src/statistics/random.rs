@@ -3,7 +3,6 @@
 
 use std::f64::consts::TAU;
 
-use piezotact::manipulate::DrawnPhases;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -16,6 +15,7 @@ pub struct Random {
 
 impl Random {
     /// The stream `name` of `number` under `seed`. Streams of different names are independent.
+    #[must_use]
     pub fn stream(seed: u64, number: u64, name: &str) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -49,20 +49,9 @@ impl Random {
         radius * cos
     }
 
-    /// A number of the standard normal distribution, cut at ±2: no person is a caricature.
+    /// A number of the standard normal distribution, truncated at ±2 to avoid unrealistic participants.
     pub fn person(&mut self) -> f64 {
         self.normal().clamp(-2.0, 2.0)
-    }
-}
-
-/// `count` phases for [`randomise_phases`](piezotact::manipulate::randomise_phases), drawn by `seed`: evenly from 0 up
-/// to, not including, 1 turn.
-#[must_use]
-pub fn drawn_phases(seed: u64, count: usize) -> DrawnPhases {
-    let mut random = Random::stream(seed, 0, "phases");
-    DrawnPhases {
-        turns: (0..count).map(|_| random.uniform()).collect(),
-        drawn_by: format!("ChaCha8, seed {seed}"),
     }
 }
 
@@ -70,7 +59,7 @@ pub fn drawn_phases(seed: u64, count: usize) -> DrawnPhases {
 mod tests {
     use super::*;
 
-    /// Stored seeds must mean the same for ever. The tolerance is the last bits of `ln`, `sin` and `cos`.
+    /// A stored seed must always give the same sequence. The tolerance covers the last bits of `ln`, `sin` and `cos`.
     #[test]
     fn one_seed_one_sequence() {
         let mut random = Random::stream(7, 1, "golden");
@@ -92,15 +81,6 @@ mod tests {
         -0.004_316_242_204_727_36,
         1.065_767_572_392_687_4,
     ];
-
-    #[test]
-    fn one_seed_one_set_of_phases() {
-        let drawn = drawn_phases(7, 4);
-        assert_eq!(drawn.drawn_by, "ChaCha8, seed 7");
-        assert!(drawn.turns.iter().all(|turn| (0.0..1.0).contains(turn)));
-        assert_eq!(drawn, drawn_phases(7, 4));
-        assert_ne!(drawn.turns, drawn_phases(8, 4).turns);
-    }
 
     #[test]
     fn normal_numbers_have_mean_0_and_variance_1() {

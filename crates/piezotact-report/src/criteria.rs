@@ -4,10 +4,10 @@ use std::fmt::Display;
 
 use maud::{Markup, html};
 use piezotact::criterion::{Criterion, Outcome};
-pub(super) use piezotact::page::{limit_number as number, limit_text};
+use piezotact::page::{limit_number, limit_text};
 
 /// The outcome, in a cell: what is not met stands out.
-pub(super) fn outcome(outcome: Outcome) -> Markup {
+pub fn outcome(outcome: Outcome) -> Markup {
     html! {
         @match outcome {
             Outcome::Met => { (outcome.word()) }
@@ -18,15 +18,15 @@ pub(super) fn outcome(outcome: Outcome) -> Markup {
 }
 
 /// What was found.
-pub(super) fn found<W>(criterion: &Criterion<W>) -> String {
+pub fn found<W>(criterion: &Criterion<W>) -> String {
     criterion.found.map_or_else(
         || "not measured".into(),
-        |found| number(found, &criterion.unit),
+        |found| limit_number(found, &criterion.unit),
     )
 }
 
 /// A list of criteria, one a line, as it stands in a cell of a table.
-pub(super) fn list<'a, W: 'a>(
+pub fn list<'a, W: 'a>(
     criteria: impl IntoIterator<Item = &'a Criterion<W>>,
     name: impl Fn(&W) -> String,
 ) -> Markup {
@@ -43,7 +43,7 @@ pub(super) fn list<'a, W: 'a>(
 }
 
 /// As [`list`], of rules that name themselves.
-pub(super) fn named_list<'a, W: Display + 'a>(
+pub fn named_list<'a, W: Display + 'a>(
     criteria: impl IntoIterator<Item = &'a Criterion<W>>,
 ) -> Markup {
     list(criteria, W::to_string)

@@ -3,16 +3,16 @@
 use maud::{Markup, html};
 use piezotact::compare::{AcrossSamples, Groups, PairCriterion, Sampled, Telling};
 
-use crate::commands::touch::discrimination::{Discrimination, pairs as pairs_of};
+use piezotact::study::Discrimination;
 
 pub(super) fn section(discrimination: &Discrimination) -> Markup {
     html! {
         section {
-            h2 { "Which samples can be told apart" }
+            h2 { "Distinguishable samples" }
             @match &discrimination.found {
                 Err(withheld) => p { (withheld.to_string()) "." },
                 Ok(found) => {
-                    (rules(found))
+                    (rules(discrimination, found))
                     @for (setting, groups) in discrimination.settings.iter().zip(&found.settings) {
                         @if !setting.is_empty() { h3 { (setting) } }
                         (matrix(groups))
@@ -25,18 +25,25 @@ pub(super) fn section(discrimination: &Discrimination) -> Markup {
     }
 }
 
-fn rules(found: &AcrossSamples) -> Markup {
+fn rules(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
     let model = &found.config.model;
-    let noticed = (model.level_jnd_high.0 / model.level_jnd.0).max(1.0);
+    let noticed = model.noticed_jnd();
     html! {
         p { (format!(
-            "Distances in just-noticeable differences (JND) of {:.2} dB, with 95 % limits; on the diagonal, in brackets, how far two halves of a sample's {} lie apart. Distance, JND and threshold are those of the command score, over {}.",
+            "Distances in just-noticeable differences (JND) of {:.2} dB, with 95 % limits; on the diagonal, in brackets, the \
+                distance between two halves of the {} of a sample. Distance, JND and threshold are defined as for the command \
+                `score`, over {}.",
             model.level_jnd.0, found.units.word(), model.band
         )) }
-        p { b { "Bold" } (format!(": told apart. The limits lie above {noticed:.2} JND ({:.1} dB, the upper end of what was published) and above what halves of either sample differ by, and a permutation test over {} shows a difference, with an error of {:.0} % over {} together. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, pairs_of(found.family)))
-            span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the limits lie below 1 JND. Grey: not decided." }
-        @if found.units == Sampled::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do: recordings are what is compared." } }
-        p.soft { (model.jnd_source()) ". " (format!("Divisions drawn with ChaCha8, seed {}.", found.config.seed)) }
+        p { b { "Bold" } (format!(": distinguishable. The 95 % limits are above {noticed:.2} JND ({:.1} dB, the upper end of \
+            the published range) and above the distance between the halves of either sample, and a permutation test over {} \
+            shows a difference, with a family-wise error of {:.0} % \
+            over {}. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, discrimination.family()))
+            span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the 95 % limits are below 1 JND. \
+                Grey: not decided." }
+        @if found.units == Sampled::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do, so \
+            recordings are compared instead of strokes." } }
+        p.soft { (model.jnd_source()) ". " (format!("Random divisions of the data: ChaCha8, seed {}.", found.config.seed)) }
     }
 }
 
@@ -61,7 +68,7 @@ fn matrix(groups: &Groups) -> Markup {
                 }
             }
         } }
-        p.soft { "In brackets behind a name: how many strokes, or recordings, it has." }
+        p.soft { "In brackets after a name: its number of strokes or recordings." }
     }
 }
 
@@ -75,11 +82,11 @@ fn pairs(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
     let several = found.settings.len() > 1;
     html! {
         details {
-            summary { (format!("The criteria of {}", pairs_of(found.family))) }
+            summary { (format!("The criteria of {}", discrimination.family())) }
             div.wide { table {
                 tr {
                     @if several { th { "setting" } }
-                    th { "pair" } th.n { "spectrum, level, balance, JND" } th { "below the JND" } th { "within halves of one sample" } th { "beyond chance" } th.n { "p" } th.n { "p, adjusted" } th { "outcome" }
+                    th { "pair" } th.n { "spectrum, level, balance, JND" } th { "below the JND" } th { "below the distance between halves" } th { "permutation test" } th.n { "p" } th.n { "p, adjusted" } th { "outcome" }
                 }
                 @for (setting, groups) in settings {
                     @for pair in &groups.pairs {

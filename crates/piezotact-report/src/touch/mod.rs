@@ -5,52 +5,31 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
-use piezotact::compare::CompareDoubt;
-use piezotact::compare::{
-    SpatialPeriod, Summary, across_roughness, friction_against_rms, rms_on_speed,
-};
-use piezotact::criterion::Outcome as Judged;
+use piezotact::compare::{CommonLine, SpatialPeriod, Summary};
+use piezotact::document::Words;
 use piezotact::feature::{Receptor, Statistics, Weighting};
+use piezotact::number::{counted, digits, p_text, signed};
 use piezotact::statistics::{Direction, LogFit};
-use piezotact::stroke::{Judging, Rule};
-use piezotact::surface::SampleSet;
+use piezotact::study::{
+    self, By, Comparison, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
+};
 
-use super::criteria::named_list;
-use super::{document, figure};
-use crate::advice::text;
-use crate::cli::By;
-use crate::commands::touch::compare::{
-    active_passive as active_passive_lines, one_stroke_each, period, touch,
-};
-use crate::commands::touch::discrimination::Discrimination;
-use crate::commands::touch::{
-    Cell, Comparison, Take, both_ways, comparisons, doubts_once, lines_of_all,
-};
-use crate::failure::Outcome;
-use crate::output::digits;
-use crate::wording;
+use crate::criteria::named_list;
+use crate::{DrawError, document, figure};
 
 /// Recordings whose signals are shown; the others are in the tables.
 const SHOWN: usize = 4;
 
-/// What a report on strokes shows.
-pub(crate) struct Page<'a> {
-    pub(crate) title: String,
-    pub(crate) takes: &'a [Take],
-    pub(crate) groups: &'a [Cell<'a>],
-    pub(crate) sets: &'a [SampleSet],
-    pub(crate) ridge_m: Option<f64>,
-    /// Which samples can be told apart; none unless they are compared.
-    pub(crate) discrimination: Option<&'a Discrimination>,
-}
-
-/// The report of `segment`: the signals with their cuts.
-pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
+/// A report of cuts: the signals with their strokes and rejects.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn cuts(takes: &[Take], words: &dyn Words) -> Result<String, DrawError> {
     let title = "Strokes";
     let body = html! {
         h1 { (title) }
-        p.soft { (count(takes.len(), "recording")) }
-        (doubts(takes, &[], &[]))
+        p.soft { (counted(takes.len(), "recording")) }
+        (doubts(&study::doubts_in_words(takes, &|doubt| words.doubt(doubt))))
         (signals(takes, takes.len().min(12))?)
         (rejects(takes))
         (methods(takes))
@@ -58,51 +37,45 @@ pub(crate) fn cuts(takes: &[Take]) -> Outcome<String> {
     Ok(document(title, &body))
 }
 
-/// The report of `analyse` and `compare`.
-pub(crate) fn render(page: &Page<'_>) -> Outcome<String> {
-    let strokes: usize = page.groups.iter().map(|g| g.summary.strokes).sum();
-    let (speeds, mut of_speeds) = speeds(page)?;
-    let of_pairs = page
-        .discrimination
-        .map_or_else(Vec::new, Discrimination::doubts);
-    of_speeds.extend(of_pairs.iter().map(ToString::to_string));
-    let body = html! {
-        h1 { (page.title) }
-        p.soft {
-            (count(page.takes.len(), "recording")) ", " (count(strokes, "stroke")) " in "
-            (count(page.groups.len(), "group")) "."
-        }
-        (doubts(page.takes, page.groups, &of_speeds))
-        (groups(page))
-        (spectra(page)?)
-        @if let Some(discrimination) = page.discrimination { (apart::section(discrimination)) }
-        (samples(page)?)
-        (speeds)
-        (active_passive(page)?)
-        (single(page)?)
-        (signals(page.takes, SHOWN)?)
-        (rejects(page.takes))
-        (methods(page.takes))
+/// A report of a study: its groups, what changes from one to the next, and how it was done. It shows what was computed with
+/// [`piezotact::study::Breadth::Report`].
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawError> {
+    let title = match &study.asked {
+        Some(asked) => format!("What changes with the {}", asked.by),
+        None => format!("What the strokes say, by {}", study.by),
     };
-    Ok(document(&page.title, &body))
+    let body = html! {
+        h1 { (title) }
+        p.soft {
+            (counted(study.takes.len(), "recording")) ", " (counted(study.strokes(), "stroke")) " in "
+            (counted(study.groups.len(), "group")) "."
+        }
+        (doubts(&study.doubts_of_report(&|doubt| words.doubt(doubt))))
+        (groups(study))
+        (spectra(study)?)
+        @if let Some(discrimination) = &study.discrimination { (apart::section(discrimination)) }
+        (samples(study)?)
+        (speeds(study, words)?)
+        (active_passive(study)?)
+        (single(study)?)
+        (signals(&study.takes, SHOWN)?)
+        (rejects(&study.takes))
+        (methods(&study.takes))
+    };
+    Ok(document(&title, &body))
 }
 
-fn count(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-}
-
-fn doubts(takes: &[Take], groups: &[Cell<'_>], more: &[String]) -> Markup {
-    let all = doubts_once(takes, groups);
+fn doubts(sentences: &[String]) -> Markup {
     html! {
         section {
             h2 { "Doubts" }
-            @if all.is_empty() && more.is_empty() {
+            @if sentences.is_empty() {
                 p.soft { "None: nothing had to be guessed or left out." }
             } @else {
-                ul.doubts {
-                    @for doubt in &all { li { (doubt) } }
-                    @for doubt in more { li { (doubt) } }
-                }
+                ul.doubts { @for doubt in sentences { li { (doubt) } } }
             }
         }
     }
@@ -134,8 +107,8 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
     }
 }
 
-fn groups(page: &Page<'_>) -> Markup {
-    let all = || page.groups.iter().map(|g| &g.summary);
+fn groups(study: &StudyAnalysis) -> Markup {
+    let all = || study.groups.iter().map(|g| &g.summary);
     let touched = all().any(|s| s.friction_coefficient.is_some() || s.normal_force_n.is_some());
     let moved = all().any(|s| s.speed_m_s.is_some());
     let weighted = all().any(|s| s.pacinian_power.is_some());
@@ -189,54 +162,42 @@ fn groups(page: &Page<'_>) -> Markup {
 }
 
 /// The band that figures of spectra show, Hz.
-fn shown_band(takes: &[Take]) -> (f64, f64) {
-    takes
-        .iter()
-        .filter_map(|take| take.analysis.as_ref())
-        .map(|a| {
-            let lowest = a.config.band.low().0.max(a.psd.resolution_hz);
-            (lowest, a.config.band.high().0)
-        })
-        .fold((f64::MAX, f64::MIN), |(low, high), (a, b)| {
-            (low.min(a), high.max(b))
-        })
+fn shown_band(study: &StudyAnalysis) -> (f64, f64) {
+    study
+        .band_hz
+        .map_or((1.0, 1000.0), |[low, high]| (low, high))
 }
 
-fn spectra(page: &Page<'_>) -> Outcome<Markup> {
-    let summaries: Vec<&Summary> = page.groups.iter().map(|g| &g.summary).collect();
+fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
+    let summaries: Vec<&Summary> = study.groups.iter().map(|g| &g.summary).collect();
     if summaries.len() < 2 {
         return Ok(html! {});
     }
-    let band = shown_band(page.takes);
+    let band = shown_band(study);
     Ok(html! {
         section {
             h2 { "Spectra of the groups" }
             (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each group, over all its strokes."))
-            @let lines = lines_of_all(page.takes);
+            @let lines = &study.common_lines;
             @if !lines.is_empty() {
                 p { "Lines that every sample has:" }
-                ul { @for line in &lines { li { (wording::common_line(line)) } } }
+                ul { @for line in lines { li { (CommonLine::conclusion(line)) } } }
             }
         }
     })
 }
 
-/// Whether a factor takes more than one value.
-fn several<'a>(page: &Page<'a>, by: By) -> Option<Vec<Comparison<'a>>> {
-    let all = comparisons(page.takes, by, page.sets, page.ridge_m).ok()?;
-    (!all.is_empty()).then_some(all)
-}
-
-fn heading(comparison: &Comparison<'_>) -> Markup {
+fn heading(comparison: &Comparison) -> Markup {
     html! { @if !comparison.setting.is_empty() { h3 { (comparison.setting) } } }
 }
 
-fn samples(page: &Page<'_>) -> Outcome<Markup> {
-    let Some(all) = several(page, By::Sample) else {
+fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
+    let all = study.across(By::Sample);
+    if all.is_empty() {
         return Ok(html! {});
-    };
+    }
     let mut names: Vec<String> = Vec::new();
-    for summary in all.iter().flat_map(|c| &c.cells).map(|c| &c.summary) {
+    for summary in all.iter().flat_map(|c| &c.groups).map(|g| &g.summary) {
         if !names.contains(&summary.name) {
             names.push(summary.name.clone());
         }
@@ -244,8 +205,9 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
     let of = |value: &dyn Fn(&Summary) -> Option<Statistics>| -> Sets {
         let settings = all.iter().map(|comparison| {
             let named = |name: &String| {
-                let cell = comparison.cells.iter().find(|c| c.summary.name == *name)?;
-                value(&cell.summary).map(|s| (s.mean, s.sd))
+                let mut groups = comparison.groups.iter();
+                let group = groups.find(|g| g.summary.name == *name)?;
+                value(&group.summary).map(|s| (s.mean, s.sd))
             };
             (
                 comparison.setting.clone(),
@@ -255,7 +217,7 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
         settings.collect()
     };
     let (rms, friction) = (of(&|s| Some(s.rms)), of(&|s| s.friction_coefficient));
-    let unit = page
+    let unit = study
         .groups
         .first()
         .map_or(String::new(), |g| g.summary.unit.to_string());
@@ -263,8 +225,10 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
         .iter()
         .any(|(_, values)| values.iter().any(Option::is_some));
     let mut parts = Vec::new();
-    for comparison in &all {
-        parts.push(samples_in(page, comparison)?);
+    for comparison in all {
+        if let Trend::Samples(trend) = &comparison.trend {
+            parts.push(samples_in(study, comparison, trend)?);
+        }
     }
     Ok(html! {
         section {
@@ -277,52 +241,46 @@ fn samples(page: &Page<'_>) -> Outcome<Markup> {
 }
 
 /// The samples of one setting: their spectra where there are several settings, and what follows their roughness.
-fn samples_in(page: &Page<'_>, comparison: &Comparison<'_>) -> Outcome<Markup> {
-    let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
-    let trend = across_roughness(&summaries, |name| {
-        page.sets.iter().find_map(|set| set.sample(name))?.ra_m
-    });
-    let band = shown_band(page.takes);
+fn samples_in(
+    study: &StudyAnalysis,
+    comparison: &Comparison,
+    changes: &SampleTrend,
+) -> Result<Markup, DrawError> {
+    let summaries = comparison.summaries();
+    let trend = &changes.roughness;
+    let band = shown_band(study);
     Ok(html! {
         (heading(comparison))
         @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
         @if trend.samples.len() > 2 {
-            (figure(&figures::roughness(&summaries, &trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
+            (figure(&figures::roughness(&summaries, trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
         }
         ul {
             @if let (Some(fit), true) = (&trend.rms_on_ra, trend.samples.len() > 2) {
-                li { (wording::power_law("rms", "Ra", fit, "samples")) (format!(", R² {:.2}", fit.r_squared)) }
+                li { (fit.conclusion("rms", "Ra", "samples")) (format!(", R² {:.2}", fit.r_squared)) }
             }
-            @if let Some(found) = &trend.rms_rank_correlation { li { (wording::ranks("rms", "Ra", found, "samples")) } }
-            @if let Some(found) = &trend.friction_rank_correlation { li { (wording::ranks("friction coefficient", "Ra", found, "samples")) } }
-            @if let Some(found) = &friction_against_rms(&summaries) { li { (wording::ranks("friction coefficient", "rms", found, "samples")) } }
-            @if let Some(text) = one_stroke_each(&summaries) { li.doubt { (text) } }
+            @if let Some(found) = &trend.rms_rank_correlation { li { (found.conclusion("rms", "Ra", "samples")) } }
+            @if let Some(found) = &trend.friction_rank_correlation { li { (found.conclusion("friction coefficient", "Ra", "samples")) } }
+            @if let Some(found) = &changes.friction_on_rms { li { (found.conclusion("friction coefficient", "rms", "samples")) } }
+            @if let Some(text) = changes.one_stroke_each() { li.doubt { (text) } }
         }
     })
 }
 
-/// Whether a period does not stand out.
-fn in_doubt(period: &SpatialPeriod) -> bool {
-    period.outcome() != Judged::Met
-}
-
 /// A setting's slope of rms on speed and its spatial period, each with its interval.
-fn speed_row(
-    comparison: &Comparison<'_>,
-    fit: Option<&LogFit>,
-    period: Option<&SpatialPeriod>,
-) -> [String; 6] {
+fn speed_row(comparison: &Comparison, trend: &SpeedTrend) -> [String; 6] {
+    let fit: Option<&LogFit> = trend.rms_on_speed.as_ref();
+    let period: Option<&SpatialPeriod> = trend.standing_out();
     let none = || "–".to_owned();
     let range = |interval: Option<[f64; 2]>, scale: f64, decimals: usize| {
         interval.map_or_else(none, |[low, high]| {
-            let [low, high] = [low, high].map(|end| wording::signed(end * scale, decimals));
+            let [low, high] = [low, high].map(|end| signed(end * scale, decimals));
             format!("{low} to {high}")
         })
     };
-    let period = period.filter(|p| !in_doubt(p));
     [
         comparison.setting.clone(),
-        fit.map_or_else(none, |fit| wording::signed(fit.slope, 2)),
+        fit.map_or_else(none, |fit| signed(fit.slope, 2)),
         range(fit.and_then(|fit| fit.slope_interval), 1.0, 2),
         fit.map_or_else(none, |fit| {
             let word = match fit.direction() {
@@ -331,7 +289,7 @@ fn speed_row(
                 Direction::NotShown => "none shown",
             };
             match fit.p_value {
-                Some(p) => format!("{word}, {}", wording::p_text(p)),
+                Some(p) => format!("{word}, {}", p_text(p)),
                 None => "not decided".into(),
             }
         }),
@@ -340,38 +298,23 @@ fn speed_row(
     ]
 }
 
-/// What changes with the speed, and what is in doubt about it.
-fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
-    let mut doubts = Vec::new();
-    let Some(all) = several(page, By::Speed) else {
-        return Ok((html! {}, doubts));
-    };
-    let band = shown_band(page.takes);
+/// What changes with the speed.
+fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError> {
+    let all = study.across(By::Speed);
+    if all.is_empty() {
+        return Ok(html! {});
+    }
+    let band = shown_band(study);
     let mut parts = Vec::new();
     let mut names: Vec<String> = Vec::new();
     let mut rows: Vec<[String; 6]> = Vec::new();
-    let mut aperiodic: Vec<String> = Vec::new();
     let mut sets: Sets = Vec::new();
-    for comparison in &all {
-        let summaries: Vec<&Summary> = comparison.cells.iter().map(|c| &c.summary).collect();
-        let found = period(comparison)?;
-        let setting = match comparison.setting.as_str() {
-            "" => "across speeds",
-            setting => setting,
+    for comparison in all {
+        let Trend::Speeds(trend) = &comparison.trend else {
+            continue;
         };
-        for doubt in found.iter().flat_map(|period| &period.doubts) {
-            match doubt.kind() {
-                Some(CompareDoubt::NoCommonPeriod { .. }) if all.len() > 1 => {
-                    aperiodic.push(setting.to_owned())
-                }
-                _ => doubts.push(format!("{setting}: {}", text(doubt))),
-            }
-        }
-        rows.push(speed_row(
-            comparison,
-            rms_on_speed(&summaries).as_ref(),
-            found.as_ref(),
-        ));
+        let summaries = comparison.summaries();
+        rows.push(speed_row(comparison, trend));
         names.push(comparison.setting.clone());
         for summary in &summaries {
             let value = Some((summary.rms.mean, summary.rms.sd));
@@ -395,21 +338,21 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
                 // One setting has its spectra above.
                 @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density at each speed.")) }
                 ul {
-                    @if let Some(fit) = rms_on_speed(&summaries) {
-                        li { (wording::power_law("rms", "speed", &fit, "speeds")) }
+                    @if let Some(fit) = &trend.rms_on_speed {
+                        li { (fit.conclusion("rms", "speed", "speeds")) }
                     }
-                    @if let Some(period) = &found {
-                        @for doubt in &period.doubts { li.doubt { (text(doubt)) } }
-                        li { (wording::spatial_period(period)) (format!(", {:.1} dB above the background in the mean over speeds", period.prominence_db)) }
+                    @if let Some(period) = &trend.period {
+                        @for doubt in &period.doubts { li.doubt { (words.doubt(doubt)) } }
+                        li { (period.conclusion()) (format!(", {:.1} dB above the background in the mean over speeds", period.prominence_db)) }
                     }
                 }
-                @if let Some(period) = &found {
+                @if let Some(period) = &trend.period {
                     (figure(&figures::period(period)?, "The peak of each speed, and the line f = v/λ."))
                 }
             });
         }
     }
-    let unit = page
+    let unit = study
         .groups
         .first()
         .map_or(String::new(), |g| g.summary.unit.to_string());
@@ -422,14 +365,8 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
     } else {
         html! {}
     };
-    if !aperiodic.is_empty() {
-        doubts.push(format!(
-            "{}: no spatial period stands out at every speed: the surface may have none, or the speeds stated are not those that were reached",
-            aperiodic.join(", ")
-        ));
-    }
     let shown = parts.len();
-    let section = html! {
+    Ok(html! {
         section {
             h2 { "Across speeds" }
             (over_all)
@@ -442,21 +379,22 @@ fn speeds(page: &Page<'_>) -> Outcome<(Markup, Vec<String>)> {
             @if all.len() > shown { p.soft { (format!("Spectra of the first {shown} of {}:", all.len())) } }
             @for part in &parts { (part) }
         }
-    };
-    Ok((section, doubts))
+    })
 }
 
-fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
-    let both = both_ways(page.takes, page.sets)?;
-    let compared = touch(page.takes, page.sets)?;
+fn active_passive(study: &StudyAnalysis) -> Result<Markup, DrawError> {
+    let Some(both) = &study.both_ways else {
+        return Ok(html! {});
+    };
+    let compared = &both.found;
     if compared.pairs.is_empty() {
         return Ok(html! {});
     }
-    let band = shown_band(page.takes);
-    let of = |cells: &[Cell<'_>]| -> Outcome<String> {
-        let shared: Vec<&Summary> = cells
+    let band = shown_band(study);
+    let of = |groups: &[Group]| -> Result<String, DrawError> {
+        let shared: Vec<&Summary> = groups
             .iter()
-            .map(|cell| &cell.summary)
+            .map(|group| &group.summary)
             .filter(|s| compared.pairs.iter().any(|pair| pair.sample == s.name))
             .collect();
         Ok(figures::psds(&shared, band)?)
@@ -479,30 +417,26 @@ fn active_passive(page: &Page<'_>) -> Outcome<Markup> {
             p.soft {
                 (format!("PSDs over {}, levels over all frequencies.", compared.band_hz))
             }
-            ul { @for line in active_passive_lines(&compared) { li { (line) } } }
+            ul { @for line in compared.conclusions() { li { (line) } } }
         }
     })
 }
 
-fn single(page: &Page<'_>) -> Outcome<Markup> {
-    let Some(take) = page.takes.iter().find(|take| take.analysis.is_some()) else {
+fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
+    let Some(example) = &study.example else {
         return Ok(html! {});
     };
+    let take = &study.takes[example.take];
     let Some(analysis) = &take.analysis else {
         return Ok(html! {});
     };
-    let vibrations = piezotact::feature::vibrations(
-        &take.recording,
-        &take.segmentation,
-        analysis.config.high_pass,
-    )?;
     let [fft, psd] = figures::strokes_with_mean(analysis)?;
     let unit = analysis.unit.to_string();
     Ok(html! {
         section {
             h2 { "Single strokes and their mean: " (take.name) }
-            @if let [only] = vibrations.channels.as_slice() {
-                (figure(&figures::stroke(take, only, &unit)?, "The first stroke, freed of the gesture as stated below."))
+            @if let Some(samples) = &example.samples {
+                (figure(&figures::stroke(take, samples, &unit)?, "The first stroke, freed of the gesture as stated below."))
             }
             (figure(&fft, "Amplitude spectrum (FFT) of every stroke (of the first 40 where there are more) over the same length, and the mean of all."))
             (figure(&psd, "Power spectral density of every stroke (of the first 40 where there are more), and the mean of all."))
@@ -510,7 +444,7 @@ fn single(page: &Page<'_>) -> Outcome<Markup> {
     })
 }
 
-fn signals(takes: &[Take], most: usize) -> Outcome<Markup> {
+fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     let mut parts = Vec::new();
     for take in takes.iter().take(most) {
         let charts = figures::signals(take)?;
@@ -547,8 +481,8 @@ fn rejects(takes: &[Take]) -> Markup {
                     @for r in &take.segmentation.rejected {
                         tr {
                             td { (take.name) }
-                            td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.start).0)) }
-                            td.n { (format!("{:.3}", take.recording.rate().duration_of(r.interval.end).0)) }
+                            td.n { (format!("{:.3}", take.seconds(r.interval.start))) }
+                            td.n { (format!("{:.3}", take.seconds(r.interval.end))) }
                             td { (r.reason) }
                             td { (named_list(&r.criteria)) }
                         }
@@ -565,26 +499,12 @@ fn methods(takes: &[Take]) -> Markup {
     let mut cuts: Vec<String> = Vec::new();
     let mut computed: Vec<String> = Vec::new();
     for take in takes {
-        let text = rule_text(&take.segmentation.rule);
+        let text = take.segmentation.rule.sentence();
         if !cuts.contains(&text) {
             cuts.push(text);
         }
-        if let Some(a) = &take.analysis {
-            let gesture = a
-                .config
-                .high_pass
-                .map_or("no filter".into(), |h| h.to_string());
-            let text = format!(
-                "{gesture}; PSDs by Welch's method: {} window, {} samples ({:.2} Hz) with {:.0} % overlap, one-sided; band for peaks and centroid {}.",
-                a.config.welch.window.name(),
-                a.config.welch.segment,
-                a.psd.resolution_hz,
-                a.config.welch.overlap * 100.0,
-                a.config.band
-            );
-            if !computed.contains(&text) {
-                computed.push(text);
-            }
+        if let Some(text) = take.features_text().filter(|text| !computed.contains(text)) {
+            computed.push(text);
         }
     }
     let files: Vec<&String> = takes
@@ -609,33 +529,5 @@ fn methods(takes: &[Take]) -> Markup {
                 li { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
             }
         }
-    }
-}
-
-fn rule_text(rule: &Rule) -> String {
-    match rule {
-        Rule::Force(r) => format!(
-            "Strokes by normal force: contact above {:.3} N until below {:.3} N over the drifting zero, smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off cut away; {}; {:.1} s and more; mean force within ±{:.0} % of {}.",
-            r.on_n.0,
-            r.off_n.0,
-            r.smoothing_s.0 * 1e3,
-            r.landing_s.0 * 1e3,
-            r.take_off_s.0 * 1e3,
-            match r.judging {
-                Judging::Sliding => "only where the finger slides",
-                Judging::ContactOnly => "whether the finger slides or not",
-            },
-            r.shortest_s.0,
-            r.tolerance_share * 100.0,
-            r.load_n
-                .map_or("the strokes' median".into(), |load| load.to_string())
-        ),
-        Rule::Speed(r) => format!(
-            "Strokes by the plateau of the speed: within ±{:.0} %, {:.1} s and more, while the normal force is above {:.3} N.",
-            r.tolerance_share * 100.0,
-            r.shortest_s.0,
-            r.touch_n.0
-        ),
-        Rule::Whole => "The whole recording is one stroke.".into(),
     }
 }

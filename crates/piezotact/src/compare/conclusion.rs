@@ -1,0 +1,180 @@
+//! What comparisons say, in words.
+
+use super::{
+    ActivePassive, CommonLine, LevelSpread, LineOrigin, PeriodUnit, SpatialPeriod, Summary,
+};
+use crate::criterion::Outcome;
+use crate::feature::Statistics;
+use crate::number::digits;
+
+impl SpatialPeriod {
+    /// What the spatial period is, in mm with its interval, or why it is not decided.
+    #[must_use]
+    pub fn conclusion(&self) -> String {
+        let mm = |m: f64| m * 1e3;
+        let over = match self.over {
+            PeriodUnit::Groups => "loads",
+            PeriodUnit::Recordings => "recordings",
+        };
+        let interval = self.interval_m.map_or(String::new(), |[low, high]| {
+            format!(
+                " (95 %: {:.3} to {:.3} mm over {} {over})",
+                mm(low),
+                mm(high),
+                self.units
+            )
+        });
+        let number = format!("{:.3} mm{interval}", mm(self.period_m));
+        let groups: Vec<String> = self
+            .groups
+            .iter()
+            .map(|group| {
+                let own = group.period_m.filter(|_| !self.jumps());
+                format!(
+                    "{}: {:.3} mm",
+                    group.group,
+                    mm(own.unwrap_or(group.strongest_m))
+                )
+            })
+            .collect();
+        let groups = groups.join(", ");
+        match self.outcome() {
+            Outcome::Met if groups.is_empty() => format!("spatial period {number}"),
+            Outcome::Met => format!("spatial period {number}; {groups}"),
+            _ if self.jumps() => {
+                format!("spatial period not decided: the loads show different ones ({groups})")
+            }
+            Outcome::NotDecided if self.missed_at_a_speed() => format!(
+                "spatial period not decided: it stands out of the noise at some speeds only, as a line does that stays at its frequency; the candidate is {number}"
+            ),
+            Outcome::NotDecided => format!(
+                "spatial period not decided: it fits into the shortest stroke fewer than 3 times; the candidate is {number}"
+            ),
+            Outcome::NotMet => format!(
+                "no spatial period stands out at all speeds; the strongest candidate is {number}"
+            ),
+        }
+    }
+}
+
+impl CommonLine {
+    /// Whose a line is that every sample has.
+    #[must_use]
+    pub fn conclusion(&self) -> String {
+        let where_found = format!(
+            "{} Hz: in all {} recordings of {} samples",
+            digits(self.frequency_hz),
+            self.recordings,
+            self.samples
+        );
+        let speeds = self.speed_ratio.map_or(String::new(), |ratio| {
+            format!(" at speeds up to {ratio:.1} times apart")
+        });
+        match self.origin {
+            LineOrigin::Mains => {
+                format!("{where_found}{speeds}: the mains, no texture's and no finger's")
+            }
+            LineOrigin::Machine => {
+                format!("{where_found}{speeds}: the machine's, no texture's and no finger's")
+            }
+            LineOrigin::NotDecided => format!(
+                "{where_found}: the machine's or the finger's; record at another speed to decide, a finger's moves with it"
+            ),
+        }
+    }
+}
+
+impl LevelSpread {
+    /// How far participants differ, dB, with what their number leaves open.
+    #[must_use]
+    pub fn conclusion(&self) -> String {
+        match self.sd_interval_db {
+            Some([low, high]) => format!(
+                "levels of {} participants differ by {:.1} dB (standard deviation; 95 %: {low:.1} to {high:.1} dB for people like them)",
+                self.participants, self.level_db.sd
+            ),
+            None => "one participant: how far people differ is not decided".into(),
+        }
+    }
+}
+
+impl ActivePassive {
+    /// What active and passive touch say of each sample.
+    #[must_use]
+    pub fn of_samples(&self) -> Vec<String> {
+        let sentences = self.pairs.iter().map(|pair| {
+            format!(
+                "{}: active and passive PSDs differ by {} dB rms, level by {}",
+                pair.sample,
+                pair.difference_db_rms
+                    .map_or("?".into(), |db| format!("{db:.1}")),
+                pair.level_difference_db
+                    .map_or("more than can be measured".into(), |db| format!(
+                        "{db:+.1} dB"
+                    ))
+            )
+        });
+        sentences.collect()
+    }
+
+    /// What active and passive touch say over all samples.
+    #[must_use]
+    pub fn conclusions(&self) -> Vec<String> {
+        let level = self.level.as_ref();
+        let level = level.map(|l| l.conclusion_on_levels(["active", "passive touch"], "samples"));
+        let ranks = self.rms_rank_correlation.as_ref();
+        let ranks = ranks.map(|r| r.conclusion("active rms", "passive rms", "samples"));
+        let few = (self.pairs.len() == 1)
+            .then(|| "active and passive touch: not decided from 1 sample".to_owned());
+        level.into_iter().chain(ranks).chain(few).collect()
+    }
+}
+
+impl Summary {
+    /// The group in one line: its strokes, and mean ± standard deviation over them with units.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let several = self.strokes > 1;
+        let spread = |s: Statistics, decimals: fn(f64) -> String| {
+            if several {
+                format!("{} ± {}", decimals(s.mean), decimals(s.sd))
+            } else {
+                decimals(s.mean)
+            }
+        };
+        let mut text = format!(
+            "{}: {} stroke{}, rms {} {}",
+            self.name,
+            self.strokes,
+            if several { "s" } else { "" },
+            spread(self.rms, digits),
+            if self.unit.symbol() == "no unit" {
+                "(no unit)"
+            } else {
+                self.unit.symbol()
+            },
+        );
+        if let Some(friction) = self.friction_coefficient {
+            text += &format!(", friction {}", spread(friction, |v| format!("{v:.3}")));
+        }
+        if let Some(force) = self.normal_force_n {
+            text += &format!(", {:.3} N", force.mean);
+        }
+        if let Some(speed) = self.speed_m_s {
+            text += &format!(", {:.1} mm/s", speed.mean * 1e3);
+        }
+        text += &format!(
+            ", centroid {} Hz, strongest {} Hz",
+            digits(self.centroid_hz.mean),
+            digits(self.strongest_hz)
+        );
+        if let Some(found_hz) = self.fingerprint.and_then(|f| f.found_hz) {
+            text += &format!(", fingerprint {} Hz", digits(found_hz));
+        }
+        if !self.machine_lines_hz.is_empty() {
+            let lines: Vec<String> = self.machine_lines_hz.iter().map(|hz| digits(*hz)).collect();
+            text += &format!(", the machine's {} Hz", lines.join(", "));
+        }
+        text
+    }
+}

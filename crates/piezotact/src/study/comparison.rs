@@ -1,0 +1,300 @@
+//! What changes from group to group.
+
+use super::grouping::{Grouping, Setting, differ_in, left_out};
+use super::{By, Group, StudyError, Take};
+use crate::compare::{
+    AcrossSamples, ActivePassive, DiscriminationConfig, Groups, LevelSpread, RoughnessTrend,
+    Sliding, SpatialPeriod, Summary, Texture, Withheld, across_participants, across_roughness,
+    active_against_passive, comparable, discriminate, friction_against_rms, rms_on_speed,
+    spatial_period,
+};
+use crate::criterion::Outcome;
+use crate::discrimination::Model;
+use crate::doubt::Doubt;
+use crate::feature::vibrations;
+use crate::quantity::{Band, Hertz};
+use crate::recording::Touch;
+use crate::statistics::{LogFit, RankCorrelation};
+
+/// The band over which active and passive touch are compared, Hz.
+const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
+
+/// What changes with one thing: one comparison for each setting of all others.
+#[derive(Clone, Debug)]
+pub struct Across {
+    /// What changes.
+    pub by: By,
+    /// The comparisons, in the order of participants, samples, speeds and touch.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// Groups that differ in one thing and share all others, with what follows.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// What they share, as a person says it; empty where all comparisons share it.
+    pub setting: String,
+    /// The groups, in order.
+    pub groups: Vec<Group>,
+    /// What changes from one to the next.
+    pub trend: Trend,
+}
+
+/// What changes from group to group.
+#[derive(Clone, Debug)]
+pub enum Trend {
+    /// With the sample.
+    Samples(SampleTrend),
+    /// With the speed.
+    Speeds(SpeedTrend),
+    /// How far participants differ; absent without a group above zero.
+    Participants(Option<LevelSpread>),
+    /// Nothing beside what [`BothWays`] says of active and passive touch.
+    Touch,
+}
+
+/// What changes with the sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampleTrend {
+    /// How vibration and friction follow the roughness that is known of the samples.
+    pub roughness: RoughnessTrend,
+    /// The rank correlation of friction and rms over samples.
+    pub friction_on_rms: Option<RankCorrelation>,
+    /// How many samples have one stroke only.
+    pub single_strokes: usize,
+    /// Of how many.
+    pub samples: usize,
+}
+
+/// What changes with the speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpeedTrend {
+    /// The power law of rms on speed; absent for fewer than two speeds.
+    pub rms_on_speed: Option<LogFit>,
+    /// The strongest candidate of a spatial period; absent where nothing was found.
+    pub period: Option<SpatialPeriod>,
+}
+
+impl SpeedTrend {
+    /// The spatial period, where it stands out at all speeds.
+    #[must_use]
+    pub fn standing_out(&self) -> Option<&SpatialPeriod> {
+        let period = self.period.as_ref();
+        period.filter(|period| period.outcome() == Outcome::Met)
+    }
+
+    /// The strongest candidate of a period that does not stand out.
+    #[must_use]
+    pub fn candidate(&self) -> Option<&SpatialPeriod> {
+        let period = self.period.as_ref();
+        period.filter(|period| period.outcome() != Outcome::Met)
+    }
+}
+
+impl Comparison {
+    /// What the groups say, in order.
+    #[must_use]
+    pub fn summaries(&self) -> Vec<&Summary> {
+        summaries(&self.groups)
+    }
+
+    /// What the comparison leaves open: of its groups, then of what changes.
+    pub fn doubts(&self) -> impl Iterator<Item = &Doubt> {
+        let period = match &self.trend {
+            Trend::Speeds(trend) => trend.period.as_ref(),
+            _ => None,
+        };
+        let groups = self.groups.iter().flat_map(|group| &group.summary.doubts);
+        groups.chain(period.into_iter().flat_map(|period| &period.doubts))
+    }
+}
+
+fn summaries(groups: &[Group]) -> Vec<&Summary> {
+    groups.iter().map(|group| &group.summary).collect()
+}
+
+/// Which samples can be told apart in each setting, or why that is withheld.
+#[derive(Clone, Debug)]
+pub struct Discrimination {
+    /// The settings, as the comparisons name them.
+    pub settings: Vec<String>,
+    /// What was found.
+    pub found: Result<AcrossSamples, Withheld>,
+}
+
+impl Discrimination {
+    /// What was found in the setting number `setting`.
+    #[must_use]
+    pub fn groups(&self, setting: usize) -> Option<&Groups> {
+        self.found.as_ref().ok()?.settings.get(setting)
+    }
+
+    /// What it leaves open.
+    pub fn doubts(&self) -> impl Iterator<Item = &Doubt> {
+        self.found.iter().flat_map(|found| &found.doubts)
+    }
+}
+
+/// The same samples, touched actively and passively at one speed by one participant.
+#[derive(Clone, Debug)]
+pub struct BothWays {
+    /// Active touch, one group for each sample.
+    pub active: Vec<Group>,
+    /// Passive touch.
+    pub passive: Vec<Group>,
+    /// How they differ, for the samples that are in both.
+    pub found: ActivePassive,
+}
+
+impl Grouping<'_> {
+    /// What changes with `by`; nothing where no recordings differ in it and share all else.
+    pub(super) fn across(&self, by: By) -> Result<Across, StudyError> {
+        let comparison = |(setting, groups): Setting| {
+            let summaries = summaries(&groups);
+            let trend = match by {
+                By::Speed => Trend::Speeds(SpeedTrend {
+                    rms_on_speed: rms_on_speed(&summaries),
+                    period: self.period(&groups)?,
+                }),
+                By::Sample | By::File => Trend::Samples(self.samples(&summaries)),
+                By::Participant => Trend::Participants(across_participants(&summaries)),
+                By::Touch => Trend::Touch,
+            };
+            Ok(Comparison {
+                setting,
+                groups,
+                trend,
+            })
+        };
+        let settings = self.settings(by)?.into_iter();
+        Ok(Across {
+            by,
+            comparisons: settings
+                .map(comparison)
+                .collect::<Result<_, StudyError>>()?,
+        })
+    }
+
+    /// As [`Self::across`], where there is something to compare and all groups of a comparison have one unit.
+    pub(super) fn required_across(&self, by: By) -> Result<Across, StudyError> {
+        let across = self.across(by)?;
+        if across.comparisons.is_empty() {
+            return Err(StudyError::NothingToCompare {
+                by,
+                differ_in: differ_in(self.takes, by),
+            });
+        }
+        for comparison in &across.comparisons {
+            comparable(&comparison.summaries())?;
+        }
+        Ok(across)
+    }
+
+    fn samples(&self, summaries: &[&Summary]) -> SampleTrend {
+        let ra_m = |sample: &str| {
+            let mut sets = self.settings.sets.iter();
+            sets.find_map(|set| set.sample(sample))?.ra_m
+        };
+        SampleTrend {
+            roughness: across_roughness(summaries, ra_m),
+            friction_on_rms: friction_against_rms(summaries),
+            single_strokes: summaries.iter().filter(|s| s.strokes < 2).count(),
+            samples: summaries.len(),
+        }
+    }
+
+    /// The spatial period on which all speeds agree.
+    fn period(&self, groups: &[Group]) -> Result<Option<SpatialPeriod>, StudyError> {
+        let mut slidings = Vec::new();
+        for group in groups {
+            let Some(speed) = group.summary.speed_m_s else {
+                continue;
+            };
+            for place in &group.takes {
+                let take = &self.takes[*place];
+                if let Some(analysis) = &take.analysis {
+                    let vibrations = vibrations(
+                        &take.recording,
+                        &take.segmentation,
+                        analysis.config.high_pass,
+                    )
+                    .map_err(|error| take.failed(error))?;
+                    slidings.push((take, speed.mean, vibrations));
+                }
+            }
+        }
+        let parts: Vec<_> = slidings
+            .iter()
+            .map(|(take, speed_m_s, vibrations)| Sliding {
+                group: take
+                    .condition()
+                    .load_n
+                    .map_or("load not stated".to_owned(), |load| load.to_string()),
+                speed_m_s: *speed_m_s,
+                rate: take.recording.rate(),
+                stretches: vibrations
+                    .channels
+                    .iter()
+                    .flat_map(|channel| {
+                        let strokes = take.segmentation.strokes.iter();
+                        strokes.map(|s| s.steady.of(channel.as_slice()))
+                    })
+                    .collect(),
+            })
+            .collect();
+        let filtered = groups.iter().flat_map(|group| &group.takes);
+        let lowest_hz = filtered
+            .filter_map(|place| Some(self.takes[*place].analysis.as_ref()?.config.passes_from().0))
+            .fold(0.0, f64::max);
+        Ok(spatial_period(&parts, Hertz(lowest_hz)))
+    }
+
+    /// Which samples of `across` can be told apart.
+    pub(super) fn discrimination(&self, across: &Across, model: Model) -> Discrimination {
+        let texture = |group: &Group| {
+            let takes = group.takes.iter().map(|place| &self.takes[*place]);
+            let analyses: Vec<_> = takes.filter_map(|take| take.analysis.as_ref()).collect();
+            Texture::of(&group.summary.name, &analyses)
+        };
+        let all = across.comparisons.iter();
+        let textures: Vec<Vec<Texture>> = all
+            .clone()
+            .map(|comparison| comparison.groups.iter().filter_map(texture).collect())
+            .collect();
+        Discrimination {
+            settings: all.map(|comparison| comparison.setting.clone()).collect(),
+            found: discriminate(&textures, &DiscriminationConfig::usual(model)),
+        }
+    }
+
+    /// The doubt that some recordings stand in no comparison.
+    pub(super) fn left_out(&self, across: &Across) -> Option<Doubt> {
+        let groups = across.comparisons.iter().flat_map(|c| &c.groups);
+        left_out(self.takes, groups)
+    }
+
+    /// Active against passive touch, sample by sample.
+    pub(super) fn both_ways(&self) -> Result<BothWays, StudyError> {
+        let active = self.with_counterpart(Touch::Active, Touch::Passive)?;
+        let passive = self.with_counterpart(Touch::Passive, Touch::Active)?;
+        let [low, high] = ACTIVE_PASSIVE_HZ.map(Hertz);
+        let found = active_against_passive(
+            &summaries(&active),
+            &summaries(&passive),
+            Band::new(low, high)?,
+        );
+        Ok(BothWays {
+            active,
+            passive,
+            found,
+        })
+    }
+}
+
+impl Take {
+    pub(super) fn failed(&self, error: crate::feature::FeatureError) -> StudyError {
+        StudyError::Feature {
+            file: self.file.clone(),
+            error,
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Why a study cannot be analysed.
+
+use super::By;
+use crate::compare::CompareError;
+use crate::doubt::{Doubt, Merged};
+use crate::feature::FeatureError;
+use crate::quantity::{Newtons, QuantityError};
+use crate::recording::RecordingError;
+use crate::stroke::SegmentError;
+
+/// Why a study cannot be cut or analysed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StudyError {
+    /// More than two channels of tangential force.
+    #[error(
+        "expected one or two channels of tangential force, found {found}: forces along one axis have to be added first"
+    )]
+    TangentialForces {
+        /// How many.
+        found: usize,
+    },
+    /// A load that cannot be.
+    #[error("expected a load above 0 N, found {}; give it in N", found.0)]
+    Load {
+        /// The load.
+        found: Newtons,
+    },
+    /// A recording whose channels are not what they must be.
+    #[error("{file}: {error}")]
+    Recording {
+        /// Which.
+        file: String,
+        /// Why.
+        #[source]
+        error: RecordingError,
+    },
+    /// A recording that cannot be cut into strokes.
+    #[error("{file}: {error}")]
+    Segment {
+        /// Which.
+        file: String,
+        /// Why.
+        #[source]
+        error: SegmentError,
+    },
+    /// A recording of whose strokes no features can be computed.
+    #[error("{file}: {error}")]
+    Feature {
+        /// Which.
+        file: String,
+        /// Why.
+        #[source]
+        error: FeatureError,
+    },
+    /// No recording has a stroke.
+    #[error("{}", found.sentence_with(&Doubt::to_string))]
+    NoStrokes {
+        /// What was found instead.
+        found: Box<NoStrokes>,
+    },
+    /// A recording does not say what recordings are grouped by.
+    #[error("expected {} for every recording, found none for {recording}", by.noun())]
+    Unknown {
+        /// What.
+        by: By,
+        /// Of which recording.
+        recording: String,
+    },
+    /// There are no recordings that differ in what is compared and share all else.
+    #[error(
+        "expected recordings that differ in {by} and share all else, found none{}; give more recordings, or say more of them",
+        if differ_in.is_empty() { String::new() } else { format!(" (they differ in {})", listed(differ_in)) }
+    )]
+    NothingToCompare {
+        /// What is compared.
+        by: By,
+        /// What else they differ in.
+        differ_in: Vec<By>,
+    },
+    /// Groups that cannot be averaged or compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// A band that cannot be.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+}
+
+/// A study in which no recording has a stroke.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoStrokes {
+    /// The recordings.
+    pub recordings: Vec<String>,
+    /// Why, where that is known.
+    pub because: Option<Doubt>,
+    /// Everything that is in doubt about the recordings.
+    pub doubts: Vec<Merged>,
+}
+
+impl NoStrokes {
+    /// What is missing and why, with `words` for a doubt.
+    #[must_use]
+    pub fn sentence_with(&self, words: &dyn Fn(&Doubt) -> String) -> String {
+        let recordings = match self.recordings.as_slice() {
+            [only] => only.clone(),
+            all => format!("all {} recordings", all.len()),
+        };
+        let because = self.because.as_ref();
+        let because = because.map_or(String::new(), |doubt| format!(": {}", words(doubt)));
+        format!("expected strokes, found none in {recordings}{because}")
+    }
+}
+
+fn listed(parts: &[By]) -> String {
+    let parts: Vec<&str> = parts.iter().map(|by| by.word()).collect();
+    parts.join(" and ")
+}

@@ -1,0 +1,400 @@
+//! Which recordings belong together.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{StudyError, StudySettings, Take};
+use crate::compare::{
+    CommonLine, CompareDoubt, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
+};
+use crate::doubt::Doubt;
+use crate::recording::Touch;
+use crate::surface::SampleSet;
+
+/// What recordings are grouped by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum By {
+    /// The surface sample.
+    Sample,
+    /// The sliding speed.
+    Speed,
+    /// The participant.
+    Participant,
+    /// Active or passive touch.
+    Touch,
+    /// Each recording by itself.
+    File,
+}
+
+impl By {
+    /// As documents have it: `sample`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Sample => "sample",
+            Self::Speed => "speed",
+            Self::Participant => "participant",
+            Self::Touch => "touch",
+            Self::File => "file",
+        }
+    }
+
+    /// What a recording has to say for it.
+    #[must_use]
+    pub(super) fn noun(self) -> &'static str {
+        match self {
+            Self::Sample => "a sample",
+            Self::Speed => "a sliding speed",
+            Self::Participant => "a participant",
+            Self::Touch => "active or passive touch",
+            Self::File => "a name",
+        }
+    }
+}
+
+impl fmt::Display for By {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// What a recording is grouped by; what is not known is empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Key {
+    sample: String,
+    speed: String,
+    participant: String,
+    touch: String,
+    file: String,
+}
+
+impl Key {
+    fn of(take: &Take) -> Self {
+        let condition = take.condition();
+        Self {
+            sample: condition.sample.clone().unwrap_or_default(),
+            // A measured plateau is steady to a mm/s.
+            speed: match condition.speed_m_s {
+                Some(stated) => speed_text(stated),
+                None => take
+                    .speed_m_s()
+                    .map_or(String::new(), |v| format!("{:.0} mm/s", v * 1e3)),
+            },
+            participant: condition.participant.clone().unwrap_or_default(),
+            touch: match condition.touch {
+                Some(Touch::Active) => "active".into(),
+                Some(Touch::Passive) => "passive".into(),
+                Some(Touch::Resting) => "resting".into(),
+                None => String::new(),
+            },
+            file: take.name.clone(),
+        }
+    }
+
+    fn part(&mut self, by: By) -> &mut String {
+        match by {
+            By::Sample => &mut self.sample,
+            By::Speed => &mut self.speed,
+            By::Participant => &mut self.participant,
+            By::Touch => &mut self.touch,
+            By::File => &mut self.file,
+        }
+    }
+
+    /// The parts in which the recordings differ, as a person says them.
+    fn text(&self, varying: &Self) -> String {
+        let parts = [
+            (&self.participant, &varying.participant),
+            (&self.sample, &varying.sample),
+            (&self.speed, &varying.speed),
+            (&self.touch, &varying.touch),
+        ];
+        let known: Vec<&str> = parts
+            .into_iter()
+            .filter(|(part, varies)| !part.is_empty() && !varies.is_empty())
+            .map(|(part, _)| part.as_str())
+            .collect();
+        known.join(", ")
+    }
+
+    /// A key whose parts say something where `keys` differ, and nothing where they all agree.
+    fn varying(keys: &[Self]) -> Self {
+        let mut varying = Self::default();
+        for by in [By::Sample, By::Speed, By::Participant, By::Touch] {
+            let mut values = keys.iter().map(|key| key.clone().part(by).clone());
+            let first = values.next();
+            if values.any(|value| Some(&value) != first.as_ref()) {
+                *varying.part(by) = "varies".into();
+            }
+        }
+        varying
+    }
+}
+
+fn speed_text(speed_m_s: f64) -> String {
+    let text = format!("{:.3}", speed_m_s * 1e3);
+    format!("{} mm/s", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// Recordings that have one value of what they are grouped by, with their strokes taken together.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// What their strokes say together.
+    pub summary: Summary,
+    /// Their places among the recordings of the study.
+    pub takes: Vec<usize>,
+}
+
+/// The analysed recordings of a study, by their places.
+pub(super) fn analysed(takes: &[Take]) -> Vec<usize> {
+    (0..takes.len())
+        .filter(|place| takes[*place].analysis.is_some())
+        .collect()
+}
+
+/// By sample where every analysed recording names one, else each file by itself.
+pub(super) fn usual(takes: &[Take]) -> By {
+    let mut analysed = takes.iter().filter(|take| take.analysis.is_some());
+    if analysed.all(|take| take.condition().sample.is_some()) {
+        By::Sample
+    } else {
+        By::File
+    }
+}
+
+/// Recordings to be grouped, with what is known of samples and finger and the lines that all recordings have.
+pub(super) struct Grouping<'a> {
+    pub(super) takes: &'a [Take],
+    pub(super) settings: &'a StudySettings,
+    pub(super) lines: &'a [CommonLine],
+}
+
+/// Groups that differ in one thing and share all others, with what they share as a person says it.
+pub(super) type Setting = (String, Vec<Group>);
+
+impl Grouping<'_> {
+    /// The recordings grouped by one thing.
+    pub(super) fn groups(&self, by: By) -> Result<Vec<Group>, StudyError> {
+        let analysed = analysed(self.takes);
+        self.require(&analysed, by)?;
+        self.of(&analysed, by, self.settings.ridge_m)
+    }
+
+    fn require(&self, places: &[usize], by: By) -> Result<(), StudyError> {
+        let mut takes = places.iter().map(|place| &self.takes[*place]);
+        match takes.find(|take| Key::of(take).part(by).is_empty()) {
+            Some(take) => Err(StudyError::Unknown {
+                by,
+                recording: take.name.clone(),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn of(&self, places: &[usize], by: By, ridge_m: Option<f64>) -> Result<Vec<Group>, StudyError> {
+        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+        for place in places {
+            let key = Key::of(&self.takes[*place]).part(by).clone();
+            match groups.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, members)) => members.push(*place),
+                None => groups.push((key, vec![*place])),
+            }
+        }
+        let sets = &self.settings.sets;
+        groups.sort_by(|(a, _), (b, _)| order(a, b, by, sets));
+        let group = |(key, places): (String, Vec<usize>)| {
+            let takes: Vec<&Take> = places.iter().map(|place| &self.takes[*place]).collect();
+            let members: Vec<_> = takes
+                .iter()
+                .filter_map(|take| Some((take.analysis.as_ref()?, take.condition())))
+                .collect();
+            let sample = takes.first();
+            let sample = sample.and_then(|take| take.condition().sample.as_deref());
+            let periods = Periods {
+                ridge_m,
+                texture_m: sample.and_then(|sample| {
+                    sets.iter().find_map(|set| set.sample(sample))?.wavelength_m
+                }),
+            };
+            let mut summary = summarise(&key, &members, periods)?;
+            set_apart(&mut summary, self.lines);
+            Ok(Group {
+                summary,
+                takes: places,
+            })
+        };
+        groups.into_iter().map(group).collect()
+    }
+
+    /// Every set of recordings that differ in `by` and share all else.
+    pub(super) fn settings(&self, by: By) -> Result<Vec<Setting>, StudyError> {
+        let analysed = analysed(self.takes);
+        self.require(&analysed, by)?;
+        // Where active touch has no known speed, speeds do not set active and passive touch apart.
+        let mut speeds = analysed.iter().map(|place| self.takes[*place].speed_m_s());
+        let all_speeds = speeds.all(|speed| speed.is_some());
+        let mut settings: Vec<(Key, Vec<usize>)> = Vec::new();
+        for place in analysed {
+            let mut key = Key::of(&self.takes[place]);
+            key.part(by).clear();
+            key.file.clear();
+            if by == By::Touch && !all_speeds {
+                key.speed.clear();
+            }
+            match settings.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, members)) => members.push(place),
+                None => settings.push((key, vec![place])),
+            }
+        }
+        let sets = &self.settings.sets;
+        settings.sort_by(|(a, _), (b, _)| {
+            order(&a.participant, &b.participant, By::Participant, sets)
+                .then_with(|| order(&a.sample, &b.sample, By::Sample, sets))
+                .then_with(|| order(&a.speed, &b.speed, By::Speed, sets))
+                .then_with(|| a.touch.cmp(&b.touch))
+        });
+        // A recording with nothing to be compared with is no comparison.
+        settings.retain(|(_, members)| {
+            let value = |place: &usize| Key::of(&self.takes[*place]).part(by).clone();
+            let values: Vec<String> = members.iter().map(value).collect();
+            values.iter().any(|value| *value != values[0])
+        });
+        let keys: Vec<Key> = settings.iter().map(|(key, _)| key.clone()).collect();
+        let varying = Key::varying(&keys);
+        settings
+            .into_iter()
+            .map(|(key, members)| {
+                let groups = self.of(&members, by, self.settings.ridge_m)?;
+                Ok((key.text(&varying), groups))
+            })
+            .collect()
+    }
+
+    /// The analysed recordings of `touch` by sample, each with a counterpart among those of `other` at its speed and by its
+    /// participant.
+    pub(super) fn with_counterpart(
+        &self,
+        touch: Touch,
+        other: Touch,
+    ) -> Result<Vec<Group>, StudyError> {
+        let of = |touch: Touch| -> Vec<usize> {
+            let mut places = analysed(self.takes);
+            places.retain(|place| {
+                let condition = self.takes[*place].condition();
+                condition.sample.is_some() && condition.touch == Some(touch)
+            });
+            places
+        };
+        let others = of(other);
+        let mut places = of(touch);
+        places.retain(|place| {
+            let mut others = others.iter().map(|other| &self.takes[*other]);
+            others.any(|other| counterparts(&self.takes[*place], other))
+        });
+        self.of(&places, By::Sample, None)
+    }
+}
+
+/// The lines that all analysed recordings have.
+pub(super) fn lines_of_all(takes: &[Take]) -> Vec<CommonLine> {
+    let all: Vec<LinesOf<'_>> = takes
+        .iter()
+        .filter_map(|take| {
+            let analysis = take.analysis.as_ref()?;
+            Some(LinesOf {
+                sample: take.condition().sample.as_deref()?,
+                speed_m_s: take.speed_m_s(),
+                psd: &analysis.psd,
+                band: analysis.config.band,
+            })
+        })
+        .collect();
+    common_lines(&all)
+}
+
+/// The doubt that some analysed recordings stand in no comparison.
+pub(super) fn left_out<'a>(
+    takes: &[Take],
+    compared: impl Iterator<Item = &'a Group> + Clone,
+) -> Option<Doubt> {
+    let held = |place: &usize| compared.clone().any(|group| group.takes.contains(place));
+    let names: Vec<&str> = analysed(takes)
+        .into_iter()
+        .filter(|place| !held(place))
+        .map(|place| takes[place].name.as_str())
+        .collect();
+    (!names.is_empty()).then(|| {
+        Doubt::from(CompareDoubt::NotCompared {
+            recordings: names.join(", "),
+        })
+    })
+}
+
+/// What the analysed recordings differ in beside `by`.
+pub(super) fn differ_in(takes: &[Take], by: By) -> Vec<By> {
+    let keys: Vec<Key> = analysed(takes)
+        .into_iter()
+        .map(|place| Key::of(&takes[place]))
+        .collect();
+    let mut varying = Key::varying(&keys);
+    let parts = [By::Sample, By::Speed, By::Participant, By::Touch];
+    let varies = |part: &By| *part != by && !varying.part(*part).is_empty();
+    parts.into_iter().filter(varies).collect()
+}
+
+/// Speeds that differ by no more than this share are compared.
+const SAME_SPEED: f64 = 0.1;
+
+/// Whether two recordings differ in nothing that they state but the kind of touch.
+fn counterparts(a: &Take, b: &Take) -> bool {
+    let (a, b) = (a.condition(), b.condition());
+    let people =
+        a.participant.is_none() || b.participant.is_none() || a.participant == b.participant;
+    let speeds = match (a.speed_m_s, b.speed_m_s) {
+        (Some(a), Some(b)) => (a / b - 1.0).abs() <= SAME_SPEED,
+        _ => true,
+    };
+    a.sample == b.sample && people && speeds
+}
+
+/// Samples in the order of their set, all else as people count: S2 before S10, 5 mm/s before 10 mm/s.
+fn order(a: &str, b: &str, by: By, sets: &[SampleSet]) -> Ordering {
+    let place = |name: &str| {
+        let sets = sets.iter().enumerate();
+        let mut places = sets.filter_map(|(i, set)| {
+            let mut samples = set.samples.iter();
+            Some((i, samples.position(|sample| sample.name == name)?))
+        });
+        places.next()
+    };
+    match (place(a), place(b)) {
+        (Some(a), Some(b)) if by == By::Sample => a.cmp(&b),
+        _ => chunks(a).cmp(&chunks(b)),
+    }
+}
+
+/// A name as text and numbers in turn, so that numbers compare as numbers.
+fn chunks(name: &str) -> Vec<(String, u64)> {
+    let mut found: Vec<(String, u64)> = vec![(String::new(), 0)];
+    let mut counting = false;
+    for c in name.chars() {
+        let Some((text, value)) = found.last_mut() else {
+            continue;
+        };
+        match c.to_digit(10) {
+            Some(digit) => {
+                *value = value.saturating_mul(10).saturating_add(u64::from(digit));
+                counting = true;
+            }
+            None if counting => {
+                found.push((c.to_string(), 0));
+                counting = false;
+            }
+            None => text.push(c),
+        }
+    }
+    found
+}

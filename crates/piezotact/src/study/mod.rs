@@ -1,0 +1,343 @@
+//! A study as a value: recordings cut, analysed, grouped and compared.
+//!
+//! [`cut`] makes a [`Take`] of each recording, and [`analyse`] a [`StudyAnalysis`] of all of them. It holds everything that is
+//! said of a study; texts, documents and reports show it and compute nothing.
+
+mod comparison;
+mod document;
+mod error;
+mod grouping;
+mod table;
+mod take;
+mod words;
+
+use std::collections::BTreeMap;
+
+pub use comparison::{
+    Across, BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, Trend,
+};
+pub use document::*;
+pub use error::{NoStrokes, StudyError};
+pub use grouping::{By, Group};
+pub use table::{cuts_table, strokes_table};
+pub use take::{Naming, Recorded, Stated, Take, cut};
+pub use words::doubts_in_words;
+
+use crate::compare::CommonLine;
+use crate::discrimination::Model;
+use crate::doubt::{Doubt, Merged, merged_of};
+use crate::feature::{self, FeatureConfig};
+use crate::filter::HighPass;
+use crate::quantity::{Band, Hertz, Unit};
+use crate::stroke::StrokeDoubt;
+use crate::surface::SampleSet;
+use grouping::{Grouping, lines_of_all, usual};
+
+/// How a study is analysed.
+#[derive(Clone, Debug)]
+pub struct StudySettings {
+    /// What takes the gesture away.
+    pub gesture: Gesture,
+    /// Samples in a segment of the PSDs; lines about 5 Hz apart where it is not stated.
+    pub segment: Option<usize>,
+    /// What is known of samples; the first set that has a sample counts.
+    pub sets: Vec<SampleSet>,
+    /// The wavelength of the finger's ridges, m.
+    pub ridge_m: Option<f64>,
+    /// What is asked.
+    pub question: Question,
+    /// How much is computed beside it.
+    pub breadth: Breadth,
+}
+
+/// What takes the gesture away from the vibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gesture {
+    /// [`HighPass::gesture`] for accelerations, nothing for signals of another quantity: what those hold at low frequencies is
+    /// not known to be a gesture.
+    Usual,
+    /// What a person states: a high-pass, or none.
+    Stated(Option<HighPass>),
+}
+
+/// What is asked of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Question {
+    /// What the strokes of each group say. Unless stated, groups are samples where every recording names one, else files.
+    Groups(Option<By>),
+    /// What changes from group to group.
+    Changes {
+        /// What groups differ in.
+        by: By,
+        /// What a finger feels: samples are told apart by it.
+        model: Model,
+    },
+}
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Breadth {
+    /// What is asked.
+    Question,
+    /// What changes with sample, speed and touch as well, wherever recordings differ in them, and an example of one stroke: all
+    /// that a report shows.
+    Report,
+}
+
+/// A study, analysed.
+#[derive(Clone, Debug)]
+pub struct StudyAnalysis {
+    /// The recordings, in the order in which they came.
+    pub takes: Vec<Take>,
+    /// What is asked by.
+    pub by: By,
+    /// The recordings that have strokes, grouped by it.
+    pub groups: Vec<Group>,
+    /// The lines that all recordings have.
+    pub common_lines: Vec<CommonLine>,
+    /// What changes with the thing that is asked; absent where no change is asked.
+    pub asked: Option<Across>,
+    /// The doubt that recordings stand in no comparison of what is asked.
+    pub left_out: Option<Doubt>,
+    /// Which samples can be told apart; absent unless samples or files are compared.
+    pub discrimination: Option<Discrimination>,
+    /// Active against passive touch; computed where it is asked, and for a report.
+    pub both_ways: Option<BothWays>,
+    /// What changes with sample and speed where that is not asked; computed for a report.
+    pub beside: Vec<Across>,
+    /// One stroke; computed for a report.
+    pub example: Option<Example>,
+    /// The band of the features over all recordings, Hz: from the lowest that one of them shows to the highest. Absent without
+    /// an analysed recording.
+    pub band_hz: Option<[f64; 2]>,
+}
+
+/// The first stroke of the first recording that has one, freed of the gesture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Example {
+    /// The recording's place in the study.
+    pub take: usize,
+    /// The samples of the stroke in the unit of the vibration; absent where several channels vibrate.
+    pub samples: Option<Vec<f64>>,
+}
+
+/// Features, groups and comparisons of `takes`.
+///
+/// Recordings of one nominal rate have PSDs with the same lines, so that they can be averaged.
+///
+/// Source: house rule; features, groups and comparisons name theirs.
+///
+/// # Errors
+/// [`StudyError::NoStrokes`] where no recording has one; [`StudyError::Unknown`] where a recording does not say what is grouped
+/// by; [`StudyError::NothingToCompare`] where nothing differs in what is asked and shares all else; those of features and of
+/// [`crate::compare`].
+pub fn analyse(takes: Vec<Take>, settings: &StudySettings) -> Result<StudyAnalysis, StudyError> {
+    analyse_watched(takes, settings, &mut || ())
+}
+
+/// As [`analyse`], with a call of `done` for every recording whose features were computed.
+///
+/// Source: as [`analyse`].
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_watched(
+    mut takes: Vec<Take>,
+    settings: &StudySettings,
+    done: &mut dyn FnMut(),
+) -> Result<StudyAnalysis, StudyError> {
+    features(&mut takes, settings, done)?;
+    let common_lines = lines_of_all(&takes);
+    let grouping = Grouping {
+        takes: &takes,
+        settings,
+        lines: &common_lines,
+    };
+    let by = match &settings.question {
+        Question::Groups(by) => by.unwrap_or_else(|| usual(&takes)),
+        Question::Changes { by, .. } => *by,
+    };
+    let groups = grouping.groups(by)?;
+    let (mut asked, mut discrimination) = (None, None);
+    if let Question::Changes { model, .. } = &settings.question {
+        let across = grouping.required_across(by)?;
+        if matches!(by, By::Sample | By::File) {
+            discrimination = Some(grouping.discrimination(&across, model.clone()));
+        }
+        asked = Some(across);
+    }
+    let left_out = asked.as_ref().and_then(|across| grouping.left_out(across));
+    let whole = settings.breadth == Breadth::Report;
+    let touch = asked.is_some() && by == By::Touch;
+    let both_ways = (whole || touch).then(|| grouping.both_ways()).transpose()?;
+    let mut beside = Vec::new();
+    for factor in [By::Sample, By::Speed] {
+        // Where a recording does not say it, or not all can be averaged by it, nothing is shown of it.
+        if whole && asked.as_ref().is_none_or(|a| a.by != factor) && grouping.groups(factor).is_ok()
+        {
+            beside.push(grouping.across(factor)?);
+        }
+    }
+    let example = if whole { example(&takes)? } else { None };
+    Ok(StudyAnalysis {
+        by,
+        groups,
+        asked,
+        left_out,
+        discrimination,
+        both_ways,
+        beside,
+        example,
+        band_hz: band_hz(&takes),
+        common_lines,
+        takes,
+    })
+}
+
+/// Computes the features of every recording that has strokes.
+fn features(
+    takes: &mut [Take],
+    settings: &StudySettings,
+    done: &mut dyn FnMut(),
+) -> Result<(), StudyError> {
+    let mut longest: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for take in takes.iter() {
+        let lengths = take.segmentation.strokes.iter().map(|s| s.steady.len());
+        let of_rate = longest.entry(nominal_rate(take)).or_default();
+        of_rate.extend(lengths.max());
+    }
+    for take in takes.iter_mut() {
+        done();
+        if take.segmentation.strokes.is_empty() {
+            continue;
+        }
+        let longest = longest.get(&nominal_rate(take));
+        let longest = longest.map_or(&[][..], Vec::as_slice);
+        let high_pass = match settings.gesture {
+            Gesture::Stated(stated) => stated,
+            Gesture::Usual => usual_high_pass(take),
+        };
+        let mut config = FeatureConfig::usual(take.recording.rate(), longest, high_pass)
+            .map_err(|error| take.failed(error))?;
+        if let Some(segment) = settings.segment {
+            config.welch.segment = segment;
+        }
+        let analysis = feature::analyse(&take.recording, &take.segmentation, &config)
+            .map_err(|error| take.failed(error))?;
+        take.analysis = Some(analysis);
+    }
+    if takes.iter().any(|take| take.analysis.is_some()) {
+        return Ok(());
+    }
+    let because = takes.iter().flat_map(Take::doubts).find(|doubt| {
+        matches!(
+            doubt.kind(),
+            Some(StrokeDoubt::NoContact { .. } | StrokeDoubt::Rejected { .. })
+        )
+    });
+    Err(StudyError::NoStrokes {
+        found: Box::new(NoStrokes {
+            recordings: takes.iter().map(|take| take.name.clone()).collect(),
+            because,
+            doubts: doubts_of(takes, &[]),
+        }),
+    })
+}
+
+/// Time stamps give rates that differ in the last digits: recordings of one instrument share lines.
+fn nominal_rate(take: &Take) -> u64 {
+    (take.recording.rate().hz() * 10.0).round() as u64 / 2
+}
+
+/// The gesture is taken away from accelerations; what another signal holds below 5 Hz is not known to be one.
+fn usual_high_pass(take: &Take) -> Option<HighPass> {
+    let vibration = take.segmentation.roles.vibration.first()?;
+    let channel = take
+        .recording
+        .pick(Some(vibration), &Unit::MetrePerSecondSquared)
+        .ok()?;
+    (channel.unit == Unit::MetrePerSecondSquared).then(HighPass::gesture)
+}
+
+fn example(takes: &[Take]) -> Result<Option<Example>, StudyError> {
+    let analysed = |take: &&Take| take.analysis.is_some();
+    let Some(place) = takes.iter().position(|take| analysed(&take)) else {
+        return Ok(None);
+    };
+    let take = &takes[place];
+    let high_pass = take.analysis.as_ref().and_then(|a| a.config.high_pass);
+    let vibrations = feature::vibrations(&take.recording, &take.segmentation, high_pass)
+        .map_err(|error| take.failed(error))?;
+    let stroke = take.segmentation.strokes.first();
+    let samples = match (vibrations.channels.as_slice(), stroke) {
+        ([only], Some(stroke)) => Some(stroke.steady.of(only.as_slice()).to_vec()),
+        _ => None,
+    };
+    Ok(Some(Example {
+        take: place,
+        samples,
+    }))
+}
+
+fn band_hz(takes: &[Take]) -> Option<[f64; 2]> {
+    let analyses = takes.iter().filter_map(|take| take.analysis.as_ref());
+    let bands = analyses.map(|a| {
+        let band: Band = a.config.band;
+        let (Hertz(low_hz), Hertz(high_hz)) = (band.low(), band.high());
+        [low_hz.max(a.psd.resolution_hz), high_hz]
+    });
+    bands.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// Every doubt about `takes` and `groups`, those of one kind once and with all whom they are about.
+fn doubts_of(takes: &[Take], groups: &[Group]) -> Vec<Merged> {
+    let of_takes: Vec<(&str, Vec<Doubt>)> = takes
+        .iter()
+        .map(|take| (take.name.as_str(), take.doubts()))
+        .collect();
+    let of_takes = of_takes
+        .iter()
+        .flat_map(|(name, doubts)| doubts.iter().map(|doubt| (Some(*name), doubt)));
+    let of_groups = groups
+        .iter()
+        .flat_map(|group| group.summary.doubts.iter().map(|doubt| (None, doubt)));
+    merged_of(of_takes.chain(of_groups))
+}
+
+impl StudyAnalysis {
+    /// The comparisons that are asked; none where no change is asked.
+    #[must_use]
+    pub fn comparisons(&self) -> &[Comparison] {
+        let asked = self.asked.as_ref();
+        asked.map_or(&[], |across| &across.comparisons)
+    }
+
+    /// What changes with `by`, asked or beside it: one comparison for each setting; none where nothing is known of it.
+    #[must_use]
+    pub fn across(&self, by: By) -> &[Comparison] {
+        let mut all = self.asked.iter().chain(&self.beside);
+        let across = all.find(|across| across.by == by);
+        across.map_or(&[], |across| &across.comparisons)
+    }
+
+    /// The recordings of a group, in order.
+    pub fn takes_of<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Take> {
+        group.takes.iter().map(|place| &self.takes[*place])
+    }
+
+    /// The number of strokes over all groups.
+    #[must_use]
+    pub fn strokes(&self) -> usize {
+        self.groups.iter().map(|group| group.summary.strokes).sum()
+    }
+
+    /// The doubts of the comparison number `number`: those of its groups and of what changes, and at the first that recordings
+    /// stand in none.
+    #[must_use]
+    pub fn doubts_of_comparison(&self, number: usize) -> Vec<Doubt> {
+        let comparison = self.comparisons().get(number).into_iter();
+        let own = comparison.flat_map(Comparison::doubts);
+        let left_out = self.left_out.iter().filter(|_| number == 0);
+        own.chain(left_out).cloned().collect()
+    }
+}

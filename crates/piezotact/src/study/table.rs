@@ -1,0 +1,199 @@
+//! Tidy tables of a study: one row for each stroke, one column for each variable, units in the names.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+
+use super::Take;
+use crate::criterion::Criterion;
+use crate::feature::Receptor;
+use crate::page::{Cell, Column, Table};
+use crate::stroke::StrokeCriterion;
+
+/// The labels that a condition takes from a name.
+const IN_CONDITION: [&str; 6] = ["sample", "participant", "load", "speed", "angle", "touch"];
+
+/// The labels that recordings have beside what the columns of a condition say, in the order of their names.
+fn labels(takes: &[Take]) -> BTreeSet<&str> {
+    let names = takes.iter().flat_map(|take| take.labels.keys());
+    let own = |name: &&str| !IN_CONDITION.contains(name);
+    names.map(String::as_str).filter(own).collect()
+}
+
+/// The cells of a recording's labels, empty where it has none of that name.
+fn label_cells<'a>(take: &'a Take, labels: &'a BTreeSet<&str>) -> impl Iterator<Item = Cell> + 'a {
+    let cell = |name: &&str| text(take.labels.get(*name).cloned());
+    labels.iter().map(cell)
+}
+
+fn label_names(labels: &BTreeSet<&str>) -> impl Iterator<Item = String> {
+    labels.iter().map(|name| format!("label_{name}"))
+}
+
+fn text(value: Option<String>) -> Cell {
+    value.map_or(Cell::Missing(()), Cell::Text)
+}
+
+/// A name as documents have it: `steady_part`.
+fn code(what: &impl Serialize) -> String {
+    let value = serde_json::to_value(what).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+fn table(names: Vec<String>) -> Table {
+    Table::new(names.iter().map(|name| Column::new(name, name)))
+}
+
+/// The strokes and rejects of `takes`, one row for each, with times in s. Every criterion that was judged has the columns
+/// `WHAT_found`, `WHAT_limit` (of the size, where it is a limit to both sides) and `WHAT_outcome`, empty where it was not judged.
+///
+/// Source: tidy data, H. Wickham (2014), J. Stat. Softw. 59(10).
+#[must_use]
+pub fn cuts_table(takes: &[Take]) -> Table {
+    let labels = labels(takes);
+    let mut judged: Vec<StrokeCriterion> = Vec::new();
+    for take in takes {
+        let of_strokes = take.segmentation.strokes.iter().flat_map(|s| &s.criteria);
+        let of_rejects = take.segmentation.rejected.iter().flat_map(|r| &r.criteria);
+        for criterion in of_strokes.chain(of_rejects) {
+            if !judged.contains(&criterion.what) {
+                judged.push(criterion.what);
+            }
+        }
+    }
+    let mut names: Vec<String> = CUTS_NAMES.map(str::to_owned).to_vec();
+    names.extend(label_names(&labels));
+    for what in &judged {
+        let what = code(what);
+        names.extend(["found", "limit", "outcome"].map(|of| format!("{what}_{of}")));
+    }
+    let criteria = |row: &mut Vec<Cell>, of: &[Criterion<StrokeCriterion>]| {
+        for what in &judged {
+            let criterion = of.iter().find(|criterion| criterion.what == *what);
+            row.push(Cell::from(criterion.and_then(|c| c.found)));
+            row.push(Cell::from(criterion.map(|c| c.limit.value())));
+            row.push(text(criterion.map(|c| code(&c.outcome))));
+        }
+    };
+    let mut table = table(names);
+    for take in takes {
+        let s = |sample: usize| Cell::from(take.seconds(sample));
+        for stroke in &take.segmentation.strokes {
+            let mut row = vec![
+                Cell::from(take.name.as_str()),
+                Cell::from("stroke"),
+                s(stroke.steady.start),
+                s(stroke.steady.end),
+                s(stroke.contact.start),
+                s(stroke.contact.end),
+                Cell::from(code(&stroke.cut_by)),
+                Cell::Missing(()),
+            ];
+            row.extend(label_cells(take, &labels));
+            criteria(&mut row, &stroke.criteria);
+            table.rows.push(row);
+        }
+        for rejected in &take.segmentation.rejected {
+            let ends = || [s(rejected.interval.start), s(rejected.interval.end)];
+            let mut row = vec![Cell::from(take.name.as_str()), Cell::from("rejected")];
+            row.extend(ends().into_iter().chain(ends()));
+            row.push(Cell::Missing(()));
+            row.push(Cell::from(rejected.reason.to_string()));
+            row.extend(label_cells(take, &labels));
+            criteria(&mut row, &rejected.criteria);
+            table.rows.push(row);
+        }
+    }
+    table
+}
+
+const CUTS_NAMES: [&str; 8] = [
+    "file",
+    "kind",
+    "start_s",
+    "end_s",
+    "contact_start_s",
+    "contact_end_s",
+    "cut_by",
+    "reason",
+];
+
+/// The features of every stroke of `takes`, one row for each, in SI units; an empty cell for what was not measured.
+///
+/// Source: tidy data, H. Wickham (2014), J. Stat. Softw. 59(10).
+#[must_use]
+pub fn strokes_table(takes: &[Take]) -> Table {
+    let labels = labels(takes);
+    let mut names = stroke_names();
+    names.extend(label_names(&labels));
+    let mut table = table(names);
+    for take in takes {
+        let Some(analysis) = &take.analysis else {
+            continue;
+        };
+        let condition = take.condition();
+        for (i, stroke) in analysis.strokes.iter().enumerate() {
+            let mut row = vec![
+                Cell::from(take.name.as_str()),
+                text(condition.sample.clone()),
+                text(condition.participant.clone()),
+                text(condition.touch.map(|touch| code(&touch))),
+                Cell::from(condition.load_n.map(|load| load.0)),
+                Cell::from(condition.speed_m_s),
+                Cell::from((i + 1) as f64),
+                Cell::from(stroke.start_s),
+                Cell::from(stroke.duration_s),
+                Cell::from(analysis.unit.symbol()),
+                Cell::from(stroke.rms),
+                Cell::from(stroke.peak),
+                Cell::from(stroke.crest_factor),
+            ];
+            row.extend(stroke.receptor_power.map(Cell::from));
+            let shape = [stroke.centroid_hz, stroke.spread_hz, stroke.strongest_hz];
+            row.extend(shape.map(Cell::from));
+            let friction = stroke.friction_coefficient;
+            row.extend([
+                Cell::from(friction.map(|s| s.mean)),
+                Cell::from(friction.map(|s| s.sd)),
+                Cell::from(friction.map(|s| s.median)),
+            ]);
+            for moments in [stroke.normal_force_n, stroke.speed_m_s] {
+                row.push(Cell::from(moments.map(|m| m.mean)));
+                row.push(Cell::from(moments.map(|m| m.sd)));
+            }
+            row.push(Cell::from(stroke.pacinian_power));
+            row.push(Cell::from(stroke.detection_power));
+            row.extend(label_cells(take, &labels));
+            table.rows.push(row);
+        }
+    }
+    table
+}
+
+fn stroke_names() -> Vec<String> {
+    let mut names: Vec<String> = [
+        "file",
+        "sample",
+        "participant",
+        "touch",
+        "load_n",
+        "stated_speed_m_s",
+        "stroke",
+        "start_s",
+        "duration_s",
+        "unit",
+        "rms",
+        "peak",
+        "crest_factor",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    names.extend(Receptor::ALL.map(|receptor| format!("{}_power", receptor.name().to_lowercase())));
+    names.extend(["centroid_hz", "spread_hz", "strongest_hz"].map(str::to_owned));
+    names.extend(["mean", "sd", "median"].map(|kind| format!("friction_{kind}")));
+    for (what, unit) in [("normal_force", "n"), ("speed", "m_s")] {
+        names.extend(["mean", "sd"].map(|kind| format!("{what}_{kind}_{unit}")));
+    }
+    names.extend(["pacinian_power", "detection_power"].map(str::to_owned));
+    names
+}

@@ -1,0 +1,271 @@
+//! Recordings of a study, named and cut: what a person states counts before what the recording says, and that before its name.
+
+use std::collections::BTreeMap;
+
+use super::StudyError;
+use crate::doubt::{Doubt, Doubts};
+use crate::feature::Analysis;
+use crate::quantity::Unit;
+use crate::recording::{Condition, Recording};
+use crate::roles::{Motion, Roles};
+use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeDoubt, segment};
+
+/// What the name of a recording says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Naming {
+    /// The fields that a condition knows.
+    pub condition: Condition,
+    /// All other fields, and all fields as they were written.
+    pub labels: BTreeMap<String, String>,
+    /// What a person should know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// A recording as it comes to a study.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Where it is stored, for results and messages to cite.
+    pub file: String,
+    /// What it is called in texts and tables.
+    pub name: String,
+    /// The recording, with the condition and the labels that it states itself.
+    pub recording: Recording,
+    /// What its name says.
+    pub naming: Naming,
+    /// A person's cuts, where there are any.
+    pub cuts: Option<Cuts>,
+    /// Where a person's cuts are looked for.
+    pub cuts_are_looked_for_in: String,
+}
+
+/// What a person states of all recordings of a study, whatever the recordings and their names say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stated {
+    /// The condition; what is absent is as the recordings or their names say.
+    pub condition: Condition,
+    /// The channels that vibrate; those that names and units speak for where there are none.
+    pub vibration: Vec<String>,
+    /// The channel of the normal force.
+    pub normal_force: Option<String>,
+    /// The channels of the tangential forces, two at most.
+    pub tangential_force: Vec<String>,
+    /// The channel of speed or position.
+    pub motion: Option<String>,
+    /// What counts as a stroke.
+    pub judging: Judging,
+}
+
+impl Stated {
+    /// Nothing stated; strokes are where the finger slides.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self {
+            condition: Condition::default(),
+            vibration: Vec::new(),
+            normal_force: None,
+            tangential_force: Vec::new(),
+            motion: None,
+            judging: Judging::Sliding,
+        }
+    }
+
+    /// Whether it can be.
+    ///
+    /// # Errors
+    /// [`StudyError::TangentialForces`] for more than two channels, [`StudyError::Load`] for a load that is not above 0 N.
+    pub fn check(&self) -> Result<(), StudyError> {
+        let forces = self.tangential_force.len();
+        if forces > 2 {
+            return Err(StudyError::TangentialForces { found: forces });
+        }
+        match self.condition.load_n {
+            Some(load) if !(load.0 > 0.0 && load.0.is_finite()) => {
+                Err(StudyError::Load { found: load })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The roles that are stated, and for the others those of `guessed`.
+    fn roles(
+        &self,
+        guessed: Roles,
+        recording: &Recording,
+    ) -> Result<Roles, crate::recording::RecordingError> {
+        let motion = match &self.motion {
+            None => guessed.motion,
+            Some(name) => {
+                let channel = recording.pick(Some(name), &Unit::MetrePerSecond)?;
+                Some(match channel.unit {
+                    Unit::Metre => Motion::Position(name.clone()),
+                    _ => Motion::Speed(name.clone()),
+                })
+            }
+        };
+        let stated = |names: &[String], guessed: Vec<String>| {
+            if names.is_empty() {
+                guessed
+            } else {
+                names.to_vec()
+            }
+        };
+        let roles = Roles {
+            vibration: stated(&self.vibration, guessed.vibration),
+            normal_force: self.normal_force.clone().or(guessed.normal_force),
+            tangential_force: stated(&self.tangential_force, guessed.tangential_force),
+            motion,
+        };
+        for name in roles.vibration.iter().chain(&roles.tangential_force) {
+            recording.pick(Some(name), &Unit::Newton)?;
+        }
+        Ok(Roles {
+            // A force named normal is not tangential, whatever its name suggests.
+            tangential_force: roles
+                .tangential_force
+                .into_iter()
+                .filter(|name| roles.normal_force.as_ref() != Some(name))
+                .collect(),
+            ..roles
+        })
+    }
+}
+
+/// What is `stated` counts, then what the recording says itself, then its name. Only a recording knows its twin.
+fn condition_of(stated: &Condition, own: Condition, named: Condition) -> Condition {
+    let stated = stated.clone();
+    Condition {
+        sample: stated.sample.or(own.sample).or(named.sample),
+        participant: stated.participant.or(own.participant).or(named.participant),
+        load_n: stated.load_n.or(own.load_n).or(named.load_n),
+        angle_deg: stated.angle_deg.or(own.angle_deg).or(named.angle_deg),
+        speed_m_s: stated.speed_m_s.or(own.speed_m_s).or(named.speed_m_s),
+        touch: stated.touch.or(own.touch).or(named.touch),
+        twin_seed: own.twin_seed,
+    }
+}
+
+/// One recording with its strokes.
+#[derive(Clone, Debug)]
+pub struct Take {
+    /// Where it is stored.
+    pub file: String,
+    /// What it is called.
+    pub name: String,
+    /// The channels on the clock of those that play a part, with the condition that counts.
+    pub recording: Recording,
+    /// The labels of the recording and of its name.
+    pub labels: BTreeMap<String, String>,
+    /// Its strokes and rejects.
+    pub segmentation: Segmentation,
+    /// What its strokes say; absent until it is analysed, and for a recording without strokes.
+    pub analysis: Option<Analysis>,
+    /// Where a person's cuts are looked for.
+    pub cuts_are_looked_for_in: String,
+}
+
+impl Take {
+    /// The condition that counts.
+    #[must_use]
+    pub fn condition(&self) -> &Condition {
+        &self.recording.about.condition
+    }
+
+    /// Everything that is in doubt about it, each once.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let analysis = self.analysis.iter().flat_map(|a| &a.doubts);
+        let own = self.recording.about.doubts.iter();
+        let all = own.chain(&self.segmentation.doubts).chain(analysis);
+        all.cloned().collect::<Doubts>().into()
+    }
+
+    /// Where sample number `sample` lies, s from the start.
+    #[must_use]
+    pub fn seconds(&self, sample: usize) -> f64 {
+        self.recording.rate().duration_of(sample).0
+    }
+
+    /// The speed that counts, m/s: the one stated, or else the one that was measured.
+    #[must_use]
+    pub fn speed_m_s(&self) -> Option<f64> {
+        let stated = self.condition().speed_m_s;
+        stated.or_else(|| self.analysis.as_ref()?.speed_m_s())
+    }
+}
+
+/// The strokes of `recorded`, with its condition and labels completed by what is `stated` and by its name, its roles stated or
+/// else guessed, and a person's cuts applied.
+///
+/// Source: house rule for the order in which conditions count; the strokes are those of [`segment`].
+///
+/// # Errors
+/// Those of [`Stated::check`]; [`StudyError::Recording`] where a channel that is named is missing or the channels share no
+/// clock; [`StudyError::Segment`] as [`segment`].
+pub fn cut(recorded: Recorded, stated: &Stated) -> Result<Take, StudyError> {
+    stated.check()?;
+    let Recorded {
+        file,
+        name,
+        mut recording,
+        naming,
+        cuts,
+        cuts_are_looked_for_in,
+    } = recorded;
+    let in_recording = |error| StudyError::Recording {
+        file: file.clone(),
+        error,
+    };
+    let mut labels = naming.labels;
+    labels.extend(recording.annotations.labels.clone());
+    recording.about.doubts.extend(naming.doubts);
+    let own = std::mem::take(&mut recording.about.condition);
+    recording.about.condition = condition_of(&stated.condition, own, naming.condition);
+    let (guessed, doubts) = Roles::guess(&recording);
+    let roles = stated.roles(guessed, &recording).map_err(in_recording)?;
+    if stated.vibration.is_empty() {
+        recording.about.doubts.extend(doubts);
+    }
+    let recording = recording
+        .on_the_clock_of(roles.channels())
+        .map_err(in_recording)?;
+    let expected = Expected {
+        load_n: recording.about.condition.load_n,
+        speed_m_s: recording.about.condition.speed_m_s,
+        judging: stated.judging,
+    };
+    let segmentation =
+        segment(&recording, &roles, expected).map_err(|error| StudyError::Segment {
+            file: file.clone(),
+            error,
+        })?;
+    let segmentation = with_cuts(segmentation, cuts.as_ref(), &recording);
+    Ok(Take {
+        file,
+        name,
+        recording,
+        labels,
+        segmentation,
+        analysis: None,
+        cuts_are_looked_for_in,
+    })
+}
+
+fn with_cuts(
+    mut segmentation: Segmentation,
+    cuts: Option<&Cuts>,
+    recording: &Recording,
+) -> Segmentation {
+    if let Some(cuts) = cuts {
+        let (cut, outside) = cuts.apply(segmentation, recording.len(), recording.rate());
+        segmentation = cut;
+        if !outside.is_empty() {
+            let doubt = StrokeDoubt::CutsNotApplied {
+                file: cuts.source.clone(),
+                count: outside.len(),
+            };
+            segmentation.doubts.push(Doubt::from(doubt));
+        }
+    }
+    segmentation.doubts.extend(segmentation.rejection_doubt());
+    segmentation
+}

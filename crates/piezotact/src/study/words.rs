@@ -1,0 +1,333 @@
+//! A study in words: lines of text and the sentences of its doubts.
+
+use super::{
+    BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
+};
+use crate::compare::{CommonLine, CompareDoubt, Groups};
+use crate::doubt::{Doubt, Merged, merged_of};
+use crate::number::digits;
+use crate::stroke::{Judging, Rule};
+
+impl Take {
+    /// Its strokes and rejects, one a line, with times in s.
+    #[must_use]
+    pub fn cuts_text(&self) -> String {
+        let segmentation = &self.segmentation;
+        let mut text = format!(
+            "{}: {} stroke{}, {} rejected",
+            self.name,
+            segmentation.strokes.len(),
+            if segmentation.strokes.len() == 1 {
+                ""
+            } else {
+                "s"
+            },
+            segmentation.rejected.len()
+        );
+        for stroke in &segmentation.strokes {
+            let (from, to) = (
+                self.seconds(stroke.steady.start),
+                self.seconds(stroke.steady.end),
+            );
+            text += &format!(
+                "\n  stroke    {from:9.3} – {to:9.3} s  ({:.3} s)",
+                to - from
+            );
+        }
+        for rejected in &segmentation.rejected {
+            let (from, to) = (
+                self.seconds(rejected.interval.start),
+                self.seconds(rejected.interval.end),
+            );
+            text += &format!("\n  rejected  {from:9.3} – {to:9.3} s  {}", rejected.reason);
+        }
+        if let Some(file) = &segmentation.cuts {
+            text += &format!("\n  with the cuts of {file}");
+        }
+        text
+    }
+
+    /// How its features were computed, as it can be written into a paper; `None` before it is analysed.
+    #[must_use]
+    pub fn features_text(&self) -> Option<String> {
+        let analysis = self.analysis.as_ref()?;
+        let config = &analysis.config;
+        let gesture = config.high_pass;
+        Some(format!(
+            "{}; PSDs by Welch's method: {} window, {} samples ({:.2} Hz) with {:.0} % overlap, one-sided; band for peaks and centroid {}.",
+            gesture.map_or("no filter".into(), |h| h.to_string()),
+            config.welch.window.name(),
+            config.welch.segment,
+            analysis.psd.resolution_hz,
+            config.welch.overlap * 100.0,
+            config.band
+        ))
+    }
+}
+
+impl Rule {
+    /// How strokes were cut, as it can be written into a paper.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        match self {
+            Self::Force(r) => format!(
+                "Strokes by normal force: contact begins above {:.3} N and ends below {:.3} N, relative to the drifting zero, \
+                smoothed over {:.0} ms; {:.0} ms of landing and {:.0} ms of take-off are cut off; {}; duration at least {:.1} \
+                s; mean force within ±{:.0} % of {}.",
+                r.on_n.0,
+                r.off_n.0,
+                r.smoothing_s.0 * 1e3,
+                r.landing_s.0 * 1e3,
+                r.take_off_s.0 * 1e3,
+                match r.judging {
+                    Judging::Sliding => "only where the finger slides",
+                    Judging::ContactOnly => "whether the finger slides or not",
+                },
+                r.shortest_s.0,
+                r.tolerance_share * 100.0,
+                r.load_n
+                    .map_or("the median of the strokes".into(), |load| load.to_string())
+            ),
+            Self::Speed(r) => format!(
+                "Strokes by the plateau of the speed: within ±{:.0} %, duration at least {:.1} s, while the normal force is \
+                above {:.3} N.",
+                r.tolerance_share * 100.0,
+                r.shortest_s.0,
+                r.touch_n.0
+            ),
+            Self::Whole => "The whole recording is one stroke.".into(),
+        }
+    }
+}
+
+/// "1 pair", "all 6 pairs".
+fn pairs(count: usize) -> String {
+    match count {
+        1 => "1 pair".into(),
+        count => format!("all {count} pairs"),
+    }
+}
+
+impl Discrimination {
+    /// The pairs over which errors are controlled, in words; empty where it is withheld.
+    #[must_use]
+    pub fn family(&self) -> String {
+        let found = self.found.as_ref();
+        found.map_or(String::new(), |found| pairs(found.family))
+    }
+
+    /// How it was found, or why it is withheld, in a line.
+    #[must_use]
+    pub fn line(&self) -> String {
+        match &self.found {
+            Ok(found) => {
+                let model = &found.config.model;
+                format!(
+                    "what decides: told apart beyond what {} of one sample differ by (permutation test, {:.0} % over {}) and beyond {:.1} dB or {:.2} JND, below the JND within {:.2} dB; distances in JND of {:.2} dB over {}",
+                    found.units.word(),
+                    found.config.alpha * 100.0,
+                    pairs(found.family),
+                    model.level_jnd_high.0.max(model.level_jnd.0),
+                    model.noticed_jnd(),
+                    model.level_jnd.0,
+                    model.level_jnd.0,
+                    model.band,
+                )
+            }
+            Err(withheld) => withheld.to_string(),
+        }
+    }
+}
+
+impl SampleTrend {
+    /// What strokes that were not repeated leave open.
+    #[must_use]
+    pub fn one_stroke_each(&self) -> Option<String> {
+        (self.single_strokes > 0).then(|| {
+            format!(
+                "{} of {} samples rest on one stroke: how far strokes of one sample differ is not known, so that differences between samples are not decided; record 10 or more",
+                self.single_strokes, self.samples
+            )
+        })
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let trend = &self.roughness;
+        let rms_on_ra = trend.rms_on_ra.as_ref();
+        let rms = trend.rms_rank_correlation.as_ref();
+        let friction = trend.friction_rank_correlation.as_ref();
+        let on_rms = self.friction_on_rms.as_ref();
+        [
+            rms_on_ra.map(|fit| fit.conclusion("rms", "Ra", "samples")),
+            rms.map(|found| found.conclusion("rms", "Ra", "samples")),
+            friction.map(|found| found.conclusion("friction", "Ra", "samples")),
+            on_rms.map(|found| found.conclusion("friction", "rms", "samples")),
+            self.one_stroke_each(),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+impl SpeedTrend {
+    fn lines(&self) -> Vec<String> {
+        let fit = self.rms_on_speed.as_ref();
+        let period = self.period.as_ref().map(|period| {
+            let peaks: Vec<String> = period
+                .peaks
+                .iter()
+                .map(|p| {
+                    format!(
+                        "{} Hz at {} mm/s",
+                        digits(p.frequency_hz),
+                        digits(p.speed_m_s * 1e3)
+                    )
+                })
+                .collect();
+            format!("{}: {}", period.conclusion(), peaks.join(", "))
+        });
+        let fit = fit.map(|fit| fit.conclusion("rms", "speed", "speeds"));
+        fit.into_iter().chain(period).collect()
+    }
+}
+
+impl Comparison {
+    /// What is said of it: its setting, a line for each group, what changes, and of samples which can be told apart.
+    #[must_use]
+    pub fn text(&self, told_apart: Option<&Groups>) -> String {
+        let mut lines = Vec::new();
+        if !self.setting.is_empty() {
+            lines.push(format!("{}:", self.setting));
+        }
+        lines.extend(self.groups.iter().map(|group| group.summary.line()));
+        match &self.trend {
+            Trend::Samples(trend) => lines.extend(trend.lines()),
+            Trend::Speeds(trend) => lines.extend(trend.lines()),
+            Trend::Participants(spread) => {
+                lines.extend(spread.iter().map(crate::compare::LevelSpread::conclusion));
+            }
+            Trend::Touch => {}
+        }
+        lines.extend(told_apart.into_iter().flat_map(Groups::sentences));
+        lines.join("\n")
+    }
+}
+
+impl BothWays {
+    fn lines(&self) -> Vec<String> {
+        let mut lines = self.found.of_samples();
+        lines.extend(self.found.conclusions());
+        lines
+    }
+}
+
+/// The sentences of all doubts about `takes`, with `words` for a doubt: those of one kind once, and of whom.
+///
+/// Source: house rule; decision 0030 of this project.
+#[must_use]
+pub fn doubts_in_words(takes: &[Take], words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+    sentences(takes, &super::doubts_of(takes, &[]), words)
+}
+
+fn sentences(takes: &[Take], doubts: &[Merged], words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+    let recordings = (takes.len(), "recordings");
+    let sentences = doubts.iter().map(|doubt| doubt.text_of(recordings, words));
+    sentences.collect()
+}
+
+impl StudyAnalysis {
+    /// What is asked, line by line.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let Some(asked) = &self.asked else {
+            return self.groups.iter().map(|g| g.summary.line()).collect();
+        };
+        let discrimination = self.discrimination.as_ref();
+        let numbered = asked.comparisons.iter().enumerate();
+        let mut lines: Vec<String> = numbered
+            .map(|(number, comparison)| {
+                comparison.text(discrimination.and_then(|found| found.groups(number)))
+            })
+            .collect();
+        lines.extend(discrimination.map(Discrimination::line));
+        if asked.by == super::By::Touch {
+            lines.extend(self.both_ways.iter().flat_map(BothWays::lines));
+        }
+        lines.extend(self.common_lines.iter().map(CommonLine::conclusion));
+        lines
+    }
+
+    /// The sentences of all doubts about what is asked, with `words` for a doubt: those of one kind once, and of whom.
+    #[must_use]
+    pub fn doubts_in_words(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+        let groups = match self.asked {
+            Some(_) => &[][..],
+            None => &self.groups,
+        };
+        let mut all = sentences(&self.takes, &super::doubts_of(&self.takes, groups), words);
+        let comparisons = self.comparisons();
+        let doubts: Vec<(Option<&str>, Vec<Doubt>)> = comparisons
+            .iter()
+            .enumerate()
+            .map(|(number, comparison)| {
+                let setting = Some(comparison.setting.as_str());
+                (
+                    setting.filter(|setting| !setting.is_empty()),
+                    self.doubts_of_comparison(number),
+                )
+            })
+            .collect();
+        let doubts = doubts
+            .iter()
+            .flat_map(|(setting, doubts)| doubts.iter().map(|doubt| (*setting, doubt)));
+        let settings = (comparisons.len(), "settings");
+        let doubts = merged_of(doubts);
+        all.extend(doubts.iter().map(|doubt| doubt.text_of(settings, words)));
+        let discrimination = self.discrimination.iter();
+        all.extend(discrimination.flat_map(|found| found.doubts().map(words)));
+        all
+    }
+
+    /// The sentences of all doubts that a report shows, with `words` for a doubt.
+    #[must_use]
+    pub fn doubts_of_report(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+        let of_groups = super::doubts_of(&self.takes, &self.groups);
+        let mut all = sentences(&self.takes, &of_groups, words);
+        all.extend(self.doubts_of_speeds(words));
+        all.extend(self.left_out.iter().map(words));
+        let discrimination = self.discrimination.iter();
+        all.extend(discrimination.flat_map(|found| found.doubts().map(words)));
+        all
+    }
+
+    /// What spatial periods leave open, setting by setting; those without a common period in one sentence.
+    fn doubts_of_speeds(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+        let (mut sentences, mut aperiodic) = (Vec::new(), Vec::new());
+        let across_speeds = self.across(super::By::Speed);
+        for comparison in across_speeds {
+            let Trend::Speeds(trend) = &comparison.trend else {
+                continue;
+            };
+            let setting = match comparison.setting.as_str() {
+                "" => "across speeds",
+                setting => setting,
+            };
+            for doubt in trend.period.iter().flat_map(|period| &period.doubts) {
+                match doubt.kind() {
+                    Some(CompareDoubt::NoCommonPeriod { .. }) if across_speeds.len() > 1 => {
+                        aperiodic.push(setting);
+                    }
+                    _ => sentences.push(format!("{setting}: {}", words(doubt))),
+                }
+            }
+        }
+        if !aperiodic.is_empty() {
+            sentences.push(format!(
+                "{}: no spatial period is clear at every speed: the surface may have none, or the stated speeds were not reached",
+                aperiodic.join(", ")
+            ));
+        }
+        sentences
+    }
+}

@@ -1,0 +1,429 @@
+//! A study as a value: which condition counts, which recordings belong together, and what is said of them.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
+use piezotact::compare::CompareDoubt;
+use piezotact::discrimination::Model;
+use piezotact::doubt::DoubtKind;
+use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingDoubt, Touch};
+use piezotact::stroke::{Cut, Cuts, Judging, StrokeDoubt};
+use piezotact::study::{
+    Breadth, By, Gesture, Naming, Question, Recorded, Stated, StudyAnalysis, StudyError,
+    StudySettings, Take, Trend, analyse, analyse_watched, cut,
+};
+
+/// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
+fn at_rate(name: &str, strokes: usize, own: Condition, rate_hz: f64) -> Recorded {
+    let seed = name.bytes().map(u64::from).sum();
+    let made = recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes]);
+    let channel = |name: &str, unit: Unit, samples: Vec<f64>| Channel {
+        name: name.into(),
+        unit,
+        samples,
+    };
+    let channels = vec![
+        channel("nail", Unit::MetrePerSecondSquared, made.acceleration),
+        channel("fx", Unit::Newton, made.fx_n),
+        channel("fy", Unit::Newton, made.fy_n),
+        channel("fz", Unit::Newton, made.fz_n),
+    ];
+    let rate = SampleRate::new(rate_hz).unwrap();
+    Recorded {
+        file: format!("study/{name}.csv"),
+        name: format!("{name}.csv"),
+        recording: Recording::new(channels, rate, own, Provenance::default()).unwrap(),
+        naming: Naming::default(),
+        cuts: None,
+        cuts_are_looked_for_in: format!("study/{name}.csv.cuts"),
+    }
+}
+
+fn of(name: &str, strokes: usize, own: Condition) -> Recorded {
+    at_rate(name, strokes, own, RATE_HZ)
+}
+
+fn touched(sample: &str, speed_mm_s: f64) -> Condition {
+    Condition {
+        sample: Some(sample.into()),
+        speed_m_s: Some(speed_mm_s * 1e-3),
+        ..Condition::default()
+    }
+}
+
+fn by(condition: Condition, participant: &str) -> Condition {
+    Condition {
+        participant: Some(participant.into()),
+        ..condition
+    }
+}
+
+fn taken(recorded: Recorded) -> Take {
+    cut(recorded, &Stated::nothing()).unwrap()
+}
+
+fn all(recorded: impl IntoIterator<Item = Recorded>) -> Vec<Take> {
+    recorded.into_iter().map(taken).collect()
+}
+
+fn settings(question: Question) -> StudySettings {
+    StudySettings {
+        gesture: Gesture::Usual,
+        segment: None,
+        sets: Vec::new(),
+        ridge_m: None,
+        question,
+        breadth: Breadth::Question,
+    }
+}
+
+fn changes(by: By) -> StudySettings {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+    settings(Question::Changes {
+        by,
+        model: Model::over(band),
+    })
+}
+
+fn grouped(takes: Vec<Take>, by: Option<By>) -> StudyAnalysis {
+    analyse(takes, &settings(Question::Groups(by))).unwrap()
+}
+
+fn names(study: &StudyAnalysis) -> Vec<&str> {
+    study
+        .groups
+        .iter()
+        .map(|g| g.summary.name.as_str())
+        .collect()
+}
+
+fn raised<K: DoubtKind>(take: &Take) -> Vec<K> {
+    take.doubts()
+        .iter()
+        .filter_map(|doubt| doubt.kind())
+        .collect()
+}
+
+/// What a person states counts before the recording, and the recording before its name; what nobody says stays open.
+#[test]
+fn a_person_counts_before_the_recording_and_the_recording_before_its_name() {
+    let said = |sample: Option<&str>, load_n: Option<f64>, speed_m_s: Option<f64>| Condition {
+        sample: sample.map(str::to_owned),
+        load_n: load_n.map(Newtons),
+        speed_m_s,
+        ..Condition::default()
+    };
+    let mut recorded = of("a", 2, said(Some("S1"), Some(0.3), None));
+    recorded.recording.annotations.labels = [("repeat".to_owned(), "7".to_owned())].into();
+    recorded.naming = Naming {
+        condition: said(Some("S9"), Some(0.9), Some(0.05)),
+        labels: [("repeat", "1"), ("board", "B2")]
+            .map(|(name, value)| (name.to_owned(), value.to_owned()))
+            .into(),
+        doubts: vec![
+            RecordingDoubt::Guessed {
+                what: "the collection".into(),
+            }
+            .into(),
+        ],
+    };
+    let stated = Stated {
+        condition: Condition {
+            touch: Some(Touch::Active),
+            ..said(None, Some(0.2), None)
+        },
+        ..Stated::nothing()
+    };
+    let take = cut(recorded, &stated).unwrap();
+    let found = take.condition();
+    assert_eq!(found.load_n, Some(Newtons(0.2)), "a person's");
+    assert_eq!(found.sample.as_deref(), Some("S1"), "the recording's");
+    assert_eq!(found.speed_m_s, Some(0.05), "the name's");
+    assert_eq!(found.touch, Some(Touch::Active));
+    assert_eq!(found.participant, None);
+    assert_eq!(take.labels["repeat"], "7");
+    assert_eq!(take.labels["board"], "B2");
+    assert!(!raised::<RecordingDoubt>(&take).is_empty());
+    // What is expected of the strokes is the condition that counts.
+    assert!(take.segmentation.rule.sentence().contains("of 0.2 N"));
+}
+
+#[test]
+fn stated_channels_count_before_guessed_ones_and_must_be_there() {
+    let with = |change: &dyn Fn(&mut Stated)| {
+        let mut stated = Stated::nothing();
+        change(&mut stated);
+        cut(of("a", 2, Condition::default()), &stated)
+    };
+    let guessed = with(&|_| ()).unwrap().segmentation.roles;
+    assert_eq!(guessed.tangential_force, ["fx", "fy"]);
+    let roles = with(&|stated| stated.normal_force = Some("fx".into()));
+    let roles = roles.unwrap().segmentation.roles;
+    // A force named normal is not tangential.
+    assert_eq!(roles.normal_force.as_deref(), Some("fx"));
+    assert_eq!(roles.tangential_force, ["fy"]);
+    let missing = with(&|stated| stated.vibration = vec!["finger".into()]);
+    assert!(
+        matches!(&missing, Err(StudyError::Recording { file, .. }) if file == "study/a.csv"),
+        "{missing:?}"
+    );
+    let three = with(&|stated| stated.tangential_force = vec!["fx".into(); 3]);
+    assert_eq!(three.err(), Some(StudyError::TangentialForces { found: 3 }));
+    for load_n in [0.0, -0.2, f64::NAN] {
+        let refused = with(&|stated| stated.condition.load_n = Some(Newtons(load_n)));
+        assert!(matches!(refused, Err(StudyError::Load { .. })), "{load_n}");
+    }
+    let every = with(&|stated| stated.judging = Judging::ContactOnly).unwrap();
+    assert!(every.segmentation.rule.sentence().contains("slides or not"));
+}
+
+#[test]
+fn a_persons_cuts_are_applied_and_those_outside_are_doubted() {
+    let from = |from_s: f64, to_s: f64| Cut::Stroke {
+        from_s: piezotact::quantity::Seconds(from_s),
+        to_s: piezotact::quantity::Seconds(to_s),
+    };
+    let mut recorded = of("a", 2, Condition::default());
+    recorded.cuts = Some(Cuts {
+        source: "a.cuts".into(),
+        cuts: vec![from(0.1, 0.6), from(900.0, 901.0)],
+    });
+    let take = taken(recorded);
+    assert_eq!(take.segmentation.strokes[0].steady.start, 500);
+    assert!(take.cuts_text().ends_with("with the cuts of a.cuts"));
+    let doubts = raised::<StrokeDoubt>(&take);
+    assert!(
+        doubts.iter().any(|doubt| matches!(
+            doubt,
+            StrokeDoubt::CutsNotApplied { file, count: 1 } if file == "a.cuts"
+        )),
+        "{doubts:?}"
+    );
+}
+
+/// Time stamps of one instrument give rates that differ in the last digits. Lines are as fine as the shortest of the longest
+/// strokes of every recording at that rate allows, and only of that rate.
+#[test]
+fn recordings_of_one_rate_share_their_lines() {
+    let short = |mut recorded: Recorded, to_s: f64| {
+        let (from_s, to_s) = (0.1, to_s);
+        recorded.cuts = Some(Cuts {
+            source: "cuts".into(),
+            cuts: vec![
+                Cut::LeaveOut {
+                    from_s: piezotact::quantity::Seconds(0.0),
+                    to_s: piezotact::quantity::Seconds(100.0),
+                    note: String::new(),
+                },
+                Cut::Stroke {
+                    from_s: piezotact::quantity::Seconds(from_s),
+                    to_s: piezotact::quantity::Seconds(to_s),
+                },
+            ],
+        });
+        recorded
+    };
+    let takes = all([
+        of("a", 2, touched("S1", 30.0)),
+        short(at_rate("b", 2, touched("S2", 30.0), RATE_HZ + 0.004), 0.2),
+        at_rate("c", 2, touched("S3", 30.0), 4000.0),
+    ]);
+    let study = grouped(takes, None);
+    let segments: Vec<usize> = study
+        .takes
+        .iter()
+        .map(|take| take.analysis.as_ref().unwrap().config.welch.segment)
+        .collect();
+    // 0.1 s at 5 kHz; the recording at 4 kHz keeps lines about 5 Hz apart.
+    assert_eq!(segments, [500, 500, 1024]);
+    let band = study.band_hz.unwrap();
+    assert!(
+        (band[0] - 10.0).abs() < 1e-9 && (band[1] - 1000.0).abs() < 1e-9,
+        "{band:?}"
+    );
+    // A stated length counts.
+    let stated = StudySettings {
+        segment: Some(256),
+        gesture: Gesture::Stated(None),
+        ..settings(Question::Groups(None))
+    };
+    let study = analyse(all([of("a", 2, touched("S1", 30.0))]), &stated).unwrap();
+    let config = &study.takes[0].analysis.as_ref().unwrap().config;
+    assert_eq!((config.welch.segment, config.high_pass), (256, None));
+}
+
+/// By sample where all name one, else by file; names in the order in which people count.
+#[test]
+fn recordings_are_grouped_by_what_they_say() {
+    let three = || {
+        all([
+            of("x", 2, touched("S10", 30.0)),
+            of("y", 2, touched("S2", 30.0)),
+            of("z", 3, touched("S10", 5.0)),
+        ])
+    };
+    let study = grouped(three(), None);
+    assert_eq!((study.by, names(&study)), (By::Sample, vec!["S2", "S10"]));
+    assert_eq!(study.groups[1].takes, [0, 2]);
+    assert_eq!(study.groups[1].summary.strokes, 5);
+    assert_eq!(study.strokes(), 7);
+    let pooled = &study.groups[1].summary.doubts;
+    assert!(
+        pooled
+            .iter()
+            .any(|doubt| matches!(doubt.kind(), Some(CompareDoubt::Pooled { .. }))),
+        "{pooled:?}"
+    );
+    let speeds = grouped(three(), Some(By::Speed));
+    assert_eq!(names(&speeds), ["5 mm/s", "30 mm/s"]);
+    let mut nameless = three();
+    nameless.push(taken(of("n", 2, Condition::default())));
+    let study = grouped(nameless.clone(), None);
+    assert_eq!((study.by, study.groups.len()), (By::File, 4));
+    assert!(study.asked.is_none() && study.comparisons().is_empty());
+    let unknown = analyse(nameless, &settings(Question::Groups(Some(By::Sample))));
+    assert_eq!(
+        unknown.err(),
+        Some(StudyError::Unknown {
+            by: By::Sample,
+            recording: "n.csv".into()
+        })
+    );
+}
+
+/// Recordings that differ in two things stand in no comparison, and are named.
+#[test]
+fn recordings_that_differ_in_two_things_are_left_out_and_named() {
+    let takes = all([
+        of("a", 3, by(touched("S1", 30.0), "P1")),
+        of("b", 3, by(touched("S2", 30.0), "P1")),
+        of("c", 3, by(touched("S3", 10.0), "P2")),
+    ]);
+    let study = analyse(takes, &changes(By::Sample)).unwrap();
+    let [comparison] = study.comparisons() else {
+        panic!("{:?}", study.comparisons().len());
+    };
+    // The setting is said only where comparisons differ in it.
+    assert_eq!(comparison.setting, "");
+    assert_eq!(comparison.groups.len(), 2);
+    let doubts = study.doubts_of_comparison(0);
+    let left_out = study.left_out.as_ref().unwrap();
+    assert!(doubts.contains(left_out));
+    assert!(
+        matches!(
+            left_out.kind(),
+            Some(CompareDoubt::NotCompared { recordings }) if recordings == "c.csv"
+        ),
+        "{left_out}"
+    );
+    let said = study.doubts_in_words(&|doubt| doubt.to_string());
+    assert!(
+        said.iter().any(|sentence| sentence.contains("c.csv")),
+        "{said:?}"
+    );
+    let Trend::Samples(trend) = &comparison.trend else {
+        panic!("samples are compared");
+    };
+    assert_eq!((trend.single_strokes, trend.samples), (0, 2));
+    let discrimination = study.discrimination.as_ref().unwrap();
+    let found = discrimination.groups(0).unwrap();
+    assert_eq!(found.names, ["S1", "S2"]);
+    assert!(study.lines().contains(&discrimination.line()));
+}
+
+#[test]
+fn nothing_to_compare_names_what_recordings_differ_in() {
+    let takes = all([
+        of("a", 2, by(touched("S1", 30.0), "P1")),
+        of("b", 2, by(touched("S2", 10.0), "P1")),
+    ]);
+    let refused = analyse(takes, &changes(By::Sample)).err().unwrap();
+    assert_eq!(
+        refused,
+        StudyError::NothingToCompare {
+            by: By::Sample,
+            differ_in: vec![By::Speed]
+        }
+    );
+    assert!(refused.to_string().contains("(they differ in speed)"));
+}
+
+#[test]
+fn a_study_without_strokes_says_why() {
+    let mut still = of("still", 1, touched("S1", 30.0));
+    let silent = |channel: &Channel| Channel {
+        samples: vec![0.0; 20_000],
+        ..channel.clone()
+    };
+    let channels = still.recording.channels().iter().map(silent).collect();
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    still.recording =
+        Recording::new(channels, rate, touched("S1", 30.0), Provenance::default()).unwrap();
+    let mut done = 0;
+    let takes = all([still]);
+    let refused = analyse_watched(takes, &settings(Question::Groups(None)), &mut || done += 1);
+    let Err(StudyError::NoStrokes { found }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(found.recordings, ["still.csv"]);
+    let because = found.because.as_ref().unwrap();
+    assert!(matches!(
+        because.kind(),
+        Some(StrokeDoubt::NoContact { .. })
+    ));
+    assert!(!found.doubts.is_empty());
+    let sentence = found.sentence_with(&|_| "nothing touches".into());
+    assert_eq!(
+        sentence,
+        "expected strokes, found none in still.csv: nothing touches"
+    );
+    assert_eq!(done, 1);
+}
+
+/// A report has what changes with sample and speed besides what is asked, and one stroke as an example; a question alone has not.
+#[test]
+fn a_report_has_what_is_not_asked_as_well() {
+    let takes = || {
+        let touch = |condition: Condition, touch: Touch| Condition {
+            touch: Some(touch),
+            ..condition
+        };
+        all([
+            of("a", 2, touch(touched("S1", 30.0), Touch::Active)),
+            of("b", 2, touch(touched("S2", 30.0), Touch::Active)),
+            of("c", 2, touch(touched("S1", 10.0), Touch::Active)),
+            of("d", 2, touch(touched("S1", 30.0), Touch::Passive)),
+        ])
+    };
+    let asked = changes(By::Sample);
+    let study = analyse(takes(), &asked).unwrap();
+    assert!(study.across(By::Speed).is_empty() && study.example.is_none());
+    assert!(study.both_ways.is_none());
+    let whole = StudySettings {
+        breadth: Breadth::Report,
+        ..asked
+    };
+    let study = analyse(takes(), &whole).unwrap();
+    assert_eq!(study.across(By::Sample).len(), 1);
+    let [speeds] = study.across(By::Speed) else {
+        panic!("{}", study.across(By::Speed).len());
+    };
+    assert_eq!(speeds.groups.len(), 2);
+    assert!(matches!(&speeds.trend, Trend::Speeds(trend) if trend.rms_on_speed.is_some()));
+    let both = study.both_ways.as_ref().unwrap();
+    let pairs: Vec<&str> = both.found.pairs.iter().map(|p| p.sample.as_str()).collect();
+    assert_eq!(pairs, ["S1"]);
+    // The recording at another speed is no counterpart.
+    assert_eq!(both.active[0].takes, [0]);
+    let example = study.example.as_ref().unwrap();
+    let stroke = &study.takes[example.take].segmentation.strokes[0];
+    assert_eq!(example.samples.as_ref().unwrap().len(), stroke.steady.len());
+    // Active and passive touch are what is asked: pairs and conclusions are said.
+    let study = analyse(takes(), &changes(By::Touch)).unwrap();
+    assert!(
+        study
+            .lines()
+            .iter()
+            .any(|line| line.starts_with("S1: active and passive PSDs"))
+    );
+}
