@@ -22,6 +22,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::resample::ResampleDoubt>,
             $of::<crate::clipping::ClippingDoubt>,
             $of::<crate::integrity::SignalDoubt>,
+            $of::<crate::noise::NoiseDoubt>,
             $of::<crate::surface::SurfaceDoubt>,
             $of::<crate::stroke::StrokeDoubt>,
             $of::<crate::stroke::ForceDoubt>,
@@ -59,6 +60,7 @@ pub mod clipping;
 pub mod convolve;
 pub mod filter;
 pub mod integrity;
+pub mod noise;
 pub mod recording;
 pub mod resample;
 pub mod series;
