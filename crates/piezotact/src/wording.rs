@@ -21,29 +21,7 @@ fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {
 }
 
 /// All kinds.
-const KINDS: [fn(&Doubt) -> Option<Said>; 21] = [
-    said_by::<crate::recording::RecordingDoubt>,
-    said_by::<crate::recording::RehearsalDoubt>,
-    said_by::<crate::spectrum::SpectrumDoubt>,
-    said_by::<crate::resample::ResampleDoubt>,
-    said_by::<crate::clipping::ClippingDoubt>,
-    said_by::<crate::integrity::SignalDoubt>,
-    said_by::<crate::surface::SurfaceDoubt>,
-    said_by::<crate::stroke::StrokeDoubt>,
-    said_by::<crate::stroke::ForceDoubt>,
-    said_by::<crate::feature::FeatureDoubt>,
-    said_by::<crate::discrimination::DiscriminationDoubt>,
-    said_by::<crate::compare::CompareDoubt>,
-    said_by::<crate::transfer::TransferDoubt>,
-    said_by::<crate::run::RunDoubt>,
-    said_by::<crate::panel::PanelDoubt>,
-    said_by::<crate::render::RenderDoubt>,
-    said_by::<crate::verify::VerifyDoubt>,
-    said_by::<crate::correct::LoopDoubt>,
-    said_by::<crate::correct::MishapDoubt>,
-    said_by::<crate::manipulate::ManipulateDoubt>,
-    said_by::<crate::score::ScoreDoubt>,
-];
+const KINDS: &[fn(&Doubt) -> Option<Said>] = &kinds_of_doubts!(said_by);
 
 fn said(doubt: &Doubt) -> Option<Said> {
     KINDS.iter().find_map(|kind| kind(doubt))

@@ -5,6 +5,7 @@ mod demo;
 mod export;
 mod info;
 pub(crate) mod manipulate;
+mod noise;
 pub(crate) mod panel;
 mod play;
 mod render;
@@ -65,6 +66,11 @@ commands! {
         after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
     )]
     Spectrum(cli::Spectrum) => spectrum::run,
+    /// Measures the noise of a sensor at rest: noise floor, mains hum, drift.
+    #[command(
+        after_help = "It also says whether the sensor was at rest. The exit code is 0 whatever it finds.\n\nExample:\n  piezotact noise rest.parquet --channel acceleration --report noise.html"
+    )]
+    Noise(noise::Arguments) => noise::run,
     /// Measures the transfer function of a device with a finger on it.
     #[command(
         after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json\n  piezotact characterise --bench twin:participant=1,seed=7 --excitation multisine --repeats 3 --out tf.json"

@@ -440,7 +440,7 @@ pub(crate) fn one_sided(values: &mut [f64], segment: usize, scale: f64) {
 /// The ratio of the median to the mean of `n` periodograms of noise, dimensionless.
 ///
 /// Source: B. Allen et al. (2012), FINDCHIRP, appendix B: 1 + Σ 1/(2i+1) − 1/(2i), as SciPy corrects it.
-fn median_bias(n: usize) -> f64 {
+pub(crate) fn median_bias(n: usize) -> f64 {
     (1..=(n.saturating_sub(1)) / 2)
         .map(|i| 2.0 * i as f64)
         .fold(1.0, |bias, even| bias + 1.0 / (even + 1.0) - 1.0 / even)
