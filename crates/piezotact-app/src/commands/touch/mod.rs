@@ -70,7 +70,7 @@ fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
 pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
     if args.cuts.is_some() && args.recordings.len() > 1 {
         return Err(usage(anyhow!(
-            "--cuts is for one recording, found {}: put RECORDING.cuts beside each of several",
+            "expected one recording with --cuts, found {}; for several, put RECORDING.cuts beside each of them",
             args.recordings.len()
         )));
     }
