@@ -17,6 +17,7 @@ const COMMANDS: &[&str] = &[
     "demo",
     "info",
     "spectrum",
+    "noise",
     "characterise",
     "transfer",
     "manipulate",
@@ -60,6 +61,7 @@ const CHAIN: &[(&str, &str)] = &[
     ),
     ("compare S4.parquet S8.parquet --by sample", "compare"),
     ("spectrum S4.parquet --channel acceleration", "spectrum"),
+    ("noise S4.parquet --channel acceleration", "noise"),
     (
         "manipulate S8.parquet --stroke 2 --band 50..100:+6dB --loop 2s --out texture.wav",
         "manipulate",

@@ -52,7 +52,10 @@ impl<'a> From<&'a Finding> for FindingDocument<'a> {
         let (verdict, reason) = match &finding.verdict {
             Verdict::Holds => ("holds", None),
             Verdict::DoesNot { reason } => ("does_not_hold", Some(reason.clone())),
-            Verdict::NotYet { with } => ("not_yet", Some(format!("comes with {with}"))),
+            Verdict::NotYet { with } => (
+                "not_yet",
+                Some(format!("not measured yet: requires {with}")),
+            ),
         };
         Self {
             claim: finding.claim,

@@ -122,7 +122,7 @@ pub enum ReplayError {
     /// A texture cannot be rendered.
     #[error("{0}")]
     Render(#[from] piezotact::render::RenderError),
-    /// A texture cannot be made otherwise.
+    /// A texture cannot be manipulated.
     #[error("{0}")]
     Manipulate(#[from] piezotact::manipulate::ManipulateError),
     /// A measurement cannot be compared.

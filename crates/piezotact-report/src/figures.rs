@@ -148,7 +148,7 @@ pub(crate) fn predicted(
     let lines = vec![
         Line::new("target", UNDER, decibels(f, &predicted.target_psd)).thick(),
         Line::new(
-            "sent straight, computed, level-matched",
+            "sent directly, computed, level-matched",
             OTHER,
             decibels(f, &predicted.answer_psd),
         ),
@@ -202,7 +202,7 @@ pub(crate) fn beside_spectra(
         shaded: judged(verification),
         ..Chart::new(
             Axis::log("frequency, Hz", from, to),
-            Axis::new("PSD over mean square, dB re 1/Hz", low, high + 10.0),
+            Axis::new("PSD divided by mean square, dB re 1/Hz", low, high + 10.0),
             vec![
                 Line::new("texture", UNDER, target).thick(),
                 Line::new("drive", OTHER, drive),
@@ -221,7 +221,7 @@ pub(crate) fn beside_waveforms(
         ("texture", UNDER, both.target.as_slice(), Stroke::Thick),
         ("drive", OTHER, &both.drive, Stroke::Thin),
     ];
-    stretch(verification.rate_hz, "value over its rms", lines)
+    stretch(verification.rate_hz, "value divided by its rms", lines)
 }
 
 /// The stretch of textures that is drawn before and after, s.
@@ -312,7 +312,7 @@ fn level_label(what: &str, rms: f64) -> String {
     format!("{what}, {} m/s² rms", digits(rms))
 }
 
-/// The target's PSD, and what comes of sending the texture straight to the device: as it stands, and turned
+/// The target's PSD, and the result of sending the texture directly to the device: as it stands, and turned
 /// down until nothing clips.
 pub(crate) fn straight(straight: &Straight<Verification>) -> Result<String, DrawError> {
     let loud = &straight.as_it_stands;
@@ -325,12 +325,12 @@ pub(crate) fn straight(straight: &Straight<Verification>) -> Result<String, Draw
         )
         .thick(),
         Line::new(
-            "sent straight, device's own scale",
+            "sent directly, unscaled",
             OTHER,
             decibels(&loud.frequency_hz, &loud.measured_psd),
         ),
         Line::new(
-            "sent straight, turned down",
+            "sent directly, attenuated",
             TARGET,
             decibels(&quiet.frequency_hz, &quiet.measured_psd),
         )
@@ -506,7 +506,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         )
         .svg(HEIGHT - 20)?,
         chart(
-            "phase with delay, °",
+            "phase including delay, °",
             (-180.0, 180.0),
             Line::new("", TARGET, phase).ribbon(phases),
         )
@@ -544,7 +544,11 @@ pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Result<String, 
     let (low, high) = range(&points, from, to, 10.0, 120.0);
     Chart::new(
         Axis::log("frequency, Hz", from, to),
-        Axis::new(format!("level of a line, dB re 1 {unit} rms"), low, high),
+        Axis::new(
+            format!("level per spectral line, dB re 1 {unit} rms"),
+            low,
+            high,
+        ),
         lines,
     )
     .svg(HEIGHT + 20)

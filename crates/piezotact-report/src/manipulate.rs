@@ -1,4 +1,4 @@
-//! The report of a texture that was made otherwise: waveforms, spectra and levels, before and after.
+//! The report of a manipulated texture: waveforms, spectra and levels, before and after.
 
 use maud::{Markup, html};
 use piezotact::document::Words;
@@ -70,14 +70,16 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
 fn bench_line(page: &Page<'_>) -> String {
     let kind =
         bench_text(page.bench).unwrap_or("The recording does not say which bench it comes from.");
-    format!("{kind} What is shown as after was made from it: no finger felt it on a surface.")
+    format!(
+        "{kind} The signal “after” was computed from this recording: it was not measured with a finger on a surface."
+    )
 }
 
 fn and_others(page: &Page<'_>) -> &'static str {
     if page.others.is_empty() {
         ""
     } else {
-        ", with what it took something of"
+        ", and the other textures that were used"
     }
 }
 
@@ -104,8 +106,8 @@ fn numbers(page: &Page<'_>) -> Markup {
                 (number(level(before.rms_about_mean().value), "rms before"))
                 (number(level(after.rms_about_mean().value), "rms after"))
                 (number(format!("{change:+.2} dB").replace('-', "−"), "change of level"))
-                (number(level(after.peak()), &format!("peak after; {} before", level(before.peak()))))
-                (number(format!("{:.2}", after.duration()), &format!("long; {:.2} before", before.duration())))
+                (number(level(after.peak()), &format!("peak after ({} before)", level(before.peak()))))
+                (number(format!("{:.2}", after.duration()), &format!("duration after ({:.2} before)", before.duration())))
                 @for other in page.others {
                     (number(level(other.series.rms_about_mean().value), &format!("rms of {}", other.lineage.source)))
                 }
@@ -125,7 +127,7 @@ fn headline(page: &Page<'_>) -> String {
 fn steps(page: &Page<'_>) -> Markup {
     html! {
         section {
-            h2 { "What was done" }
+            h2 { "Processing steps" }
             table {
                 tr { th { "step" } th.n { "rms before" } th.n { "rms after" } }
                 @for step in &page.after.lineage.steps {
@@ -205,10 +207,10 @@ fn spectra(page: &Page<'_>) -> Result<String, DrawError> {
 fn origin(page: &Page<'_>) -> Markup {
     html! {
         section {
-            h2 { "Where it comes from" }
+            h2 { "Origin of the data" }
             table {
                 tr { th { "texture" } td { (page.after.lineage.source) } }
-                @for other in page.others { tr { th { "another" } td { (other.lineage) } } }
+                @for other in page.others { tr { th { "other texture" } td { (other.lineage) } } }
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }
         }

@@ -1,11 +1,11 @@
-//! Pages: one HTML file that holds everything it shows.
+//! Pages: self-contained HTML files.
 
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use piezotact::recording::BenchKind;
 
-/// A page of HTML that holds everything it shows.
+/// A self-contained HTML page.
 #[must_use]
 pub fn document(title: &str, body: &Markup) -> String {
     page_of(title, None, body)
@@ -56,8 +56,10 @@ pub(crate) fn bench_text(bench: Option<BenchKind>) -> Option<&'static str> {
         BenchKind::Twin => "Digital twin: no hardware and no person took part.",
         BenchKind::Hardware => "Measured on hardware.",
         BenchKind::Measured => {
-            "Played through a measured transfer function: no finger was touched."
+            "Played through a measured transfer function: no finger was involved."
         }
-        BenchKind::Scripted => "Scripted fake of a bench: no device and no finger, for tests only.",
+        BenchKind::Scripted => {
+            "Scripted fake of a bench, for tests only: no device and no finger was involved."
+        }
     })
 }

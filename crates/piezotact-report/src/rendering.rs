@@ -104,35 +104,41 @@ fn summary(page: &Page) -> Markup {
         CLOSE_DB.0, CLOSE_DB.1
     );
     let told = match (page.asked, close) {
-        (1, 1) => format!("It came {within} of its target, over what is reached"),
-        (1, _) => format!("It did not come {within} of its target, over what is reached"),
-        (all, _) => format!("{close} of {all} came {within} of their target, over what is reached"),
+        (1, 1) => format!(
+            "The result is {within} of its target, over the part of the band that is reached"
+        ),
+        (1, _) => format!(
+            "The result is not {within} of its target, over the part of the band that is reached"
+        ),
+        (all, _) => format!(
+            "{close} of {all} results are {within} of their target, over the part of the band that is reached"
+        ),
     };
     let kept = sums.open_kept;
     html! {
         section class=(if close == page.asked { "verdict" } else { "verdict failed" }) {
             strong { (told) "." }
             @if kept > 0 {
-                p { @if page.asked == 1 { "The open loop is kept: correcting came no closer beyond the spread of the measurements." } @else { (format!("In {kept} of {} the open loop is kept: correcting came no closer beyond the spread of the measurements.", page.asked)) } }
+                p { @if page.asked == 1 { "The open-loop drive is kept: the corrections gave no improvement beyond the scatter of the measurements." } @else { (format!("In {kept} of {} the open-loop drive is kept: the corrections gave no improvement beyond the scatter of the measurements.", page.asked)) } }
             }
             div.numbers {
                 @match sums.count {
                     0 => {}
                     1 => {
-                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error open"))
-                        (number(format!("{:.2} dB", sums.closed_db_mean), if kept > 0 { "rms error of the open loop, measured once more" } else { "rms error closed" }))
-                        (number(format!("{:.1} dB", sums.line_db_largest), "error of one line, largest"))
+                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error, open loop"))
+                        (number(format!("{:.2} dB", sums.closed_db_mean), if kept > 0 { "rms error, open loop, confirmation measurement" } else { "rms error, closed loop" }))
+                        (number(format!("{:.1} dB", sums.line_db_largest), "largest error of a spectral line"))
                     }
                     _ => {
-                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error open, mean"))
-                        (number(format!("{:.2} dB", sums.closed_db_mean), "rms error kept, mean"))
-                        (number(format!("{:.2} dB", sums.closed_db_largest), "rms error kept, largest"))
-                        (number(format!("{:.1} dB", sums.line_db_largest), "error of one line, largest"))
+                        (number(format!("{:.2} dB", sums.open_db_mean), "rms error, open loop, mean"))
+                        (number(format!("{:.2} dB", sums.closed_db_mean), "rms error of the kept drive, mean"))
+                        (number(format!("{:.2} dB", sums.closed_db_largest), "rms error of the kept drive, largest"))
+                        (number(format!("{:.1} dB", sums.line_db_largest), "largest error of a spectral line"))
                     }
                 }
             }
             @if page.lines.len() + page.refused.len() < page.asked {
-                p { (format!("Not all was done yet when this was written: {} of {}.", page.lines.len() + page.refused.len(), page.asked)) }
+                p { (format!("This report was written before the run was complete: {} of {} done.", page.lines.len() + page.refused.len(), page.asked)) }
             }
         }
     }
@@ -141,27 +147,36 @@ fn summary(page: &Page) -> Markup {
 fn table(page: &Page) -> Markup {
     html! {
         section {
-            h2 { "How close each came" }
+            h2 { "Error of each rendering" }
             div.wide {
                 table.tight.matrix {
                     tr {
                         th { "texture and finger" }
                         th.n { "level, dB" }
-                        th.n { "dB rms" }
-                        th.n { "largest line, dB" }
+                        th.n { "error, dB rms" }
+                        th.n { "largest error of a line, dB" }
                         th.n { "level error, dB" }
                         th.n { "correlation" }
-                        th.n { "reached" }
-                        th.n { "at the limit" }
-                        th.n { "gain, dB (95 %)" }
-                        th.n { "steps" }
-                        th { "kept" }
-                        th { "ended" }
+                        th.n { "band reached" }
+                        th.n { "samples at a limit" }
+                        th.n { "improvement, dB (95 %)" }
+                        th.n { "corrections" }
+                        th { "drive kept" }
+                        th { "stopped" }
                     }
                     @for line in &page.lines { (line) }
                 }
             }
-            p.soft { "Before the arrow the open loop's drive; after it the drive that is kept, measured once more by a measurement that neither corrected nor chose it. Gain: how much closer the best corrected drive came than the open loop in what the loop makes small (spectrum, or NMSE of the waveform), with what the spread of the measurements leaves; without a gain above zero throughout, the open loop is kept. dB rms and largest line: over the part of the band that its drive reaches, in green where within the limits and not worse than open; what was turned down for a drive to fit is not in it. Level: re the texture. Correlation: of the waveforms. At the limit: the share of samples where device or sensor clips. Steps: corrections up to the best. Ended: as often as asked, when there was no improvement in two iterations, when it got clearly worse, or when a measurement could not be believed." }
+            p.soft { "Before the arrow: the open-loop drive. After the arrow: the drive that is kept, from a confirmation \
+                measurement that was used neither to correct nor to select it. Improvement: how much smaller the error of the \
+                best corrected drive is than that of the open loop, in the quantity that the loop minimises (spectrum, or NMSE \
+                of the waveform), with its 95 % interval from the scatter of the measurements; if this interval is not entirely \
+                above zero, the open-loop drive is kept. Error and largest error of a line: over the part of the band that the \
+                drive reaches; green if within the limits and not worse than with the open loop; bands that were attenuated so \
+                that the drive fits are left out. Level: relative to the texture. Correlation: of the waveforms. Samples at a \
+                limit: the share of samples at which the device or the sensor clips. Corrections: the number up to the best \
+                drive. Stopped: after the requested number of corrections, when there was no improvement in two iterations, \
+                when the error became clearly larger, or when a measurement was invalid." }
         }
     }
 }
@@ -181,7 +196,7 @@ fn line(row: &Row<'_>) -> Markup {
             td.n { (gain(row)) }
             td.n { (row.best) }
             td { (kept(row)) }
-            td { (row.ended) @if !row.is_confirmed { ", not measured once more" } }
+            td { (row.ended) @if !row.is_confirmed { ", no confirmation measurement" } }
         }
     }
 }
@@ -244,10 +259,12 @@ fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
             p {
                 (format!("{}. ", row.drive.headroom.text()))
                 (format!("{}. ", capital(&row.kept)))
-                @if bands.is_empty() { "Nothing of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
+                @if bands.is_empty() { "No part of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
-            (figure(&figures::open_and_closed(row.open, row.closed)?, "Power spectral densities of the target, of what the first drive made of it, and of what the corrected one does. Shaded: what the inverse reaches."))
-            (figure(&figures::error(row.closed)?, "What is left in the closed loop, line by line. Red: the limit that its rms is judged by."))
+            (figure(&figures::open_and_closed(row.open, row.closed)?, "Power spectral densities of the target and of the \
+                measured responses in open and closed loop. Shaded: the bands that the inverse reaches."))
+            (figure(&figures::error(row.closed)?, "Remaining error in the closed loop at each spectral line. Red: the \
+                limit for its rms."))
             @if !row.drive.about.doubts.is_empty() {
                 ul.doubts { @for doubt in merged(&row.drive.about.doubts) { li { (words.merged(&doubt)) } } }
             }
@@ -258,10 +275,14 @@ fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
 fn method(page: &Page) -> Markup {
     html! {
         section {
-            h2 { "How it was done" }
+            h2 { "Methods" }
             @if let Some(aim) = page.aim {
                 p { (format!(
-                    "Aim: {}. Judged over {}. Every drive was played twice with the finger lying as it lay: the second measurement judged it, both together corrected it. The loop stopped when there was no improvement in two iterations, and measured the best once more; it is kept where it came closer than the open loop beyond the spread of the measurements, else the open loop is.",
+                    "Aim: {}. Evaluated over {}. Every drive was played twice without moving the finger: the second measurement \
+                        was used to evaluate it, and both together to correct it. The loop stopped when there was no \
+                        improvement in two iterations. The best drive was then measured once more (confirmation measurement). \
+                        It is kept if its error is smaller than that of the open loop beyond the scatter of the measurements; \
+                        otherwise the open-loop drive is kept.",
                     aim.told(), page.band
                 )) }
             }

@@ -44,7 +44,7 @@ impl Standing {
             Self::Holds => "holds",
             Self::DoesNot => "does not hold",
             Self::NotYet => "not yet",
-            Self::NotAsked => "not asked for",
+            Self::NotAsked => "not selected",
         }
     }
 
@@ -154,13 +154,15 @@ fn overview(page: &Page<'_>) -> Markup {
     html! {
         section {
             h2 { "Claims" }
-            p { "The thesis says of its measurements what can be put as " (page.claims.len()) " claims, each with a criterion in numbers. The measurements were made again on the twin and analysed as any recording is." }
-            p { "Levels, friction, and how they follow speed and force are put into the twin, within what the thesis says: claims on them test the analysis, not the physics. What is found belongs to one panel; where a claim has little margin another seed finds otherwise." }
+            p { "The statements of the thesis on its measurements are written here as " (page.claims.len()) " claims, each with a numerical criterion. The measurements were repeated on the digital twin and analysed like any other recording." }
+            p { "Levels, friction, and their dependence on speed and force are inputs of the twin, set within the values of the \
+                thesis: claims about them test the analysis, not the physics. The results are those of one panel; where a claim \
+                has little margin, another seed can give a different result." }
             div.numbers {
                 (number(counted(Standing::Holds), "✓ holds"))
                 (number(counted(Standing::DoesNot), "✗ does not hold"))
-                (number(counted(Standing::NotYet), "… not yet: nothing measures it"))
-                @if not_asked > 0 { (number(not_asked, "– not asked for: another chapter")) }
+                (number(counted(Standing::NotYet), "… not yet: no measurement exists"))
+                @if not_asked > 0 { (number(not_asked, "– not selected: another chapter")) }
             }
             @for chapter in 2..=6 {
                 @let of_chapter = page.claims.iter().filter(|row| row.chapter == chapter);
@@ -215,7 +217,7 @@ fn criteria_of(criteria: &[Criterion<String>]) -> Markup {
                     @if not_met == 0 { (plural(of, "criterion").replace("criterions", "criteria")) " met" }
                     @else { (not_met) " of " (plural(of, "criterion").replace("criterions", "criteria")) " not met" }
                 }
-                p.why { "Each is named by what the measurements would say were it not met." }
+                p.why { "Each criterion is named by the statement that would be true if it were not met." }
                 (criteria::list(criteria, |unless_met| format!("“{unless_met}”")))
             }
         }
@@ -241,7 +243,7 @@ fn chapter_section(chapter: &ChapterPart<'_>, words: &dyn Words) -> Result<Marku
                 ul.doubts { @for doubt in chapter.doubts { li { (words.merged(doubt)) } } }
             }
             @if !chapter.missing.is_empty() {
-                h3 { "Not there yet" }
+                h3 { "Figures that are not repeated here" }
                 ul { @for missing in chapter.missing { li { (missing) } } }
             }
             div.counterparts {
@@ -286,7 +288,7 @@ fn origin(page: &Page<'_>) -> Markup {
     let changes = page.changes;
     html! {
         section {
-            h2 { "Where it comes from" }
+            h2 { "Origin of the data" }
             table {
                 tr { th { "thesis" } td { "L. Felicetti, " i { "Analysis and rendering of contact vibrational stimuli for tactile perception" } ", INSA Lyon and Sapienza Università di Roma, 2024" } }
                 tr { th { "bench" } td { "digital twin, seed " (page.seed) } }

@@ -1,4 +1,4 @@
-//! Reports that are data (`piezotact::page`) drawn as HTML, their tables as CSV and text.
+//! Renders reports (data of `piezotact::page`) as HTML, and their tables as CSV and text.
 
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
@@ -103,7 +103,7 @@ pub(crate) fn doubts_section(doubts: &[Merged], words: &dyn Words) -> Markup {
     html! { section { h2 { "Doubts" } (drawn_doubts(doubts, words)) } }
 }
 
-/// Whether all cells of a column are numbers, so that they stand below each other.
+/// Whether all cells of a column are numbers, so that they are right-aligned.
 fn is_numeric(table: &Table, column: usize) -> bool {
     let mut cells = table.rows.iter().map(|row| &row[column]);
     cells.all(|cell| !matches!(cell, Cell::Text(_)))

@@ -74,7 +74,7 @@ fn table(surface: &EvaluatedSurface) -> Markup {
                     }
                 }
             }
-            p.soft { "A dash: the surface has no such value; the doubts say why where it is in doubt." }
+            p.soft { "A dash: this parameter has no value for this surface; if that is a doubt, the reason is listed above." }
             p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
         }
     }
@@ -189,7 +189,7 @@ fn profile_figures(r: &ProfileRoughness) -> Result<Markup, DrawError> {
         }
         section {
             h2 { @if filtered { "Roughness profile" } @else { "Profile without its form" } }
-            (figure(&rough, "Shaded: what was evaluated. Dashed: where its sections begin and end."))
+            (figure(&rough, "Shaded: the evaluation length. Dashed: the limits of its sections."))
         }
         (distribution(evaluated)?)
     })
@@ -259,10 +259,12 @@ fn distribution(heights_m: &[f64]) -> Result<Markup, DrawError> {
         section {
             h2 { "Distribution of heights" }
             (figure(&shares(&found, unit, per_m)?, &format!(
-                "How many of the evaluated points lie at each height, in {classes} classes of {}. The axis spans 99 % of the heights.",
+                "Histogram of the heights of the evaluated points, in {classes} classes of {}. The axis spans 99 % of the \
+                    heights.",
                 length_text(found.borders_m[1] - found.borders_m[0])
             )))
-            (figure(&material(&found, unit, per_m)?, "The material ratio (Abbott) curve: how much of the surface lies above each height."))
+            (figure(&material(&found, unit, per_m)?, "The material ratio (Abbott) curve: the share of the surface above each \
+                height."))
         }
     })
 }

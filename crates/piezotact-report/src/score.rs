@@ -39,14 +39,16 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let title = format!("Score of {} against {}", page.names[1], page.names[0]);
     let body = html! {
         h1 { (title) }
-        p.soft { "A, the reference: " (page.names[0]) ". B, what is compared with it: " (page.names[1]) "." }
+        p.soft { "A, the reference: " (page.names[0]) ". B, the test: " (page.names[1]) "." }
         (verdict(s))
         (criteria(s))
         (doubts_section(&s.doubts.merged(), words))
         section {
-            h2 { "What both hold, and what of it is felt" }
+            h2 { "Third-octave levels and perceptual differences" }
             (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))
-            (figure(&differences(s)?, &format!("Differences of what is felt, B over A, with their 95 % limits. Shaded: below one JND of {} dB; nothing is decided up to {} dB. Grey: not felt.", s.config.level_jnd.0, s.config.level_jnd_high.0.max(s.config.level_jnd.0))))
+            (figure(&differences(s)?, &format!("Perceptual differences, B relative to A, with their 95 % limits. Shaded: below \
+                one JND of {} dB; differences up to {} dB are not decided. Grey: below the detection \
+                threshold.", s.config.level_jnd.0, s.config.level_jnd_high.0.max(s.config.level_jnd.0))))
         }
         (table(s))
         (beside(s))
@@ -77,12 +79,12 @@ fn verdict(s: &Score) -> Markup {
         section class=(class) {
             strong { (s.sentence()) }
             div.numbers {
-                (jnd(s.score, "score: the largest of the three"))
-                (jnd(s.spectrum, "mean of the bands, by what they excite"))
-                (jnd(s.level, "overall level over threshold"))
-                (jnd(s.balance, "balance of low and high"))
-                (number(format!("{:.1} and {:.1} dB", s.reference_sensation_db, s.test_sensation_db).replace('-', "−"), "A and B over the detection threshold"))
-                (number(format!("{:.0} and {:.0} Hz", s.reference_centroid_hz, s.test_centroid_hz), "mean frequency of what A and B excite"))
+                (jnd(s.score, "score: the largest of the next three"))
+                (jnd(s.spectrum, "mean over the bands, weighted by excitation"))
+                (jnd(s.level, "overall sensation level"))
+                (jnd(s.balance, "balance of low and high frequencies"))
+                (number(format!("{:.1} and {:.1} dB", s.reference_sensation_db, s.test_sensation_db).replace('-', "−"), "sensation levels of A and B (re the detection threshold)"))
+                (number(format!("{:.0} and {:.0} Hz", s.reference_centroid_hz, s.test_centroid_hz), "mean frequencies of the excitation by A and B"))
             }
         }
     }
@@ -91,7 +93,7 @@ fn verdict(s: &Score) -> Markup {
 fn criteria(s: &Score) -> Markup {
     html! {
         section {
-            h2 { "What decides" }
+            h2 { "Criteria" }
             table {
                 tr { th { "criterion" } th.n { "found" } th.n { "95 %" } th { "limit" } th { "outcome" } }
                 @for c in &s.criteria {
@@ -104,7 +106,10 @@ fn criteria(s: &Score) -> Markup {
                     }
                 }
             }
-            p.soft { "Below the just-noticeable difference: the first criterion is met, and those of short-time levels are not broken. Distinguishable: neither the first nor that of the halves is met, by all that the recordings allow. Else not decided. The score does not see how a vibration swells and fades, and nothing of its waveform." }
+            p.soft { "“Below the just-noticeable difference”: the first criterion is met, and no criterion on short-time levels \
+                is violated. “Distinguishable”: neither the first criterion nor that on the halves is met anywhere within the \
+                95 % limits. Otherwise “not decided”. The score takes account neither of changes of level over time nor of the \
+                waveform." }
         }
     }
 }
@@ -180,13 +185,13 @@ fn differences(s: &Score) -> Result<String, DrawError> {
     let zone = Line::new("", TEST, Vec::new()).ribbon(vec![(from, -1.0, 1.0), (to, -1.0, 1.0)]);
     let lines = vec![
         zone,
-        colour(of(&|b| b.share > 0.0 && much(b)), "counts much", TEST),
+        colour(of(&|b| b.share > 0.0 && much(b)), "large weight", TEST),
         colour(
             of(&|b| b.share > 0.0 && !much(b)),
-            "counts little",
+            "small weight",
             THRESHOLD,
         ),
-        colour(of(&|b| b.share <= 0.0), "not felt", UNFELT),
+        colour(of(&|b| b.share <= 0.0), "below threshold", UNFELT),
     ];
     let reach = s
         .bands
@@ -212,7 +217,7 @@ fn table(s: &Score) -> Markup {
         section {
             h2 { "Third octaves" }
             div.wide { table {
-                tr { th { "band" } th.n { "A, dB" } th.n { "B, dB" } th.n { "threshold, dB" } th.n { "B − A, dB" } th.n { "felt, dB" } th.n { "felt, JND" } th.n { "counts" } }
+                tr { th { "band" } th.n { "A, dB" } th.n { "B, dB" } th.n { "threshold, dB" } th.n { "B − A, dB" } th.n { "sensation, dB" } th.n { "sensation, JND" } th.n { "weight" } }
                 @for b in &s.bands {
                     tr {
                         td { (b.band_hz) }
@@ -225,12 +230,13 @@ fn table(s: &Score) -> Markup {
                             td.n { (format!("{} ± {:.2}", minus(b.felt_jnd, 2), b.reach_jnd)) }
                             td.n { (format!("{:.1} %", b.share * 100.0)) }
                         } @else {
-                            td.n.soft { "–" } td.n.soft { "not felt" } td.n.soft { "–" }
+                            td.n.soft { "–" } td.n.soft { "below threshold" } td.n.soft { "–" }
                         }
                     }
                 }
             } }
-            p.soft { "Levels in dB re 1 m/s² rms. Felt: the same over the detection threshold, spread over neighbouring bands as far as frequencies cannot be told apart." }
+            p.soft { "Levels in dB re 1 m/s² rms. Sensation: the difference B − A of the sensation levels (levels above the \
+                detection threshold), spread over neighbouring bands whose frequencies cannot be distinguished." }
         }
     }
 }
@@ -244,7 +250,7 @@ fn beside(s: &Score) -> Markup {
     let e = &s.spectrum_error;
     html! {
         section {
-            h2 { "Beside the score" }
+            h2 { "Other measures, not part of the score" }
             table {
                 tr { th { "spectrum error" } td { (format!("{:.2} dB rms over {}, {:.2} dB at most, at {:.0} Hz; lines {:.2} Hz apart", e.rms_db, s.config.band, e.max_db, e.max_at_hz, e.resolution_hz)) } }
                 tr { th { "level error" } td { (minus(s.level_error_db, 2)) " dB, rms in the band" } }
@@ -252,7 +258,7 @@ fn beside(s: &Score) -> Markup {
                     tr { th { "waveform" } td { (format!("correlation {}, error {} dB re A (NMSE), B {} by {:.2} ms, over {:.1} s", minus(w.correlation, 3), minus(w.nmse_db, 1), if w.delay_s < 0.0 { "earlier" } else { "later" }, w.delay_s.abs() * 1e3, w.compared_s)) } }
                 }
                 @if let Some([a_db, b_db]) = s.modulation_db {
-                    tr { th { "swelling and fading" } td { (format!("levels of 0.1 s spread by {a_db:.1} dB in A and {b_db:.1} dB in B")) } }
+                    tr { th { "level over time" } td { (format!("spread of the levels of 0.1 s: {a_db:.1} dB in A and {b_db:.1} dB in B")) } }
                 }
                 @if let Some(l) = &s.literature {
                     tr { th { "ST-SIM" } td {
@@ -262,9 +268,13 @@ fn beside(s: &Score) -> Markup {
                     tr { th { "SPQI" } td { (format!("{:.3}", l.spqi)) } }
                 }
             }
-            p.soft { "Realisations of one texture have other waveforms and feel the same: a low correlation, ST-SIM or SPQI does not say that a finger could tell. ST-SIM and SPQI are for comparison with the literature." }
+            p.soft { "Two realisations of one texture have different waveforms but feel the same: a low correlation, ST-SIM or \
+                SPQI does not mean that a finger could distinguish them. ST-SIM and SPQI are for comparison with the \
+                literature." }
             @if let Some(l) = &s.literature {
-                p.soft { (format!("Their thresholds are in dB re full scale, not in m/s²: {} m/s² was taken for full scale, with the curve of {}; at 8 kHz, in blocks of 512, {}.", l.config.full_scale_m_s2, match l.config.curve { piezotact::score::literature::LevelCurve::Vibromaf => "vibromaf 0.0.8", piezotact::score::literature::LevelCurve::Mpeg => "MPEG haptic coding" }, match s.extent { Extent::SharedPart => "aligned, since one waveform follows the other", Extent::WholeOfEach => "not aligned, since neither waveform follows the other" })) }
+                p.soft { (format!("Their thresholds are in dB re full scale, not in m/s²: {} m/s² was used as full scale, with \
+                    the curve of {}; at 8 kHz, in blocks of \
+                    512, {}.", l.config.full_scale_m_s2, match l.config.curve { piezotact::score::literature::LevelCurve::Vibromaf => "vibromaf 0.0.8", piezotact::score::literature::LevelCurve::Mpeg => "MPEG haptic coding" }, match s.extent { Extent::SharedPart => "aligned, since one waveform follows the other", Extent::WholeOfEach => "not aligned, since neither waveform follows the other" })) }
             }
         }
     }
@@ -275,13 +285,18 @@ fn method(s: &Score) -> Markup {
     let model = c.model();
     html! {
         section {
-            h2 { "How it is computed" }
-            p { (format!("One JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; up to {} dB nothing is decided. Power over the squared detection threshold, spread over third octaves by {:.2} in ln f; what lies below threshold is lifted to it. The score is the largest of three differences: the mean of the bands weighed by what they excite, the overall level, and the mean frequency of what is excited.", c.level_jnd.0, c.frequency_jnd_share * 100.0, c.level_jnd_high.0.max(c.level_jnd.0), c.spreading())) }
-            p.soft { (format!("Thresholds: {}. PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} segments of the shorter one. Limits: 95 %, from how the segments differ, or its quarters and halves where those differ by more; from what noise of this spectrum would do where segments are fewer than ten; {}.", c.weighting.source(), s.rate_hz, c.welch.window.name(), c.welch.segment, s.rate_hz / c.welch.segment as f64, c.welch.overlap * 100.0, s.segments, match s.extent { Extent::SharedPart => "since B follows A, from their differences at the same time", Extent::WholeOfEach => "A and B are taken for independent" })) }
+            h2 { "Methods" }
+            p { (format!("One JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; differences up \
+                to {} dB are not decided. The excitation is the power divided by the squared detection threshold, spread over \
+                third octaves by {:.2} in ln f; values below threshold are set to the threshold. The score is the largest of \
+                three differences: the mean over the bands weighted by their excitation, the overall sensation level, and the \
+                mean frequency of the excitation.", c.level_jnd.0, c.frequency_jnd_share * 100.0, c.level_jnd_high.0.max(c.level_jnd.0), c.spreading())) }
+            p.soft { (format!("Thresholds: {}. PSDs by Welch's method at {} Hz: {} window, segments of {} samples ({:.2} Hz), {:.0} % overlap, {} segments of the shorter one. 95 % limits: from the differences between segments, or between quarters and halves of the recording where these are larger; with fewer than ten segments, from the scatter of noise with this spectrum; {}.", c.weighting.source(), s.rate_hz, c.welch.window.name(), c.welch.segment, s.rate_hz / c.welch.segment as f64, c.welch.overlap * 100.0, s.segments, match s.extent { Extent::SharedPart => "since B follows A, from their differences at the same instants", Extent::WholeOfEach => "A and B are assumed to be independent" })) }
             p.soft { (model.jnd_source()) "." }
             p.soft { @match &c.contact {
                 Some(map) => { "Nail-to-skin map: " (map.source()) "." },
-                None => "The thresholds are of skin displacement; no nail-to-skin map was given, so skin is taken to move as the nail does.",
+                None => "The thresholds are for skin displacement. No nail-to-skin map was given, so the skin is assumed to \
+                    move with the nail.",
             } }
         }
     }
@@ -290,7 +305,7 @@ fn method(s: &Score) -> Markup {
 fn origin(page: &Page<'_>) -> Markup {
     html! {
         section {
-            h2 { "Where it comes from" }
+            h2 { "Origin of the data" }
             table {
                 @for (what, recording) in ["A", "B"].iter().zip(page.recordings) {
                     tr { th { (what) } td { (recording.about.provenance.source) ol { @for step in &recording.about.provenance.steps { li { (step) } } } } }

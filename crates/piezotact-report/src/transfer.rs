@@ -11,9 +11,9 @@ use crate::{DrawError, bench_text, document, figure, figures};
 
 /// What magnitude, phase and coherence say.
 pub(crate) const CAPTIONS: [&str; 3] = [
-    "Magnitude. The area behind the line: its 95 % confidence, line by line.",
-    "Phase. The area behind the line: its 95 % confidence.",
-    "Coherence: how much of the response the drive explains.",
+    "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line.",
+    "Phase. Area behind the curve: 95 % confidence interval.",
+    "Coherence: the share of the response power that the drive explains linearly.",
 ];
 
 /// What a report of a transfer function shows.
@@ -81,14 +81,17 @@ pub fn html<I: Quantity, O: Quantity>(
         section {
             h2 { "Transfer function" }
             @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
-            p.soft { "Shaded: the band that was driven. Outside it the lines say nothing." }
+            p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
         }
         @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
             section {
                 h2 { "Is the device linear?" }
                 p { (linear_words(distortion)) }
-                (figure(svg, "Levels of single lines, as the root of their mean power within third octaves. Distortion that does not stand out of the noise is not drawn."))
-                p.soft { (format!("{} realisations of {} periods; lines {:.2} Hz apart. Noise is what differs from period to period; distortion is what repeats on lines that nothing drives.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
+                (figure(svg, "Levels of single spectral lines: the square root of their mean power within third octaves. \
+                    Distortion that is not above the noise is not drawn."))
+                p.soft { (format!("{} realisations of {} periods; lines {:.2} Hz apart. Noise: the part that differs between \
+                    periods. Distortion: the part that repeats at lines that are not \
+                    driven.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
             }
         }
         (origin(function))
@@ -114,20 +117,22 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
             div.numbers {
                 @if let Some(reach_db) = function.median_reach_db(judged) {
                     @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
-                    (number(reach, &format!("95 % confidence of the median line over {judged}")))
+                    (number(reach, &format!("95 % confidence interval of the median line over {judged}")))
                 }
                 @if let Some(coherence) = function.coherence_in(judged) {
                     (number(format!("{:.3}", coherence.median), "median coherence"))
-                    (number(format!("{:.3}", coherence.lowest), &format!("lowest, at {:.0} Hz", coherence.lowest_at_hz)))
+                    (number(format!("{:.3}", coherence.lowest), &format!("lowest coherence, at {:.0} \
+                        Hz", coherence.lowest_at_hz)))
                 }
                 @if let Some(delay) = function.delay() {
                     (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.reach_s * 1e3), "from the drive to the response, within a segment"))
                 }
                 @if let Some((repeats, apart_db)) = page.repeats {
-                    (number(format!("{apart_db:.2} dB"), &format!("rms between the two of {repeats} repeats that differ most")))
+                    (number(format!("{apart_db:.2} dB"), &format!("largest rms difference between two of {repeats} repeats")))
                 }
                 @if let Some((level_db, band)) = page.distortion.and_then(Distortion::worst) {
-                    (number(format!("{level_db:.0} dB").replace('-', "−"), &format!("largest distortion re the answer, {band}")))
+                    (number(format!("{level_db:.0} dB").replace('-', "−"), &format!("largest distortion re the \
+                        response, {band}")))
                 }
             }
         }
@@ -137,17 +142,18 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
 fn linear_words(distortion: &Distortion) -> String {
     match distortion.worst() {
         Some((level_db, band)) if level_db > -200.0 => format!(
-            "At the level of this drive distortion reaches −{:.0} dB of the answer at {band}; even lines show what squares and other even powers make, odd ones what odd powers make.",
+            "At the level of this drive, distortion reaches −{:.0} dB re the response at {band}; even lines show even-order \
+                distortion, odd lines odd-order distortion.",
             -level_db
         ),
-        _ => "At the level of this drive no distortion stands out of the noise.".into(),
+        _ => "At the level of this drive, no distortion is above the noise.".into(),
     }
 }
 
 fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Markup {
     html! {
         section {
-            h2 { "Where it comes from" }
+            h2 { "Origin of the data" }
             table {
                 tr { th { "source" } td { (function.about.provenance.source) } }
                 tr { th { "steps" } td { ol { @for step in &function.about.provenance.steps { li { (step) } } } } }

@@ -12,6 +12,36 @@
 //! - touch: surfaces, strokes, what they say, what a finger can tell apart, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
+/// `$of` of every kind of doubts: a module that raises doubts of its own has a line here.
+macro_rules! kinds_of_doubts {
+    ($of:ident) => {
+        [
+            $of::<crate::recording::RecordingDoubt>,
+            $of::<crate::recording::RehearsalDoubt>,
+            $of::<crate::spectrum::SpectrumDoubt>,
+            $of::<crate::resample::ResampleDoubt>,
+            $of::<crate::clipping::ClippingDoubt>,
+            $of::<crate::integrity::SignalDoubt>,
+            $of::<crate::noise::NoiseDoubt>,
+            $of::<crate::surface::SurfaceDoubt>,
+            $of::<crate::stroke::StrokeDoubt>,
+            $of::<crate::stroke::ForceDoubt>,
+            $of::<crate::feature::FeatureDoubt>,
+            $of::<crate::discrimination::DiscriminationDoubt>,
+            $of::<crate::compare::CompareDoubt>,
+            $of::<crate::transfer::TransferDoubt>,
+            $of::<crate::run::RunDoubt>,
+            $of::<crate::panel::PanelDoubt>,
+            $of::<crate::render::RenderDoubt>,
+            $of::<crate::verify::VerifyDoubt>,
+            $of::<crate::correct::LoopDoubt>,
+            $of::<crate::correct::MishapDoubt>,
+            $of::<crate::manipulate::ManipulateDoubt>,
+            $of::<crate::score::ScoreDoubt>,
+        ]
+    };
+}
+
 // Ground.
 pub mod checksum;
 pub mod criterion;
@@ -30,6 +60,7 @@ pub mod clipping;
 pub mod convolve;
 pub mod filter;
 pub mod integrity;
+pub mod noise;
 pub mod recording;
 pub mod resample;
 pub mod series;

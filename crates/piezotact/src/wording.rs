@@ -1,7 +1,7 @@
 //! Doubts in words: what was found, and what to do.
 //!
-//! The sentences stand beside the rules. This module stands behind all of them and asks each whether a doubt is its own, so
-//! that a doubt that was read from a file has its words too.
+//! The sentences are defined beside the rules that raise the doubts. This module tries every kind of doubt in turn, so that
+//! doubts read from a file get their sentences too.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use crate::recording::RecordingError;
 use crate::score::ScoreError;
 use crate::stroke::SegmentError;
 
-/// What a kind says of a doubt that is its own.
+/// The texts that a kind of doubt provides for its own doubts.
 type Said = (String, Vec<Advice>);
 
 fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {
@@ -21,29 +21,7 @@ fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {
 }
 
 /// All kinds.
-const KINDS: [fn(&Doubt) -> Option<Said>; 21] = [
-    said_by::<crate::recording::RecordingDoubt>,
-    said_by::<crate::recording::RehearsalDoubt>,
-    said_by::<crate::spectrum::SpectrumDoubt>,
-    said_by::<crate::resample::ResampleDoubt>,
-    said_by::<crate::clipping::ClippingDoubt>,
-    said_by::<crate::integrity::SignalDoubt>,
-    said_by::<crate::surface::SurfaceDoubt>,
-    said_by::<crate::stroke::StrokeDoubt>,
-    said_by::<crate::stroke::ForceDoubt>,
-    said_by::<crate::feature::FeatureDoubt>,
-    said_by::<crate::discrimination::DiscriminationDoubt>,
-    said_by::<crate::compare::CompareDoubt>,
-    said_by::<crate::transfer::TransferDoubt>,
-    said_by::<crate::run::RunDoubt>,
-    said_by::<crate::panel::PanelDoubt>,
-    said_by::<crate::render::RenderDoubt>,
-    said_by::<crate::verify::VerifyDoubt>,
-    said_by::<crate::correct::LoopDoubt>,
-    said_by::<crate::correct::MishapDoubt>,
-    said_by::<crate::manipulate::ManipulateDoubt>,
-    said_by::<crate::score::ScoreDoubt>,
-];
+const KINDS: &[fn(&Doubt) -> Option<Said>] = &kinds_of_doubts!(said_by);
 
 fn said(doubt: &Doubt) -> Option<Said> {
     KINDS.iter().find_map(|kind| kind(doubt))

@@ -11,6 +11,7 @@ mod halves;
 mod integrity;
 mod known_cuts;
 mod manipulate;
+mod noise;
 mod reference;
 mod related;
 mod roughness;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, bail};
 use piezotact::document::Content;
 use piezotact::manipulate::ManipulateDocument;
+use piezotact::noise::Noise;
 use piezotact::panel::PanelAverageDocument;
 use piezotact::score::ScoreDocument;
 use piezotact::spectrum::SpectrumDocument;
@@ -74,6 +75,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<ExportDocument<'_>>()?,
         schema::<InfoDocument<'_>>()?,
         schema::<ManipulateDocument<'_>>()?,
+        schema::<Noise>()?,
         schema::<PanelAddDocument<'_>>()?,
         schema::<PanelAnalysisDocument<'_>>()?,
         schema::<PanelAverageDocument<'_>>()?,

@@ -119,7 +119,7 @@ fn kept_while_measured(
 
 fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
     let mut text = format!(
-        "wrote {}: {lines} lines in steps of {:.2} Hz from {} averages, {}",
+        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, {}",
         document.out.display(),
         document.resolution_hz,
         document.averages,
@@ -127,7 +127,7 @@ fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
     );
     if let Some(apart_db) = document.repeats_apart_db_rms {
         text += &format!(
-            "\n{} repeats, any two at most {apart_db:.2} dB rms apart",
+            "\n{} repeats; largest difference between two of them {apart_db:.2} dB rms",
             document.repeats
         );
     }
@@ -146,7 +146,7 @@ fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
     }
     if let Some(kept) = keep_before(out)? {
         say(&format!(
-            "{}: what was there is of another person, condition or seed, and kept as {}",
+            "{}: the earlier file is of another participant, condition or seed, and is kept as {}",
             out.display(),
             kept.display()
         ));
@@ -157,7 +157,7 @@ fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
 /// Levels of noise and distortion re the answer, one line a band.
 fn told(distortion: &Distortion) -> String {
     let mut text = format!(
-        "re the answer, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
+        "relative to the response, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
         distortion.realisations, distortion.periods, "band", "noise", "even", "odd"
     );
     for level in &distortion.levels {
@@ -184,7 +184,7 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
             return Ok(value);
         }
         Err(usage(anyhow!(
-            "expected {what} between 0 and 1, found {value}; leave it out for the usual"
+            "expected {what} between 0 and 1, found {value}; leave it out for the default"
         )))
     };
     match args.gating {
@@ -195,7 +195,7 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
             ] {
                 if given {
                     return Err(usage(anyhow!(
-                        "expected --gate on with {option}, found --gate off, which judges nothing; leave one of them out"
+                        "expected --gate on with {option}, found --gate off, which checks nothing; leave one of them out"
                     )));
                 }
             }
@@ -258,10 +258,10 @@ pub(crate) fn repeated(
         let (repeat, _) = repeats.attempt_of(&config.run, &start.label);
         let of = match repeats.repeats {
             1 => String::new(),
-            all => format!(", {repeat} of {all}"),
+            all => format!(", repeat {repeat} of {all}"),
         };
         format!(
-            "characterising with {} of {duration:.1}{of}",
+            "characterising: {} drive, {duration:.1}{of}",
             config.excitation.kind.name(),
         )
     };

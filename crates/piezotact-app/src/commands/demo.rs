@@ -1,4 +1,4 @@
-//! `piezotact demo`: the whole loop on the digital twin.
+//! `piezotact demo`: the complete chain on the digital twin.
 
 use std::path::Path;
 
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow::anyhow!(
-            "cannot make the folder {}: {error}; check the path",
+            "cannot create the folder {}: {error}; check the path",
             out.display()
         )
     })?;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     }
     .open()?;
     say(&format!(
-        "The whole loop on the {}, seed {}.",
+        "The complete chain on the {}, seed {}.",
         bench.player.describe().name,
         args.seed
     ));
@@ -76,10 +76,10 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let (recorded, target) = texture(&out.join(TARGET), args.seed)?;
     say("2/5 characterising the device with the finger on it");
     let function = transfer_function(&mut bench, args.seed, &out.join(TRANSFER))?;
-    say("3/5 rendering: the drive that makes the resting finger feel that texture");
+    say("3/5 rendering: computing the drive that reproduces this texture on the resting finger");
     let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
     let rendering = Rendering::of(&drive, TARGET, level.0);
-    say("4/5 playing it and measuring again, the finger put back anew");
+    say("4/5 playing the drive and measuring again, after repositioning the finger");
     let measured = played(
         &mut bench,
         "play",
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         &out.join("measured.parquet"),
     )?;
     say(
-        "    and as a negative control the texture itself, as it stands and turned down until nothing clips",
+        "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
     );
     let straight = sent_straight(&mut bench, &target, out)?;
     say("5/5 comparing");
@@ -147,7 +147,8 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     }
     say_doubts(&verification.doubts);
     print(&format!(
-        "sent straight instead: {:.1} dB rms at the device's own scale ({:.0} % clipped), {:.1} dB level-matched, waveform correlation {:.2}",
+        "texture played directly (negative control): {:.1} dB rms at 1 m/s² = full scale ({:.0} % clipped); attenuated and \
+         level-matched: {:.1} dB rms, waveform correlation {:.2}",
         straight.as_it_stands.error_db_rms,
         straight.as_it_stands.clipped_fraction * 100.0,
         straight.turned_down.error_db_rms_level_matched,
@@ -242,7 +243,7 @@ fn rendered(
     let drive = drive?;
     if level.0 < 0.0 {
         say(&format!(
-            "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
+            "    at its own level it exceeds the limits of the device with this finger: rendered {:.1} dB lower",
             -level.0
         ));
     }
@@ -271,7 +272,7 @@ fn played(
     path: &Path,
 ) -> Outcome<Recording> {
     let setup = bench.player.calibrate()?;
-    let what = format!("playing {:.1} of drive", drive.duration());
+    let what = format!("playing the drive, {:.1}", drive.duration());
     let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
     let made = rendering.as_ref().map(|made| made.about.provenance.clone());
     let place = Place::File(path, rendering.map(Box::new));

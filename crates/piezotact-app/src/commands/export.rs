@@ -115,7 +115,7 @@ pub(crate) fn run(args: &Export) -> Outcome {
     outputs(&inputs, &writes)?;
     if args.transfer.is_some() && format != Format::Hjif {
         return Err(usage(anyhow!(
-            "--transfer describes the device of a .hjif file, and {} is none: leave it out",
+            "expected --transfer with a .hjif output only, found it with {}; leave it out",
             args.out.display()
         )));
     }
@@ -147,7 +147,7 @@ fn text(document: &ExportDocument<'_>) -> String {
     }
     if let Some(full_scale) = document.full_scale {
         text.push_str(&format!(
-            ", 1 stands for {} {}",
+            ", 1 corresponds to {} {}",
             digits(full_scale.value),
             full_scale.unit
         ));
@@ -158,7 +158,7 @@ fn text(document: &ExportDocument<'_>) -> String {
 fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     if format != Format::Uff {
         return Err(usage(anyhow!(
-            "expected an output that ends in .uff for a transfer function, found {}; a {} holds signals",
+            "expected an output that ends in .uff for a transfer function, found {} ({}), which holds signals; give a .uff name",
             args.out.display(),
             format.name()
         )));
@@ -189,7 +189,7 @@ fn of_clip(args: &Export, format: Format) -> Outcome<Written> {
     ] {
         if given {
             return Err(usage(anyhow!(
-                "{} is a clip and is written as it is, without being played: leave {option} out",
+                "{} is a haptic clip, which is written without computing a waveform: leave {option} out",
                 args.input.display()
             )));
         }
@@ -259,7 +259,7 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         }
         if peak <= 0.0 {
             return Err(named(anyhow!(
-                "expected a signal, found silence; there is nothing to carry"
+                "expected a signal, found silence; there is nothing to export"
             )));
         }
         let one = Measure {

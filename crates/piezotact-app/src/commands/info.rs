@@ -45,7 +45,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             let _never_fails = write!(text, "{} samples at {}, ", one.samples, one.rate_hz);
         }
         several => {
-            let _never_fails = write!(text, "channels of {} clocks, ", several.len());
+            let _never_fails = write!(text, "channels on {} sampling clocks, ", several.len());
         }
     }
     let _never_fails = write!(text, "{:.3}", recording.duration());
@@ -108,7 +108,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     print(&text)
 }
 
-/// What was done to a texture on purpose: to the one in a file, or to the one that a drive was rendered from.
+/// The manipulations of a texture: of the one in a file, or of the one that a drive was rendered from.
 fn lineage_of(contents: &Contents) -> Option<&Lineage> {
     let rendering = contents.rendering.as_ref();
     let own = contents.recording.about.provenance.lineage.as_ref();
@@ -153,7 +153,7 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
         );
     }
     if let Some(driven) = info.driven_hz {
-        let _never_fails = write!(text, "\n  driven over {driven}");
+        let _never_fails = write!(text, "\n  driven band {driven}");
     }
     text.push_str(&condition_text(&info.condition));
     if let Some(setup) = &info.drive_setup {

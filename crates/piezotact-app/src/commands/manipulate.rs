@@ -1,4 +1,4 @@
-//! `piezotact manipulate`: a texture made otherwise on purpose, with what was done to it.
+//! `piezotact manipulate`: a manipulated texture, with the operations that were applied.
 
 use piezotact::doubt::Doubts;
 use piezotact::recording::RecordingDoubt;
@@ -34,7 +34,7 @@ use crate::report::name;
 
 /// Shorter than a period of 100 Hz nothing is a texture.
 const SHORTEST: Seconds = Seconds(0.01);
-/// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
+/// The suffix of the name of a manipulated sample: it is no longer that sample.
 const MANIPULATED: &str = " (manipulated)";
 
 /// A texture with what its file says of it.
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     if let Some(path) = &args.report {
         let shown = std::iter::once(&before).chain(&others).chain([&after]);
         let page = Page {
-            title: format!("{}, made otherwise", name(&args.input)),
+            title: format!("{}, manipulated", name(&args.input)),
             bench: about.provenance.bench,
             before: &before,
             after: &after,
@@ -430,7 +430,7 @@ fn require_wav(path: &Path) -> Outcome {
         return Ok(());
     }
     Err(usage(anyhow!(
-        "expected --out to end in .wav, found {}; `piezotact export` makes other formats of it",
+        "expected --out to end in .wav, found {}; use `piezotact export` for other formats",
         ending.map_or("no ending".into(), |ending| format!(".{ending}"))
     )))
 }

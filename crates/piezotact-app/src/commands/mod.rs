@@ -5,6 +5,7 @@ mod demo;
 mod export;
 mod info;
 pub(crate) mod manipulate;
+mod noise;
 pub(crate) mod panel;
 mod play;
 mod render;
@@ -65,6 +66,11 @@ commands! {
         after_help = "Example:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json"
     )]
     Spectrum(cli::Spectrum) => spectrum::run,
+    /// Measures the noise of a sensor at rest: noise floor, mains hum, drift.
+    #[command(
+        after_help = "It also says whether the sensor was at rest. The exit code is 0 whatever it finds.\n\nExample:\n  piezotact noise rest.parquet --channel acceleration --report noise.html"
+    )]
+    Noise(noise::Arguments) => noise::run,
     /// Measures the transfer function of a device with a finger on it.
     #[command(
         after_help = "Example:\n  piezotact characterise --bench twin:participant=1,seed=7 --seconds 60 --out tf.json\n  piezotact characterise --bench twin:participant=1,seed=7 --excitation multisine --repeats 3 --out tf.json"
@@ -191,7 +197,7 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
         let folder = folder_of(output);
         if !folder.is_dir() {
             return Err(anyhow!(
-                "{}: expected the folder {} to be there, found none; make it",
+                "{}: expected the folder {}, found none; create it",
                 output.display(),
                 folder.display()
             )
@@ -224,7 +230,7 @@ pub(crate) fn has_ending<'a>(path: &Path, known: &[&'a str]) -> Outcome<&'a str>
         .find(|known| found.as_deref() == Some((*known).as_ref()));
     ending.copied().ok_or_else(|| {
         usage(anyhow!(
-            "{}: expected a name that ends in .{}, found another; say what to write by it",
+            "{}: expected a name that ends in .{}, found another extension; the extension selects the format",
             path.display(),
             known.join(" or .")
         ))

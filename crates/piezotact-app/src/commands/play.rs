@@ -35,7 +35,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
     let mut bench = args.bench.open()?;
     let setup = setup(args, contents.setup.as_ref(), &mut bench)?;
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
-    let what = format!("playing {:.1} of drive", drive.duration());
+    let what = format!("playing the drive, {:.1}", drive.duration());
     let rendering = contents.rendering.as_ref();
     let place = Place::File(&args.record, rendering.cloned().map(Box::new));
     let made = rendering.map(|made| &made.about.provenance);
@@ -81,7 +81,7 @@ fn setup(
         (None, Some(gain)) => match here {
             Some(here) => Ok(Some(here.with_gain(gain).map_err(usage)?)),
             None => Err(usage(anyhow!(
-                "expected no --gain on the {}, of whose device nothing is known, found {gain}; leave it out",
+                "expected no --gain on the {}, whose device is not described, found {gain}; leave it out",
                 bench.player.describe().name
             ))),
         },
@@ -90,7 +90,8 @@ fn setup(
         (None, None) => Err(of_drive(
             args,
             anyhow!(
-                "expected to know which gain the drive is for, found nothing that says it; state it with --gain, or render with a transfer function that says it"
+                "expected the gain for which the drive was made, found none; state it with --gain, or render with a transfer \
+                 function that states it"
             ),
         )),
     }

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow!(
-            "cannot make the folder {}: {error}; check the path",
+            "cannot create the folder {}: {error}; check the path",
             out.display()
         )
     })?;
@@ -154,7 +154,9 @@ fn row<'a>(claim: &'a Claim, found: Option<&'a Finding>, otherwise: Standing) ->
         measured: found.map_or("", |finding| &finding.measured),
         why: match verdict {
             Some(Verdict::DoesNot { reason }) => reason.clone(),
-            Some(Verdict::NotYet { with }) => format!("comes with {with}"),
+            Some(Verdict::NotYet { with }) => {
+                format!("needs {with}, which the program does not contain yet")
+            }
             Some(Verdict::Holds) | None => String::new(),
         },
         criteria: (criteria.iter())
@@ -265,7 +267,7 @@ mod tests {
         let standing = |number: u8| page.claims[usize::from(number) - 1].standing.word();
         assert_eq!(
             [standing(33), standing(1)],
-            ["not asked for", "not asked for"]
+            ["not selected", "not selected"]
         );
         // 47a begins a row of two; 48 stands alone.
         assert_eq!(html.matches("<figure class=\"first\">").count(), 1);

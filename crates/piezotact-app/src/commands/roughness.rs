@@ -79,7 +79,7 @@ fn nothing_stated_in_vain(args: &Roughness, kind: TopographyKind) -> Outcome {
     ] {
         if given.is_some() && !used {
             return Err(usage(anyhow!(
-                "{}: expected no {option} for this kind of file ({kind}), found one; leave it away",
+                "{}: expected no {option} for this kind of file ({kind}), found one; leave it out",
                 args.file.display()
             )));
         }
@@ -98,7 +98,7 @@ fn form(args: &Roughness) -> Form {
 /// Two options that cannot both be meant.
 fn contradiction(file: &Path, expected: &str, found: &str) -> Failure {
     usage(anyhow!(
-        "{}: expected {expected}, found {found}; leave one of them away",
+        "{}: expected {expected}, found {found}; leave one of them out",
         file.display()
     ))
 }
@@ -115,7 +115,7 @@ fn of_line(args: &Roughness, profile: &HeightProfile) -> Outcome<ProfileRoughnes
     if without_filter && args.periodic {
         return Err(contradiction(
             &args.file,
-            "a cut-off to choose or no filter",
+            "an automatic cut-off or no filter",
             "--filter none with --periodic",
         ));
     }
@@ -147,7 +147,7 @@ fn of_map(args: &Roughness, map: &HeightMap) -> Outcome<ArealRoughness> {
     ] {
         if given {
             return Err(usage(anyhow!(
-                "{}: expected a profile for {option}, found a height map; leave it away",
+                "{}: expected a profile for {option}, found a height map; leave the option out",
                 args.file.display()
             )));
         }
@@ -157,7 +157,7 @@ fn of_map(args: &Roughness, map: &HeightMap) -> Outcome<ArealRoughness> {
         Some(ShortWaves::Stated(s_m)) => Some(s_m),
         Some(ShortWaves::Iso3274) => {
             return Err(usage(anyhow!(
-                "{}: expected a profile for --s-filter iso, found a height map; state a length, or leave it away",
+                "{}: expected a profile for --s-filter iso, found a height map; state a length, or leave the option out",
                 args.file.display()
             )));
         }

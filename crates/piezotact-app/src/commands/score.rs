@@ -168,10 +168,10 @@ fn text(score: &score::Score) -> String {
     let e = &score.spectrum_error;
     let _never_fails = write!(
         text,
-        "levels in dB re 1 m/s² rms; felt: over threshold, spread over neighbouring bands, ± 95 %\n\n\
+        "levels in dB re 1 m/s² rms; felt: difference above threshold, spread over neighbouring bands, ± 95 % limits\n\n\
          {}\n\
-         differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND ({:.0} Hz and {:.0} Hz)\n\
-         spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), lines {:.2} Hz apart; level {:+.2} dB",
+         differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND (centroids {:.0} Hz and {:.0} Hz)\n\
+         spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), resolution {:.2} Hz; level {:+.2} dB",
         criteria(score),
         score.spectrum.jnd,
         score.level.jnd,
@@ -202,7 +202,7 @@ fn text(score: &score::Score) -> String {
             .map_or_else(|| "no real value".into(), |v| format!("{v:.3}"));
         let _never_fails = write!(
             text,
-            "\nfor comparison with the literature: ST-SIM {st_sim}, SPQI {:.3} ({} m/s² taken for full scale)",
+            "\nfor comparison with the literature: ST-SIM {st_sim}, SPQI {:.3} (full scale {} m/s²)",
             l.spqi, l.config.full_scale_m_s2
         );
     }

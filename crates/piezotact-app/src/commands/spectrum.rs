@@ -94,7 +94,7 @@ fn title(args: &Spectrum, document: &SpectrumDocument<'_>) -> String {
 
 fn text(document: &SpectrumDocument<'_>, (frequency_hz, strongest): (f64, f64)) -> String {
     format!(
-        "{}, channel {}: {} segments of {} samples ({:.3} Hz), strongest line {strongest:.4e} {} at {frequency_hz:.2} Hz\n\
+        "{}, channel {}: {} segments of {} samples ({:.3} Hz), highest value {strongest:.4e} {} at {frequency_hz:.2} Hz\n\
          the whole spectrum: --json, --csv or --svg OUT; over time: --spectrogram OUT.svg",
         document.file.display(),
         document.channel,

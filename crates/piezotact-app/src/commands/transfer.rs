@@ -62,7 +62,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
 
 fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
     format!(
-        "wrote {}: {lines} lines in steps of {:.2} Hz from {} averages, from {} to {}",
+        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, from {} to {}",
         document.out.display(),
         document.resolution_hz,
         document.averages,

@@ -247,7 +247,7 @@ impl Found {
         }
         for (earlier, name) in self.before() {
             print(&format!(
-                "from {name} to the target: level {} dB, shape {:.2} dB rms apart over {}",
+                "from {name} to the target: level {} dB, difference in spectral shape {:.2} dB rms over {}",
                 difference_db(earlier.changed.level_db),
                 earlier.changed.shape_error_db_rms,
                 earlier.changed.band_hz
@@ -255,7 +255,8 @@ impl Found {
         }
         if let Some(Ok(predicted)) = &self.predicted {
             print(&format!(
-                "sent straight instead (computed, level-matched): {:.2} dB rms over {}, waveform correlation {:.3}",
+                "texture played directly, without rendering (predicted, level-matched): {:.2} dB rms over {}, waveform \
+                 correlation {:.3}",
                 predicted.error_db_rms_level_matched,
                 predicted.judged_band(verification),
                 predicted.waveform_correlation
@@ -281,7 +282,8 @@ fn judge(
     let mut channels = measured.recording.channels().iter();
     if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
         return Err(Failure::Data(anyhow!(
-            "{}: expected what was recorded while a drive was played, found the drive itself; give the recording with --measured, and the drive with --drive",
+            "{}: expected the recording made while a drive was played, found the drive itself; give the recording with \
+             --measured, and the drive with --drive",
             path.display()
         )));
     }
@@ -374,7 +376,7 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         option: "--before-stroke",
     });
     let opened = manipulate::open(path, stroke, channel, &reading)?.texture;
-    let called = format!("{}, the texture before,", report::name(path));
+    let called = format!("{}, the source texture,", report::name(path));
     let common = to_common_rate(
         (&called, opened.series),
         ("the target", asked.wanted.clone()),

@@ -122,7 +122,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
         }
     }
     if let Some(first) = lines.first_mut() {
-        first.label = "each person".into();
+        first.label = "each participant".into();
     }
     lines.extend(outside);
     let average = page.said.averages.iter().find(|a| a.cell.is(spread.cell));
@@ -146,7 +146,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
         let ends = (at_hz, bundle.lowest_db[line], bundle.highest_db[line]);
         chart
             .lines
-            .push(Line::new("largest deviation", WIDEST, Vec::new()).spread(vec![ends]));
+            .push(Line::new("maximum deviation", WIDEST, Vec::new()).spread(vec![ends]));
     }
     chart.legend = Corner::Beside;
     chart.svg(HEIGHT)
@@ -196,7 +196,7 @@ pub(super) fn deviations(said: &PanelAnalysis) -> Result<String, DrawError> {
         .fold(0.0, f64::max);
     let names = loads.iter().map(|load| format!("{load} N")).collect();
     // From zero: a step is seen as large as it is.
-    let y = Axis::new("largest deviation, dB", 0.0, (highest * 1.15).max(0.1));
+    let y = Axis::new("maximum deviation, dB", 0.0, (highest * 1.15).max(0.1));
     let mut chart = Chart::new(Axis::names("load", names), y, lines);
     chart.legend = Corner::Beside;
     chart.svg(HEIGHT)
@@ -209,7 +209,7 @@ pub(super) fn spreads(said: &PanelAnalysis) -> Result<String, DrawError> {
     });
     over_frequency(
         said.config.band,
-        "standard deviation over people, dB",
+        "standard deviation over participants, dB",
         coloured(lines.collect()),
     )
 }
@@ -370,8 +370,12 @@ pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<S
     let highest = points.iter().map(|p| p.1).fold(criterion_db, f64::max);
     let names = costs.people.iter().map(|p| p.participant.clone()).collect();
     let line = Line::new("", MEAN, points).marked(Mark::Dots);
-    let y = Axis::new("error with the average, dB rms", 0.0, highest * 1.15);
-    let mut chart = Chart::new(Axis::names("left out", names), y, vec![line]);
+    let y = Axis::new("error of the average, dB rms", 0.0, highest * 1.15);
+    let mut chart = Chart::new(
+        Axis::names("participant left out of the average", names),
+        y,
+        vec![line],
+    );
     chart.levels.push(criterion_db);
     chart.svg(HEIGHT)
 }
@@ -404,17 +408,22 @@ pub(super) fn learning(said: &PanelAnalysis) -> Result<Option<(String, String)>,
         .marked(Mark::Joined)
         .spread(spread);
     let y = Axis::new(
-        "error for a new person, dB rms",
+        "error for a new participant, dB rms",
         0.0,
         (highest * 1.1).max(0.1),
     );
-    let chart = Chart::new(Axis::names("people in the average", names), y, vec![line]);
+    let chart = Chart::new(
+        Axis::names("participants in the average", names),
+        y,
+        vec![line],
+    );
     let how = match curve.orders {
         0 => "over all subsets of the others".to_owned(),
-        orders => format!("over {orders} random orders of the others for each person"),
+        orders => format!("over {orders} random orders of the others for each participant"),
     };
     let caption = format!(
-        "At {}, {how}; bars: 95 % over people left out. For more people to gain less than {} dB: {}.",
+        "At {}, {how}; bars: 95 % over the participants left out. Number beyond which more participants reduce the error by \
+            less than {} dB: {}.",
         curve.cell,
         curve.within_db,
         curve.enough_text()

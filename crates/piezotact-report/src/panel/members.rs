@@ -28,15 +28,16 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
         .collect();
     html! {
         section {
-            h2 { "Which measurements are in it" }
+            h2 { "Measurements included" }
             p {
                 (plural(said.members.len(), "measurement")) " in the averages, "
-                (said.members.len() - doubted.len()) " without reservation. "
-                "A measurement with a criterion that is not met is refused; one with a criterion that is not decided is taken, and doubted."
+                (said.members.len() - doubted.len()) " of them with all criteria met. "
+                "A measurement that does not meet a criterion is refused. A measurement with a criterion that is not decided is \
+                    included, with a doubt."
             }
             (by_rule(&said.members))
             @if !doubted.is_empty() {
-                h3 { "Taken with a reservation" }
+                h3 { "Included with a criterion not decided" }
                 table {
                     tr { th { "measurement" } th { "not decided" } }
                     @for member in doubted.iter().take(LISTED) {
@@ -46,7 +47,7 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
                 @if doubted.len() > LISTED { p.soft { "And " (doubted.len() - LISTED) " more, listed by the command with the option --json." } }
             }
             @if !partly.is_empty() {
-                h3 { "Left out of comparisons with the loads and angles they lack" }
+                h3 { "Participants without every load and angle: left out of the comparisons concerned" }
                 table {
                     tr { th { "participant" } th { "criterion" } }
                     @for one in &partly { tr { td { (one.participant) } td { (named_list(&one.criteria)) } } }
@@ -84,7 +85,8 @@ fn by_rule(members: &[Member]) -> Markup {
     let order = |a: f64, b: f64| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
     html! {
         table {
-            tr { th { "criterion" } th { "limit" } th.n { "met" } th.n { "not decided" } th.n { "found at worst" } th { "of" } }
+            tr { th { "criterion" } th { "limit" } th.n { "met" } th.n { "not decided" } th.n { "worst \
+                value" } th { "measurement" } }
             @for rule in rules {
                 @let met = of(rule).filter(|(_, c)| c.outcome == Judged::Met).count();
                 @let first = of(rule).next().and_then(|(_, first)| first.found);
@@ -97,7 +99,7 @@ fn by_rule(members: &[Member]) -> Markup {
                         td.n { (met) }
                         td.n { (of(rule).count() - met) }
                         td.n { (found(worst)) }
-                        td { @if alike { "all alike" } @else { (member.filing) } }
+                        td { @if alike { "same for all" } @else { (member.filing) } }
                     }
                 }
             }
@@ -136,13 +138,13 @@ fn accepted(entries: &[JudgedFiling<'_>]) -> Markup {
             })
     };
     html! {
-        h3 { "Judged while measuring" }
+        h3 { "Checks during the measurement" }
         p {
-            (plural(entries.len(), "measurement")) " were judged window by window while they ran; "
-            (plural(refused.len(), "attempt")) (if refused.len() == 1 { " was" } else { " were" }) " asked for again."
+            (plural(entries.len(), "measurement")) " were checked window by window while they ran; "
+            (plural(refused.len(), "attempt")) (if refused.len() == 1 { " was" } else { " were" }) " refused and repeated."
         }
         table {
-            tr { th { "criterion" } th { "limit" } th.n { "worst window of those accepted" } th { "outcome" } th { "of" } }
+            tr { th { "criterion" } th { "limit" } th.n { "worst accepted window" } th { "outcome" } th { "measurement" } }
             @for rule in rules {
                 @if let Some((entry, own)) = worst(rule) {
                     tr {
@@ -156,9 +158,9 @@ fn accepted(entries: &[JudgedFiling<'_>]) -> Markup {
             }
         }
         @if !refused.is_empty() {
-            h3 { "Asked for again" }
+            h3 { "Refused attempts" }
             table {
-                tr { th { "measurement" } th.n { "attempt" } th.n { "from, s" } th.n { "to, s" } th { "judged" } }
+                tr { th { "measurement" } th.n { "attempt" } th.n { "from, s" } th.n { "to, s" } th { "criteria" } }
                 @for (entry, attempt) in refused.iter().take(LISTED) {
                     tr {
                         td { (entry.filing) }

@@ -47,8 +47,8 @@ pub struct Page<'a> {
 /// [`DrawError`] where a figure cannot be drawn.
 pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let title = match page.kind {
-        Some(PanelKind::Device) => "The device under many fingers",
-        Some(PanelKind::Finger) => "Many fingers",
+        Some(PanelKind::Device) => "Transfer functions of the device with several fingers",
+        Some(PanelKind::Finger) => "Transfer functions of several fingers",
         _ => "A panel of transfer functions",
     };
     let body = html! {
@@ -83,7 +83,8 @@ fn bench_line(page: &Page<'_>) -> String {
     let first = kinds.first().copied().flatten();
     let bench = bench_text(first)
         .filter(|_| kinds.iter().all(|kind| *kind == first))
-        .unwrap_or("Not every measurement says whether it comes from a twin, from hardware or through a measured transfer function.");
+        .unwrap_or("The measurements are from different kinds of bench (digital twin, hardware, measured transfer function), or \
+            some do not state theirs.");
     let loads: Vec<String> = page.panel.loads_n().iter().map(f64::to_string).collect();
     let angles: Vec<String> = page
         .panel
@@ -110,7 +111,7 @@ fn averaging_word(averaging: BundleAverage) -> &'static str {
 }
 
 fn interval(interval: Option<[f64; 2]>) -> String {
-    interval.map_or("no interval from so few".into(), |[low, high]| {
+    interval.map_or("too few for an interval".into(), |[low, high]| {
         format!("95 %: {low:.1} to {high:.1} dB")
     })
 }
@@ -126,7 +127,8 @@ fn headline(said: &PanelAnalysis) -> Markup {
     else {
         return html! {
             section.verdict.unsure {
-                strong { "No load and angle has two people: nothing can be said of how they differ." }
+                strong { "No load and angle was measured with two or more participants: differences between them cannot be \
+                    estimated." }
             }
         };
     };
@@ -151,16 +153,19 @@ fn headline(said: &PanelAnalysis) -> Markup {
             p.headline { strong { (verdict_line(costs)) } " " (verdict_reason(cell, costs)) }
             p.headline { strong { (worst_line(said, cell)) } " " (how_sure(said)) }
             div.numbers {
-                (number(format!("{deviation_db:.1} dB"), format!("largest deviation between people at {cell}, at {at_hz:.0} Hz")))
+                (number(format!("{deviation_db:.1} dB"), format!("maximum deviation between participants at {cell}, \
+                    at {at_hz:.0} Hz")))
                 @if let Some(spread) = spread {
-                    (number(format!("{:.1} dB", spread.spread_rms_db), "standard deviation over people there, rms over the band".into()))
+                    (number(format!("{:.1} dB", spread.spread_rms_db), "standard deviation over participants at this load and \
+                        angle, rms over the band".into()))
                 }
-                (number(format!("{:.1} dB rms", costs.mean_db_rms), format!("what the average costs a new person ({})", interval(costs.interval_db_rms))))
-                (number(format!("{:.1} dB rms", costs.worst.db_rms), format!("the most, for {}", costs.worst.participant)))
-                (number(percent(costs.verdict.share_within), format!("of people within {} dB rms", costs.verdict.criterion.db_rms)))
+                (number(format!("{:.1} dB rms", costs.mean_db_rms), format!("error of the average for a new participant ({})", interval(costs.interval_db_rms))))
+                (number(format!("{:.1} dB rms", costs.worst.db_rms), format!("largest error, for {}", costs.worst.participant)))
+                (number(percent(costs.verdict.share_within), format!("of participants within {} dB rms", costs.verdict.criterion.db_rms)))
                 @if let Some(curve) = curve {
                     @if let (Some(found), Some([low, high])) = (curve.enough.found, curve.enough.interval) {
-                        (number(format!("{low:.0} to {high:.0}"), format!("people in the average for more to gain less than {} dB (95 %; most likely {found:.0})", curve.within_db)))
+                        (number(format!("{low:.0} to {high:.0}"), format!("participants in the average, beyond which more \
+                            reduce the error by less than {} dB (95 %; most likely {found:.0})", curve.within_db)))
                     }
                 }
             }
@@ -170,21 +175,24 @@ fn headline(said: &PanelAnalysis) -> Markup {
 
 fn verdict_line(costs: &CellPenalties) -> &'static str {
     match costs.verdict.outcome {
-        Judged::Met => "The average will do.",
-        Judged::NotMet => "The average will not do.",
-        Judged::NotDecided => "Whether the average will do is not decided.",
+        Judged::Met => "The average is sufficient.",
+        Judged::NotMet => "The average is not sufficient.",
+        Judged::NotDecided => "Whether the average is sufficient is not decided.",
     }
 }
 
 fn worst_line(said: &PanelAnalysis, cell: Cell) -> String {
     match &said.worst {
         Some(worst) if said.cells.len() > 1 && worst.outcome() == Judged::Met => {
-            format!("People differ most at {cell}.")
+            format!("Participants differ most at {cell}.")
         }
         _ if said.cells.len() > 1 => {
-            format!("Where people differ most is not decided; as measured, at {cell}.")
+            format!(
+                "At which load and angle participants differ most is not decided; the largest measured deviation is \
+                at {cell}."
+            )
         }
-        _ => format!("People at {cell}."),
+        _ => format!("Participants at {cell}."),
     }
 }
 
@@ -193,16 +201,17 @@ fn verdict_reason(cell: Cell, costs: &CellPenalties) -> String {
     let criterion = costs.verdict.criterion;
     let held = match costs.interval_db_rms {
         Some([low, high]) => format!(
-            "At {cell} the average of the others is {:.1} dB rms off for a new person (95 %: {low:.1} to {high:.1} dB)",
+            "At {cell} the average of the others has an error of {:.1} dB rms for a new participant (95 %: {low:.1} \
+                to {high:.1} dB)",
             costs.mean_db_rms
         ),
         None => format!(
-            "At {cell} the average of the others is {:.1} dB rms off, from too few people for an interval",
+            "At {cell} the average of the others has an error of {:.1} dB rms, with too few participants for an interval",
             costs.mean_db_rms
         ),
     };
     format!(
-        "{held}. Asked for: the interval within {} dB rms, and {} of people within it; {}. {}",
+        "{held}. Criterion: the whole interval within {} dB rms, and at least {} of participants within this limit; {}. {}",
         criterion.db_rms,
         percent(criterion.least_share),
         costs.share_text(),
@@ -212,16 +221,17 @@ fn verdict_reason(cell: Cell, costs: &CellPenalties) -> String {
 
 fn how_sure(said: &PanelAnalysis) -> String {
     let Some(worst) = &said.worst else {
-        return "No two people were measured at every load and angle, so that conditions cannot be compared: this one is the widest as measured.".into();
+        return "No two participants were measured at every load and angle, so conditions cannot be compared: this one has the \
+            largest measured deviation.".into();
     };
     let Some((next, db)) = worst.ranking.get(1) else {
         return "It is the only load and angle.".into();
     };
     let sure = worst.share.map_or(
-        "how sure that is stays open with so few people".into(),
+        "the confidence in this cannot be estimated from so few participants".into(),
         |share| {
             format!(
-                "it is the widest in {} of {} draws of half of these {} people",
+                "it has the largest deviation in {} of {} random halves of these {} participants",
                 percent(share),
                 worst.resamples,
                 worst.people
@@ -238,9 +248,9 @@ fn falling(said: &PanelAnalysis) -> Markup {
     html! {
         @for falls in &said.falls {
             p {
-                "Largest deviation at " (falls.angle_deg.0) "°: " (falls.text())
+                "Maximum deviation at " (falls.angle_deg.0) "°: " (falls.text())
                 @if let (Some(every), Some(overall)) = (falls.share, falls.share_overall) {
-                    "; of draws of half of these people it falls at every step in " (percent(every))
+                    "; over random halves of these participants, it falls at every load step in " (percent(every))
                     ", and from the lightest to the heaviest load in " (percent(overall))
                 }
                 "."
@@ -262,26 +272,27 @@ fn spread(page: &Page<'_>) -> Result<Markup, DrawError> {
             &spread.cell.to_string(),
             &figures::bundle(page, spread)?,
             &format!(
-                "{} and their average; largest deviation {:.1} dB at {:.0} Hz (marked).",
-                plural(spread.bundle.count, "person").replace("persons", "people"),
+                "{} and their average; maximum deviation {:.1} dB at {:.0} Hz (marked).",
+                plural(spread.bundle.count, "participant"),
                 spread.bundle.max_deviation_db,
                 spread.bundle.max_deviation_at_hz
             ),
         ));
     }
     let all = format!(
-        "Every person at every load and angle, {} curves: {:.1} dB at {:.0} Hz.",
+        "All participants at all loads and angles, {} curves; maximum deviation {:.1} dB at {:.0} Hz.",
         said.all.count, said.all.max_deviation_db, said.all.max_deviation_at_hz
     );
     Ok(html! {
         section {
-            h2 { "How far people lie apart" }
+            h2 { "Differences between participants" }
             (falling(said))
             div.counterparts {
-                (titled("Largest deviation by load and angle", &figures::deviations(said)?, "The largest distance between the highest and the lowest curve over the band."))
-                (titled("Spread by frequency", &figures::spreads(said)?, "Standard deviation over people, line by line."))
+                (titled("Maximum deviation by load and angle", &figures::deviations(said)?, "The largest distance between the highest and the lowest curve over the band."))
+                (titled("Spread by frequency", &figures::spreads(said)?, "Standard deviation over participants at each spectral \
+                    line."))
                 @for bundle in &bundles { (bundle) }
-                @if said.cells.len() > 1 { (titled("All together", &figures::all(page)?, &all)) }
+                @if said.cells.len() > 1 { (titled("All loads and angles", &figures::all(page)?, &all)) }
             }
             (tables::cells(said))
             (tables::bands(said))
@@ -300,18 +311,21 @@ fn load(page: &Page<'_>) -> Result<Markup, DrawError> {
             drawn.push(titled(
                 &format!("{who} by load, {angle_deg}°"),
                 &svg,
-                "One person, the first who was measured at every load.",
+                "The first participant who was measured at every load.",
             ));
         }
         drawn.push(titled(
             &format!("Averages by load, {angle_deg}°"),
             &figures::averages_by_load(page, angle_deg)?,
-            &format!("The {} over people.", averaging_word(said.config.averaging)),
+            &format!(
+                "The {} over participants.",
+                averaging_word(said.config.averaging)
+            ),
         ));
     }
     Ok(html! {
         section {
-            h2 { "What load does" }
+            h2 { "Effect of load" }
             div.counterparts { @for figure in &drawn { (figure) } }
             (tables::loads(said))
         }
@@ -329,13 +343,13 @@ fn angle(page: &Page<'_>) -> Result<Markup, DrawError> {
             drawn.push(titled(
                 &format!("{who} by angle, {load_n} N"),
                 &svg,
-                "One person, the first who was measured at every angle.",
+                "The first participant who was measured at every angle.",
             ));
         }
     }
     Ok(html! {
         section {
-            h2 { "What the angle does" }
+            h2 { "Effect of angle" }
             div.counterparts { @for figure in &drawn { (figure) } }
             (tables::angles(said))
         }
@@ -349,14 +363,15 @@ fn repeats(page: &Page<'_>) -> Result<Markup, DrawError> {
     let measured = found.lying.is_some() || found.put_back.is_some();
     Ok(html! {
         section {
-            h2 { "How well measurements repeat" }
+            h2 { "Repeatability" }
             @if !measured {
-                p.soft { "Everybody was measured once at each load and angle: nothing can be said of repeats." }
+                p.soft { "Each participant was measured once at each load and angle: repeatability cannot be estimated." }
             }
             @if let Some((who, functions, coherence)) = &drawn {
                 div.counterparts {
                     (titled("Repeats of one finger", functions, who))
-                    (titled("Their coherence", coherence, "How much of the response the drive explains."))
+                    (titled("Coherence of these repeats", coherence, "The share of the response power that the drive explains \
+                        linearly."))
                 }
             }
             (tables::repeats(said))
@@ -376,18 +391,20 @@ fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
     let learning = figures::learning(said)?;
     Ok(html! {
         section {
-            h2 { "The average over people" }
+            h2 { "Average over participants" }
             p {
                 "At " (cell) " the complex mean differs from the mean of log magnitudes by "
-                (format!("{:+.2} dB over the band, at the lowest by {:+.2} dB at {:.0} Hz.", difference.mean_db, difference.lowest_db, difference.lowest_at_hz))
-                (format!(" Levels that differ between people raise it (by {:+.2} dB), phases that differ lower it (by {:.2} dB): they spread by {:.1}° rms over the band, and by {:.1}° where it is lowest.",
+                (format!("{:+.2} dB on average over the band; the lowest difference is {:+.2} dB, at {:.0} \
+                    Hz.", difference.mean_db, difference.lowest_db, difference.lowest_at_hz))
+                (format!(" Differences of level between participants raise it (by {:+.2} dB), differences of phase lower it \
+                    (by {:.2} dB): the phases differ by {:.1}° rms over the band, and by {:.1}° where it is lowest.",
                     difference.by_levels_db, difference.by_phases_db, difference.phase_rms_deg, difference.phase_rms_there_deg))
             }
             div.counterparts {
                 (titled("Both averages", &figures::averages(page, found)?, &format!("At {cell}.")))
-                (titled("What it costs each person", &figures::penalties(found, said)?, "The average of all others against the person's own, rms over the band. Red: the criterion."))
+                (titled("Error of the average for each participant", &figures::penalties(found, said)?, "The average of all others compared with the participant's own transfer function, rms over the band. Red: the criterion."))
                 @if let Some((svg, caption)) = &learning {
-                    (titled("How many people are enough", svg, caption))
+                    (titled("Number of participants needed", svg, caption))
                 }
             }
             (tables::averages(said))
@@ -408,15 +425,18 @@ fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
     };
     Ok(html! {
         section {
-            h2 { "The bench's own dip, taken out" }
+            h2 { "Compensation of the dip of the bench" }
             p {
                 (format!(
-                    "The control measurement has a dip of {:.1} dB at {:.1} Hz. Every measurement was divided by the control's narrow structure in {} (magnitude and phase); the control's own level and trend, a straight line in dB over the logarithm of frequency through what lies around the dip, were kept.",
+                    "The control measurement has a dip of {:.1} dB at {:.1} Hz. Every measurement was divided by the narrow \
+                        structure of the control in {} (magnitude and phase). The level and trend of the control were kept: a \
+                        straight line in dB over log frequency, fitted to the values around the dip.",
                     cleaning.artefact.depth_db, cleaning.artefact.at_hz, cleaning.artefact.window_hz
                 ))
             }
             div.counterparts {
-                (titled("The control", &drawn.0, "The control measurement, without a finger. Shaded: where the dip is divided out."))
+                (titled("The control", &drawn.0, "The control measurement, without a finger. Shaded: the band in which the dip \
+                    is divided out."))
                 @if let Some(both) = &drawn.1 {
                     (titled("A finger before and after", both, "The first measurement of the panel."))
                 }
@@ -424,8 +444,9 @@ fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
             table.second {
                 tr { th { "over all measurements" } th.n { "before" } th.n { "after" } }
                 tr { td { "lowest line near the dip, Hz" } td.n { (dip(|d| d.before.at_hz)) } td.n { (dip(|d| d.after.at_hz)) } }
-                tr { td { "depth below the line between 15–25 % below and above it, dB" } td.n { (dip(|d| d.before.depth_db)) } td.n { (dip(|d| d.after.depth_db)) } }
-                tr { td { "largest departure from that line within 15 %, dB" } td.n { (dip(|d| d.before.largest_db)) } td.n { (dip(|d| d.after.largest_db)) } }
+                tr { td { "depth below a straight line from 15–25 % below to 15–25 % above it, \
+                    dB" } td.n { (dip(|d| d.before.depth_db)) } td.n { (dip(|d| d.after.depth_db)) } }
+                tr { td { "largest deviation from this line within 15 %, dB" } td.n { (dip(|d| d.before.largest_db)) } td.n { (dip(|d| d.after.largest_db)) } }
             }
         }
     })
@@ -437,7 +458,7 @@ fn origin(page: &Page<'_>) -> Markup {
     let first = page.panel.entries().first().map(|entry| &entry.function);
     html! {
         section {
-            h2 { "How it was measured and analysed" }
+            h2 { "Methods" }
             table {
                 @if let Some(bench) = page.bench { tr { th { "bench" } td { (bench) } } }
                 @if let Some(function) = first {
@@ -447,9 +468,11 @@ fn origin(page: &Page<'_>) -> Markup {
                         tr { th { "device" } td { (format!("amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale)) } }
                     }
                 }
-                tr { th { "averages" } td { "Repeats of a placement, then placements, then people, each counted once: " (averaging_word(config.averaging)) "." } }
-                tr { th { "comparisons" } td { (format!("Between loads and between angles only people count who were measured on both sides; {} of {} were measured everywhere.", said.complete, said.participants.len())) } }
-                tr { th { "how sure" } td { (format!("Half of the people are drawn {} times, seed {}: a largest distance hangs on two people, and what holds for halves may hold for another panel.", config.resamples, config.seed)) } }
+                tr { th { "averages" } td { "First over the repeats of a placement, then over placements, then over \
+                    participants, each with equal weight: " (averaging_word(config.averaging)) "." } }
+                tr { th { "comparisons" } td { (format!("Loads and angles are compared only over the participants measured in \
+                    both conditions; {} of {} were measured in every condition.", said.complete, said.participants.len())) } }
+                tr { th { "confidence" } td { (format!("A random half of the participants is drawn {} times, seed {}: a maximum deviation depends on two participants only, and a result that holds for such halves may hold for another panel.", config.resamples, config.seed)) } }
                 tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
             }
         }

@@ -19,8 +19,8 @@ fn test(paired: Option<PairedDifference>, mean_db: f64) -> String {
 /// Which way the mean goes, where its interval over people has a direction.
 fn shown(paired: Option<PairedDifference>) -> &'static str {
     match paired.map(|p| Direction::of(Some(p.interval))) {
-        Some(Direction::Rises) => "louder",
-        Some(Direction::Falls) => "fainter",
+        Some(Direction::Rises) => "higher",
+        Some(Direction::Falls) => "lower",
         Some(Direction::NotShown) => "no change shown",
         None => "not decided",
     }
@@ -41,7 +41,8 @@ pub(super) fn cells(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle, load" } th.n { "people" } th.n { "largest deviation, dB" } th.n { "at, Hz" } th.n { "sd over people, dB rms" } th { "furthest from the mean" } }
+                tr { th { "angle, load" } th.n { "participants" } th.n { "maximum deviation, dB" } th.n { "at, Hz" } th.n { "SD \
+                    over participants, dB rms" } th { "participant furthest from the mean" } }
                 @for spread in &said.spreads {
                     @let furthest = spread.people.iter().max_by(|a, b| a.db_rms.total_cmp(&b.db_rms));
                     tr {
@@ -64,7 +65,8 @@ pub(super) fn bands(said: &PanelAnalysis) -> Markup {
     html! {
         @if !parts.is_empty() {
             h3 { "By bands" }
-            p.soft { "Largest deviation / standard deviation over people, rms / cost of the average for a new person, rms; all in dB." }
+            p.soft { "Maximum deviation / standard deviation over participants, rms / error of the average for a new \
+                participant, rms; all in dB." }
             div.wide {
                 table.tight {
                     tr { th { "angle, load" } @for part in parts { th.n { (part.band_hz) } } }
@@ -86,7 +88,9 @@ pub(super) fn loads(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "gain rises for" } th.n { "mean step, dB (95 %)" } th { "shown" } th.n { "least of all, dB" } th.n { "rising lines, least of all" } th.n { "paired t, p" } th.n { "sign test, p" } }
+                tr { th { "angle" } th { "load" } th.n { "participants" } th.n { "gain rises for" } th.n { "mean step, dB (95 \
+                    %)" } th { "gain" } th.n { "smallest step, dB" } th.n { "smallest share of rising \
+                    lines" } th.n { "paired t, p" } th.n { "sign test, p" } }
                 @for step in &said.load_steps {
                     @let least = step.people.iter().map(|p| p.mean_db).fold(f64::MAX, f64::min);
                     tr {
@@ -111,11 +115,13 @@ pub(super) fn angles(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle" } th { "load" } th.n { "people" } th.n { "difference, dB rms, median" } th.n { "largest" } th { "of" } th.n { "louder when steeper" } th.n { "mean step, dB (95 %)" } th { "shown" } th.n { "paired t, p" } th.n { "sign test, p" } }
+                tr { th { "angle" } th { "load" } th.n { "participants" } th.n { "difference, dB rms, \
+                    median" } th.n { "largest" } th { "participant" } th.n { "higher gain when steeper" } th.n { "mean step, dB \
+                    (95 %)" } th { "gain" } th.n { "paired t, p" } th.n { "sign test, p" } }
                 @for effect in &said.angle_effects {
                     tr {
                         td { (effect.from_deg.0) "° → " (effect.to_deg.0) "°" }
-                        td { @if let Some(load) = effect.load_n { (load) } @else { "all together" } }
+                        td { @if let Some(load) = effect.load_n { (load) } @else { "all loads" } }
                         td.n { (effect.people.len()) }
                         td.n { (format!("{:.2}", effect.median_db_rms)) }
                         td.n { (format!("{:.2}", effect.largest_db_rms)) }
@@ -129,7 +135,7 @@ pub(super) fn angles(said: &PanelAnalysis) -> Markup {
                 }
             }
         }
-        p.soft { "Over all loads: the mean of a person's steps, and the largest of the differences." }
+        p.soft { "All loads: the mean of the steps of each participant, and the largest of the differences." }
     }
 }
 
@@ -153,17 +159,18 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
         @if found.lying.is_some() || found.put_back.is_some() {
             div.wide {
                 table.second.tight {
-                    tr { th { "two measurements of one person" } th.n { "groups" } th.n { "pairs" } th.n { "apart, dB rms, median" } th.n { "largest" } th { "of" } th.n { "sd, dB rms" } }
-                    @if let Some(pairs) = &found.lying { (row("finger left where it is", pairs)) }
-                    @if let Some(pairs) = &found.put_back { (row("finger put back in between", pairs)) }
+                    tr { th { "two measurements of one participant" } th.n { "groups" } th.n { "pairs" } th.n { "difference, dB \
+                        rms, median" } th.n { "largest" } th { "largest in" } th.n { "SD, dB rms" } }
+                    @if let Some(pairs) = &found.lying { (row("finger not moved", pairs)) }
+                    @if let Some(pairs) = &found.put_back { (row("finger repositioned in between", pairs)) }
                 }
             }
         }
         @if !found.components.is_empty() {
-            h3 { "What makes measurements at one load and angle vary" }
+            h3 { "Components of variance at one load and angle" }
             div.wide {
                 table.tight {
-                    tr { th { "band" } th.n { "between people, dB" } th.n { "between placements, dB" } th.n { "between repeats, dB" } th.n { "share of the variance between people" } }
+                    tr { th { "band" } th.n { "between participants, dB" } th.n { "between placements, dB" } th.n { "between repeats, dB" } th.n { "share of the variance between participants" } }
                     @for part in &found.components {
                         tr {
                             td { (part.band_hz) }
@@ -175,7 +182,8 @@ pub(super) fn repeats(said: &PanelAnalysis) -> Markup {
                     }
                 }
             }
-            p.soft { "Standard deviations. Where everybody put the finger down once (–), what placement does is part of what people do." }
+            p.soft { "Standard deviations. –: every participant placed the finger only once, so the variation between \
+                placements is included in that between participants." }
         }
     }
 }
@@ -204,7 +212,10 @@ pub(super) fn averages(said: &PanelAnalysis) -> Markup {
     html! {
         div.wide {
             table.second.tight {
-                tr { th { "angle, load" } th { "average" } th.n { "cost for a new person, dB rms (95 %)" } th.n { "largest error of a person, mean, dB" } th { "most for" } th.n { "people within " (said.config.criterion.db_rms) " dB" } th { "will it do" } th.n { "people to decide" } th.n { "people that are enough (95 %)" } }
+                tr { th { "angle, load" } th { "average" } th.n { "error for a new participant, dB rms (95 \
+                    %)" } th.n { "largest error of a participant, mean, dB" } th { "largest for" } th.n { "participants \
+                    within " (said.config.criterion.db_rms) " dB" } th { "sufficient" } th.n { "participants to \
+                    decide" } th.n { "participants needed (95 %)" } }
                 @for average in &said.averages {
                     @let curve = said.learning.iter().find(|c| c.cell.is(average.cell));
                     @for averaging in [BundleAverage::LogMagnitude, BundleAverage::Complex] {

@@ -34,7 +34,7 @@ pub enum Stated {
 fn row(label: &str, v: &Verification, stated: Stated) -> Markup {
     let level = match stated {
         Stated::Rendering => format!("{:+.1} dB", v.level_db).replace('-', "−"),
-        Stated::Nothing => "not said".into(),
+        Stated::Nothing => "not stated".into(),
     };
     html! {
         tr {
@@ -62,35 +62,37 @@ pub(super) fn section(page: &Page<'_>, words: &dyn Words) -> Result<Markup, Draw
     let figure = figure(
         &figures::all_spectra(page)?,
         &format!(
-            "PSDs of the target and of every measurement, each as it was measured and brought onto the target's time. The target stands at the level at which {} was to play. Shaded: what is judged of {}.",
+            "PSDs of the target and of all measurements, as measured and aligned in time with the target. The target is shown \
+                at the level requested for {}. Shaded: the evaluated band of {}.",
             page.measured, page.measured
         ),
     );
     Ok(html! {
         section {
             h2 { "Further measurements of the same target" }
-            p { (format!("Each is verified in the same way over {}, at the level that it says it was rendered with. The verdict above is that of {}.", v.band_hz, page.measured)) }
+            p { (format!("Each is verified in the same way over {}, at its own stated rendering level. The verdict above is \
+                that of {}.", v.band_hz, page.measured)) }
             div.wide {
                 table.tight.matrix {
                     tr {
                         th { "measurement" }
-                        th.n { "rendered at" }
+                        th.n { "rendering level" }
                         th.n { "error, dB rms" }
-                        th.n { "achievable part, dB rms" }
+                        th.n { "error over the reached part, dB rms" }
                         th.n { "largest error, dB" }
                         th.n { "level error, dB" }
                         th.n { "waveform correlation" }
                         th.n { "samples at a limit" }
-                        th { "verdict by itself" }
+                        th { "own verdict" }
                     }
                     (row(page.measured, v, stated))
                     @for also in &page.also { (row(also.label, also.verification, also.rendering)) }
                 }
             }
             (figure)
-            h3 { "Doubts about them" }
+            h3 { "Doubts about these measurements" }
             @for also in &page.also {
-                p { b { (also.label) } @if also.doubts.is_empty() { ": none beside those about the target." } }
+                p { b { (also.label) } @if also.doubts.is_empty() { ": none, except those about the target." } }
                 @if !also.doubts.is_empty() { ul.doubts { @for doubt in &also.doubts { li { (words.merged(doubt)) } } } }
             }
         }

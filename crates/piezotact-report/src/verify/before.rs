@@ -1,4 +1,4 @@
-//! The target as it was before it was made otherwise on purpose.
+//! The textures from which a manipulated target was made.
 
 use maud::{Markup, html};
 use piezotact::lineage::Lineage;
@@ -35,10 +35,10 @@ fn made_from<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
 /// What the lineage of the target says of a texture called `label`.
 fn place_in(lineage: Option<&Lineage>, label: &str) -> &'static str {
     match lineage {
-        None => "the target does not say what it was made from",
-        Some(lineage) if lineage.source == label => "what the target was made from",
-        Some(lineage) if lineage.to_string().contains(label) => "something was taken of it",
-        Some(_) => "not named in what was done",
+        None => "the target does not state what it was made from",
+        Some(lineage) if lineage.source == label => "source of the target",
+        Some(lineage) if lineage.to_string().contains(label) => "one of its properties was used",
+        Some(_) => "not named in the processing steps",
     }
 }
 
@@ -52,20 +52,20 @@ pub(super) fn section(page: &Page<'_>) -> Result<Markup, DrawError> {
     let band = page.verification.band_hz;
     Ok(html! {
         section {
-            h2 { "Before and after: what was changed on purpose" }
+            h2 { "Texture manipulation: before and after" }
             @if let Some(lineage) = lineage {
-                p { "What was done to " (lineage.source) ":" }
+                p { "Processing steps, from " (lineage.source) ":" }
                 ol { @for step in &lineage.steps { li { (step) } } }
             }
             div.wide {
                 table.tight.matrix {
                     tr {
                         th { "before" }
-                        th { "in what was done" }
+                        th { "role in the processing" }
                         th.n { "rms before" }
                         th.n { "rms after" }
-                        th.n { "level, after over before" }
-                        th.n { (format!("shape apart, dB rms over {band}")) }
+                        th.n { "level, after re before" }
+                        th.n { (format!("difference of shape, dB rms over {band}")) }
                     }
                     @for before in &page.before {
                         tr {
@@ -79,10 +79,14 @@ pub(super) fn section(page: &Page<'_>) -> Result<Markup, DrawError> {
                     }
                 }
             }
-            p.soft { "Levels are rms about the mean at all frequencies. Shape: the difference of the PSDs after their mean difference over the band is taken away; 0 where only the level was changed." }
+            p.soft { "Levels are rms about the mean at all frequencies. Shape: the difference of the PSDs after subtracting \
+                their mean difference over the band; 0 if only the level was changed." }
             (figure(&waves.0, &format!("Before: the first {} s.", figures::BEFORE_DRAWN_S)))
-            (figure(&waves.1, &format!("After, the target as it was rendered from: the first {} s, on the same scale.", figures::BEFORE_DRAWN_S)))
-            (figure(&figures::before_spectra(page)?, "PSDs before and after, by Welch's method as above, of whole textures. A change of level alone is the same shape at another height. Shaded: the band over which shapes are compared."))
+            (figure(&waves.1, &format!("After, the target that was rendered: the first {} s, on the same \
+                scale.", figures::BEFORE_DRAWN_S)))
+            (figure(&figures::before_spectra(page)?, "PSDs before and after, by Welch's method as above, of whole textures. A \
+                change of level alone shifts the curve up or down and keeps its shape. Shaded: the band over which shapes are \
+                compared."))
         }
     })
 }

@@ -25,7 +25,7 @@ fn reason(source: DriveSource) -> &'static str {
     match source {
         DriveSource::Rendered => "the modelling delay that it was rendered with",
         DriveSource::Recorded => {
-            "the delay of the measurement that it was recorded beside, which is the modelling delay and the start of the devices"
+            "the delay of the measurement that it was recorded with: the modelling delay plus the start delay of the devices"
         }
     }
 }
@@ -47,18 +47,21 @@ pub(super) fn beside_texture(page: &Page<'_>) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { (title) }
-            p { "Where the device answers strongly the drive is weak, and where it answers weakly the drive is strong: the drive has another shape than the texture that comes of it." }
+            p { "Where the device responds strongly, the drive is weak; where it responds weakly, the drive is strong. The \
+                spectrum of the drive therefore has a different shape from that of the texture." }
             (figure(
                 &figures::beside_spectra(v, both)?,
                 &format!(
-                    "PSDs of the texture and of the drive that was made of it, each over its own mean square within {}, since their units differ: {} m/s² rms and {} of full scale rms.",
+                    "PSDs of the texture and of the drive computed from it, each divided by its own mean square within {}, \
+                        since their units differ: {} m/s² rms and {} of full scale rms.",
                     v.band_hz, digits(both.target_rms), digits(both.drive_rms)
                 ),
             ))
             (figure(
                 &figures::beside_waveforms(v, both)?,
                 &format!(
-                    "The same 150 ms as above, both limited to {} and over their rms. The drive is moved back by {:.1} ms: {why}.",
+                    "The same 150 ms as above, both band-limited to {} and divided by their rms. The drive is shifted earlier \
+                        by {:.1} ms: {why}.",
                     v.band_hz, lead.0 * 1e3
                 ),
             ))
@@ -84,7 +87,7 @@ pub(super) fn headroom(page: &Page<'_>) -> Result<Markup, DrawError> {
                     "The drive as computed: {}.", headroom.text()
                 )) }
                 p {
-                    "Achievable: "
+                    "Reached: "
                     @for (i, band) in rendering.achievable_band_hz.iter().enumerate() { @if i > 0 { ", " } (band) }
                     "."
                     @if !rendering.given_up_band_hz.is_empty() {

@@ -48,17 +48,17 @@ pub struct Page<'a> {
     pub provenance: &'a Provenance,
     /// Who touched how.
     pub condition: &'a Condition,
-    /// What the transfer function says that would come of sending the texture straight to the device.
+    /// The predicted result of sending the texture directly to the device.
     pub predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
     /// Further measurements of the same target.
     pub also: Vec<Also<'a>>,
     /// The textures before the target was made of them.
     pub before: Vec<Before<'a>>,
-    /// The negative control: the texture sent straight to the device.
+    /// The negative control: the texture sent directly to the device.
     pub straight: Option<&'a Straight<Verification>>,
 }
 
-/// The texture sent straight to the device, without its transfer function.
+/// The texture sent directly to the device, without its transfer function.
 #[derive(Clone, Debug)]
 pub struct Straight<T> {
     /// One unit of texture as full scale.
@@ -122,11 +122,11 @@ fn verdict(page: &Page<'_>) -> Markup {
             div.numbers {
                 (number(format!("{:.2} dB", v.error_db_rms), &format!("spectrum error as measured, rms over {}", v.band_hz)))
                 @if let Some(error_db) = v.error_db_rms_achievable {
-                    (number(format!("{error_db:.2} dB"), "rms over the achievable part"))
+                    (number(format!("{error_db:.2} dB"), "spectrum error, rms over the reached part of the band"))
                 }
                 (number(format!("{:.2} dB", v.error_db_max), &format!("largest error, at {:.0} Hz", v.error_max_at_hz)))
                 (number(format!("{:+.2} dB", v.level_error_db), "level error in the band"))
-                (number(format!("{:.3}", v.waveform_correlation), "waveform correlation, delay aligned"))
+                (number(format!("{:.3}", v.waveform_correlation), "waveform correlation after alignment of the delay"))
                 (number(format!("{:.1} ms", v.delay_s * 1e3), &delay_words(page)))
                 (number(format!("{:.2} %", v.clipped_fraction * 100.0), "samples at a limit"))
             }
@@ -155,7 +155,7 @@ fn criteria(v: &Verification) -> Markup {
                     }
                 }
             }
-            p.soft { "The verdict follows from these: a criterion that is not met makes it “not passed”, one that is not decided “not decided”; where only part of the target could be judged it is “passed in part”. Errors and levels are those of the vibration: the sensor's noise, as it is before and after the texture, and what estimates of this length scatter by are taken away. They are of " (v.judged_band()) "; the numbers above are of all of " (v.band_hz) " as measured, with both, and are not the same." }
+            p.soft { "The verdict follows from these criteria: if one is not met, it is “not passed”; if one is not decided, “not decided”; if only part of the target could be evaluated, “passed in part”. Errors and levels here are those of the vibration alone: the sensor noise, measured before and after the texture, and the scatter of estimates of this length are subtracted. They are for " (v.judged_band()) "; the numbers above are as measured over all of " (v.band_hz) ", with noise and scatter, and therefore differ." }
         }
     }
 }
@@ -166,9 +166,9 @@ fn delay_words(page: &Page<'_>) -> String {
         .map(|rendering| rendering.config.modelling_delay.0 * 1e3);
     match modelling {
         Some(modelling_ms) => format!(
-            "delay taken away: {modelling_ms:.0} ms of silence before the texture, and the start of the devices"
+            "delay removed: {modelling_ms:.0} ms of silence before the texture, plus the start delay of the devices"
         ),
-        None => "delay taken away".into(),
+        None => "delay removed".into(),
     }
 }
 
@@ -190,9 +190,10 @@ fn spectra(page: &Page<'_>) -> Result<Markup, DrawError> {
     let tones = &page.tones;
     Ok(html! {
         section {
-            h2 { "Spectrum: what was meant and what was felt" }
-            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: what is judged."))
-            (figure(&figures::error(v)?, "Error of every line of the band. Red: the limit that its rms is judged by; single lines may cross it."))
+            h2 { "Target and measured spectrum" }
+            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: the evaluated band."))
+            (figure(&figures::error(v)?, "Error at each spectral line of the band. Red: the limit for its rms; single lines may \
+                exceed it."))
             p.soft { (estimator_line(v)) }
             (figure(&figures::amplitudes(v, tones)?, &amplitudes_line(v, tones)))
         }
@@ -202,7 +203,7 @@ fn spectra(page: &Page<'_>) -> Result<Markup, DrawError> {
 /// How the amplitude spectra were computed.
 fn amplitudes_line(v: &Verification, tones: &Tones) -> String {
     format!(
-        "Amplitude spectra (FFT) of the two within {}: a tone, as of a periodic texture, stands at its peak amplitude. Computed with a {} window over segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the window's sum, which makes the amplitude of a tone right within 0.1 %. Of noise the height depends on the width of the lines: read it in the PSD.",
+        "Amplitude spectra (FFT) of target and measurement within {}: a tone, for example of a periodic texture, is shown at its peak amplitude. Computed with a {} window over segments of {} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the sum of the window, so that the amplitude of a tone is correct within 0.1 %. For noise, the amplitude depends on the width of the spectral lines: use the PSD.",
         v.band_hz,
         tones.welch.window.name(),
         tones.welch.segment,
@@ -217,8 +218,9 @@ fn waveform(page: &Page<'_>) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Waveform" }
-            p { "Spectra overlap even when every phase is wrong; waveforms do not." }
-            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, both limited to the band that is compared, the measurement moved back by its delay."))
+            p { "Spectra can agree even if every phase is wrong; waveforms cannot." }
+            (figure(&figures::waveforms(page.verification)?, "150 ms from the middle of the texture, both limited to the \
+                compared band; the measurement is shifted earlier by its delay."))
         }
     })
 }
@@ -250,7 +252,7 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
     })
 }
 
-/// What was done to the texture on purpose, up to its rendering where that is known.
+/// The manipulations of the texture, up to its rendering where that is known.
 fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
     let rendered = page
         .rendering
@@ -261,11 +263,11 @@ fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
 fn origin(page: &Page<'_>) -> Markup {
     html! {
         section {
-            h2 { "Where it comes from" }
+            h2 { "Origin of the data" }
             table {
                 tr { th { "texture" } td { (page.target.about.provenance.source) ol { @for step in &page.target.about.provenance.steps { li { (step) } } } } }
                 @if let Some(lineage) = lineage(page) {
-                    tr { th { "what was done" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
+                    tr { th { "processing steps" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
                 }
                 tr { th { "bench" } td { (page.provenance.source) } }
                 tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }

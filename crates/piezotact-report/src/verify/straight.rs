@@ -1,4 +1,4 @@
-//! The texture sent straight to the device, without its transfer function: measured in the demo, computed elsewhere.
+//! The texture sent directly to the device, without its transfer function: measured in the demo, computed elsewhere.
 
 use maud::{Markup, html};
 use piezotact::verify::{PredictedStraight, Verification, VerifyError};
@@ -25,15 +25,17 @@ pub(super) fn measured(
     let (loud, fitting) = (&straight.as_it_stands, &straight.turned_down);
     Ok(html! {
         section {
-            h2 { "Negative control: the texture sent straight to the device" }
-            p { "Without its transfer function the device answers with something else. The texture was sent as it stands, 1 m/s² as a drive of 1, which the device clips; and turned down until nothing clips, compared after the mean error is taken away." }
+            h2 { "Negative control: the texture sent directly to the device" }
+            p { "Without compensation by the transfer function, the device reproduces a different spectrum. The texture was \
+                sent unscaled (1 m/s² as a drive of 1), which the device clips; and attenuated until nothing clips, compared \
+                after subtracting the mean error." }
             table {
                 tr { th { "strategy" } th.n { (format!("spectrum error, rms over {}", rendered.band_hz)) } th.n { "waveform correlation" } th.n { "clipped" } }
                 (row("rendered through the transfer function", rendered, rendered.error_db_rms))
-                (row("sent straight, at the device's own scale", loud, loud.error_db_rms))
-                (row("sent straight without clipping, level-matched", fitting, fitting.error_db_rms_level_matched))
+                (row("sent directly, unscaled", loud, loud.error_db_rms))
+                (row("sent directly, attenuated until nothing clips, level-matched", fitting, fitting.error_db_rms_level_matched))
             }
-            (figure(&figures::straight(straight)?, "What the finger feels when the texture is sent straight: at the device's own scale, and turned down."))
+            (figure(&figures::straight(straight)?, "Measured response to the texture sent directly: unscaled, and attenuated."))
         }
     })
 }
@@ -43,7 +45,7 @@ pub(super) fn predicted(
     rendered: &Verification,
     predicted: &Result<PredictedStraight, VerifyError>,
 ) -> Result<Markup, DrawError> {
-    let title = "The texture sent straight to the device (computed, not measured)";
+    let title = "The texture sent directly to the device (computed, not measured)";
     let predicted = match predicted {
         Ok(predicted) => predicted,
         Err(error) => {
@@ -67,16 +69,20 @@ pub(super) fn predicted(
     Ok(html! {
         section {
             h2 { (title) }
-            p { "What the finger would feel if the texture itself were the drive: the texture filtered by the transfer function, which knows of no noise, no distortion and no clipping. Texture and drive have no common scale, so the level is matched: the mean error over the judged lines is taken away." }
+            p { "The response expected if the texture itself were the drive: the texture filtered by the transfer function, \
+                without noise, distortion or clipping. Texture and drive have no common scale, so the level is matched: the \
+                mean error over the evaluated lines is subtracted." }
             table {
-                tr { th { "strategy" } th { "judged over" } th.n { "spectrum error, rms" } th.n { "waveform correlation" } }
-                (row("measured, as it was rendered", &rendered.judged_band(), measured_db, rendered.waveform_correlation))
-                (row("sent straight, computed, level-matched", &band, predicted.error_db_rms_level_matched, predicted.waveform_correlation))
+                tr { th { "strategy" } th { "evaluated band" } th.n { "spectrum error, rms" } th.n { "waveform correlation" } }
+                (row("measured, rendered through the transfer \
+                    function", &rendered.judged_band(), measured_db, rendered.waveform_correlation))
+                (row("sent directly, computed, level-matched", &band, predicted.error_db_rms_level_matched, predicted.waveform_correlation))
             }
             (figure(
                 &figures::predicted(rendered, predicted)?,
                 &format!(
-                    "PSDs of the target and of what the transfer function makes of it ({} dB taken away to match the level). Shaded: what is judged.",
+                    "PSDs of the target and of the target filtered by the transfer function ({} dB subtracted to match the \
+                        level). Shaded: the evaluated band.",
                     digits(predicted.level_difference_db).replace('-', "−")
                 ),
             ))

@@ -25,13 +25,13 @@ impl CellPenalties {
             .find(|c| c.what == AverageRule::ShareWithin);
         let interval = match rule.and_then(|rule| rule.interval) {
             Some([low, high]) => format!(
-                "95 %: {} to {} of people like them",
+                "95 %: {} to {} of the population",
                 percent(low),
                 percent(high)
             ),
-            None => "from too few people for an interval".into(),
+            None => "too few participants for an interval".into(),
         };
-        format!("{within:.0} of {n} are ({interval})")
+        format!("{within:.0} of {n} participants are within the limit ({interval})")
     }
 
     /// How many people would decide, where it is not decided.
@@ -44,14 +44,14 @@ impl CellPenalties {
         let driven = verdict.criteria.iter().find(driven).map(|c| c.outcome);
         match (verdict.outcome, verdict.people_needed) {
         (Judged::NotDecided, _) if driven != Some(Judged::Met) => {
-            Some("Not everybody was driven over all of the band.".into())
+            Some("Not every participant was measured with a drive over the whole band.".into())
         }
         (Judged::NotDecided, Some(needed)) => Some(format!(
-            "If further people scatter as these {} do, {needed} would decide it.",
+            "With the same scatter as these {} participants, {needed} participants would decide it.",
             self.people.len()
         )),
         (Judged::NotDecided, None) => Some(
-            "Not even 300 people who scatter as these do would decide it: they lie too close to the criterion.".into(),
+            "With the same scatter, even 300 participants would not decide it: the values are too close to the criterion.".into(),
         ),
         _ => None,
     }
@@ -66,14 +66,16 @@ impl LearningCurve {
     pub fn enough_text(&self) -> String {
         let measured = self.points.len() + 1;
         let (Some(found), Some([low, high])) = (self.enough.found, self.enough.interval) else {
-            return format!("how many people are enough is not decided from {measured}");
+            return format!("the number of participants needed cannot be decided from {measured}");
         };
-        let range = format!("{found:.0} people (95 %: {low:.0} to {high:.0})");
+        let range = format!("{found:.0} participants (95 %: {low:.0} to {high:.0})");
         match self.enough.outcome {
             Judged::Met => format!("{range} are enough, {measured} were measured"),
             Judged::NotMet => format!("{range} are needed, {measured} were measured"),
             Judged::NotDecided => {
-                format!("whether {measured} people are enough is not decided: it takes {range}")
+                format!(
+                    "whether {measured} participants are enough is not decided: the number needed is {range}"
+                )
             }
         }
     }
@@ -87,12 +89,12 @@ impl FallsWithLoad {
     pub fn text(&self) -> String {
         let Some(p) = self.p_value else {
             return format!(
-                "whether it changes with load is not decided from {} people",
+                "whether it changes with load cannot be decided from {} participants",
                 self.people
             );
         };
         let numbers = format!(
-            "{} dB from the lightest to the heaviest load ({} over {} people)",
+            "{} dB from the lightest to the heaviest load ({} over {} participants)",
             signed(self.change_db, 1),
             p_text(p),
             self.people

@@ -10,7 +10,7 @@ pub mod random;
 mod rank;
 mod student;
 
-pub use line::{Direction, LogFit, log_fit};
+pub use line::{Direction, LogFit, Trend, log_fit, trend};
 pub(crate) use moments::{correlation, sum};
 pub use moments::{mean, peak, rms, standard_deviation};
 pub(crate) use order::median;

@@ -63,7 +63,7 @@ impl Roughness {
     pub fn size_text(&self) -> String {
         match self {
             Self::Profile(r) => format!(
-                "profile of {} points, {} apart, {}",
+                "profile of {} points, spacing {}, length {}",
                 r.roughness.heights_m().len(),
                 length_text(r.roughness.step_m()),
                 length_text(r.roughness.length_m())
@@ -71,7 +71,7 @@ impl Roughness {
             Self::Map(r) => {
                 let map = &r.surface;
                 format!(
-                    "height map of {} × {} points, {} apart, {}",
+                    "height map of {} × {} points, spacing {}, size {}",
                     map.columns(),
                     map.rows(),
                     both(map.step_x_m(), map.step_y_m()),
@@ -104,7 +104,7 @@ fn of_profile(r: &ProfileRoughness) -> String {
         .any(|doubt| matches!(doubt.kind(), Some(SurfaceDoubt::CutoffUnsettled { .. })));
     let why = match r.config.cutoff {
         Cutoff::Stated(_) => "stated",
-        _ if unsettled => "the nearest that the table of ISO 4288 offers for this length",
+        _ if unsettled => "the closest value in the table of ISO 4288 for this length",
         Cutoff::Iso4288 => "chosen by ISO 4288 from Ra",
         Cutoff::Iso4288Periodic => "chosen by ISO 4288 from RSm",
     };
@@ -116,7 +116,10 @@ fn of_profile(r: &ProfileRoughness) -> String {
             )
         }
         (ProfileFilter::None, Some(cutoff_m)) => {
-            format!("no filter, sections of {} (stated)", length_text(cutoff_m))
+            format!(
+                "no filter, sampling lengths of {} (stated)",
+                length_text(cutoff_m)
+            )
         }
         (_, None) => "no filter".into(),
     };
@@ -126,11 +129,11 @@ fn of_profile(r: &ProfileRoughness) -> String {
         (ProfileFilter::Gauss, None) => ", no λs".into(),
     };
     let sections = match r.sections {
-        1 => "1 section".into(),
-        sections => format!("{sections} sections"),
+        1 => "1 sampling length".into(),
+        sections => format!("{sections} sampling lengths"),
     };
     let ends = match r.ends {
-        Ends::Dropped => ", in the middle",
+        Ends::Dropped => ", without the ends",
         Ends::Kept => ", ends included",
         Ends::Unfiltered => "",
     };
@@ -156,8 +159,8 @@ fn of_map(r: &ArealRoughness) -> String {
 
 fn form_text(form: Form, level: &str) -> String {
     match form {
-        Form::Mean => "only the mean height taken away".into(),
-        Form::Level => format!("least-squares {level} taken away"),
-        Form::Polynomial(degree) => format!("polynomial of degree {degree} taken away"),
+        Form::Mean => "only the mean height removed".into(),
+        Form::Level => format!("least-squares {level} removed"),
+        Form::Polynomial(degree) => format!("polynomial of degree {degree} removed"),
     }
 }

@@ -356,7 +356,8 @@ pub enum SurfaceError {
     },
     /// A polynomial that is no form.
     #[error(
-        "expected a polynomial of degree 1 to {most} with fewer terms than points, found degree {degree} for {points} points; take a lower degree"
+        "expected a polynomial of degree 1 to {most} with fewer terms than points, found degree {degree} for {points} points; \
+            use a lower degree"
     )]
     Degree {
         /// The degree asked for.

@@ -57,10 +57,22 @@ fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
     vec![
         length("Ra", Some(r.ra_m), "arithmetic mean height"),
         length("Rq", Some(r.rq_m), "root-mean-square height"),
-        length("Rz", Some(r.rz_m), "maximum height of a section, mean"),
-        length("Rt", Some(r.rt_m), "total height"),
-        length("Rp", Some(r.rp_m), "highest peak of a section, mean"),
-        length("Rv", Some(r.rv_m), "deepest valley of a section, mean"),
+        length(
+            "Rz",
+            Some(r.rz_m),
+            "maximum height per sampling length, mean",
+        ),
+        length("Rt", Some(r.rt_m), "total height of the profile"),
+        length(
+            "Rp",
+            Some(r.rp_m),
+            "maximum peak height per sampling length, mean",
+        ),
+        length(
+            "Rv",
+            Some(r.rv_m),
+            "maximum valley depth per sampling length, mean",
+        ),
         number("Rsk", r.rsk, "skewness"),
         number("Rku", r.rku, "kurtosis, 3 for Gaussian heights"),
         length("RSm", r.rsm_m, "mean width of the profile elements"),
@@ -73,8 +85,8 @@ fn areal(r: &ArealRoughness) -> Vec<Parameter> {
         length("Sa", Some(r.sa_m), "arithmetic mean height"),
         length("Sq", Some(r.sq_m), "root-mean-square height"),
         length("Sz", Some(r.sz_m), "maximum height"),
-        length("Sp", Some(r.sp_m), "highest peak"),
-        length("Sv", Some(r.sv_m), "deepest pit"),
+        length("Sp", Some(r.sp_m), "maximum peak height"),
+        length("Sv", Some(r.sv_m), "maximum pit height"),
         number("Ssk", r.ssk, "skewness"),
         number("Sku", r.sku, "kurtosis, 3 for Gaussian heights"),
         number("Sdq", r.sdq, "root-mean-square gradient"),
@@ -82,13 +94,13 @@ fn areal(r: &ArealRoughness) -> Vec<Parameter> {
             symbol: "Sdr",
             value: r.sdr.map(|share| share * 100.0),
             unit: "%",
-            meaning: "area beyond the projected one",
+            meaning: "developed interfacial area ratio",
         },
         length("Sal", r.sal_m, "autocorrelation length"),
         number(
             "Str",
             r.str_ratio,
-            "aspect ratio of the texture, 0 for ridges to 1",
+            "texture aspect ratio, from 0 (directional) to 1 (isotropic)",
         ),
     ]
 }

@@ -46,7 +46,7 @@ pub struct BetweenChannels {
 pub enum BetweenError {
     /// One channel is named twice.
     #[error(
-        "expected two channels, found `{channel}` as both drive and response; name the one that answers"
+        "expected two channels, found `{channel}` as both drive and response; name the channel of the response"
     )]
     SameChannel {
         /// The channel.
@@ -60,7 +60,8 @@ pub enum BetweenError {
     },
     /// A channel holds no signal.
     #[error(
-        "expected the channel `{channel}` to hold a signal, found {} from beginning to end; check its cable, its range and its name",
+        "expected the channel `{channel}` to hold a signal, found the constant value {}; check its cable, its range \
+                     and its name",
         crate::number::digits(*.value)
     )]
     Constant {

@@ -1,4 +1,4 @@
-//! A texture and the drive that was made of it, on one time and as multiples of their rms, so that their shapes compare.
+//! A texture and the drive rendered from it, aligned in time and normalised by their rms, so that their shapes can be compared.
 
 use super::align::in_band;
 use super::{Verification, VerifyError};
@@ -9,7 +9,7 @@ use crate::series::Series;
 use crate::spectrum::WelchPlan;
 use crate::statistics::rms;
 
-/// A texture and its drive on one time, both limited to the band that is compared, as multiples of their rms.
+/// A texture and its drive, aligned in time, both limited to the band of the comparison and normalised by their rms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beside {
     /// The rms of the texture in the band, in its unit.
@@ -22,14 +22,14 @@ pub struct Beside {
     pub target_psd: Vec<f64>,
     /// The PSD of the drive over its mean square, 1/Hz.
     pub drive_psd: Vec<f64>,
-    /// The texture at the rate of the comparison, times its rms.
+    /// The texture at the rate of the comparison, in multiples of its rms.
     pub target: Vec<f64>,
-    /// The drive at the texture's times, times its rms.
+    /// The drive at the texture's times, in multiples of its rms.
     pub drive: Vec<f64>,
 }
 
-/// The texture of `verification` beside its `drive`, which begins `lead` before the texture and is moved back by that, to
-/// the nearest sample; the PSDs by Welch's method as in the verification.
+/// The texture of `verification` and its `drive`, both in multiples of their rms. The drive begins `lead` before the texture
+/// and is shifted back by that, to the nearest sample; the PSDs by Welch's method as in the verification.
 ///
 /// Source: the thesis' figure 45.
 ///

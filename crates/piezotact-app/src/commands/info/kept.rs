@@ -62,7 +62,7 @@ fn runs(folder: &Path) -> Outcome<Kept<'static>> {
     let info = RunsInfo::of(folder)?;
     if info.runs.is_empty() {
         return Err(Failure::Data(anyhow!(
-            "{}: expected a folder of kept runs, found none in it; give the folder OUT.runs that a command keeps them in",
+            "{}: expected a folder of kept runs, found no run in it; give the folder OUT.runs in which a command keeps its runs",
             folder.display()
         )));
     }
@@ -110,14 +110,14 @@ fn device(path: &Path) -> Outcome<Kept<'_>> {
     );
     for gain in device.gains() {
         text += &format!(
-            "\n  gain {gain}: {:.4} times, up to {} V peak, {:.0} V/s into the actuator",
+            "\n  gain {gain}: ratio {:.4}, limit {} V peak, slew limit {:.0} V/s with the actuator",
             gain.voltage_ratio(),
             gain.limit_v,
             gain.slew_limit_v_per_s(device.actuator().capacitance_f)
         );
     }
     text +=
-        "\n  give it to `transfer` and `render` with --device, or to the twin as twin:device=FILE";
+        "\n  use it in `transfer` and `render` with --device, or in the twin as twin:device=FILE";
     Ok(Kept {
         text,
         document: InfoDocument::Device(DeviceInfo {

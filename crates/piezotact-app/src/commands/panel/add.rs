@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Add) -> Outcome {
         });
     }
     for (filing, _) in &filed {
-        print(&format!("filed as {filing}"))?;
+        print(&format!("added as {filing}"))?;
     }
     Ok(())
 }
@@ -73,7 +73,7 @@ fn filing_of(
 ) -> Outcome<Filing> {
     let lacks = |what: &str, option: &str| -> Failure {
         anyhow!(
-            "{}: expected to know the {what}, found nothing that says it; state it with {option}",
+            "{}: expected the {what}, found none; state it with {option}",
             path.display()
         )
         .into()

@@ -105,14 +105,14 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
     if let Some(worst) = &said.worst {
         let sure = worst.share.map_or(String::new(), |share| {
             format!(
-                ", the worst in {:.0} % of draws of half of them",
+                ", the largest in {:.0} % of random halves of the participants",
                 share * 100.0
             )
         });
         let found = if worst.outcome() == Judged::Met {
-            "people lie furthest apart at"
+            "largest difference between participants at"
         } else {
-            "where people lie furthest apart is not decided; as measured, at"
+            "condition of the largest difference between participants not decided; in this panel at"
         };
         lines.push(format!(
             "{found} {}: {:.1} dB at {:.0} Hz{sure}",
@@ -141,7 +141,8 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
             format!(" (95 %: {low:.1} to {high:.1})")
         });
         lines.push(format!(
-            "will the average do at {cell}? {}: a new person is {:.1} dB rms off{interval}, criterion {} dB for the interval and {:.0} % of people; {}; most for {}: {:.1} dB",
+            "is the average sufficient at {cell}? {}: error for a new participant {:.1} dB rms{interval}, criterion {} dB for \
+             the interval and for {:.0} % of participants; {}; largest for {}: {:.1} dB",
             costs.verdict.outcome.answer(),
             costs.mean_db_rms,
             costs.verdict.criterion.db_rms,
@@ -154,7 +155,7 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
         let curve = said.learning.iter().find(|curve| curve.cell.is(cell));
         lines.extend(curve.map(|curve| {
             format!(
-                "for more people in the average to gain less than {} dB: {}",
+                "number of participants beyond which one more improves the average by less than {} dB: {}",
                 curve.within_db,
                 curve.enough_text()
             )

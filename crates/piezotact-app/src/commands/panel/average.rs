@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Average) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&format!(
-        "wrote {}: the average of {} people at {cell}",
+        "wrote {}: the average of {} participants at {cell}",
         args.out.display(),
         document.participants.len()
     ))
@@ -71,7 +71,7 @@ fn chosen(args: &Average, cells: &[Cell]) -> Outcome<Cell> {
     match fitting[..] {
         [only] => Ok(*only),
         [] => Err(usage(anyhow!(
-            "expected a load and angle at which people were measured ({}), found none that fits; take one of these with --load and --angle",
+            "expected a measured load and angle ({}), found no match; choose one of these with --load and --angle",
             told(&mut cells.iter())
         ))),
         _ => Err(usage(anyhow!(

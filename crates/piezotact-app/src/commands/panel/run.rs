@@ -102,7 +102,7 @@ impl<'a> Session<'a> {
         let left = all.iter().filter(|filing| !folder.holds(filing)).count();
         if there_already > 0 {
             say(&format!(
-                "{there_already} of {} measurements are there already",
+                "{there_already} of {} measurements already exist",
                 all.len()
             ));
         }
@@ -164,7 +164,7 @@ fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
     Ok(match left {
         0 => format!("discarded {removed} of this command"),
         left => format!(
-            "discarded {removed} of this command; {left} of before {} kept in {}",
+            "discarded {removed} of this command; {left} of earlier commands {} kept in {}",
             if left == 1 { "is" } else { "are" },
             raw.path().display()
         ),
@@ -175,7 +175,8 @@ fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
 fn planned(args: &Run) -> Outcome<Vec<Person>> {
     if let Some(number) = args.bench.participant() {
         return Err(usage(anyhow!(
-            "expected a bench without participant, as --participants says who sits at it, found participant={number}; leave it out of --bench"
+            "expected a bench without participant, because --participants gives them, found participant={number}; leave it out \
+             of --bench"
         )));
     }
     let mut people: Vec<Person> = Vec::new();
@@ -184,7 +185,7 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
         let description = bench.acquirer.describe();
         let participant = description.condition.participant.ok_or_else(|| {
             anyhow!(
-                "expected a bench that says who sits at it, found {}; give participants pseudonyms",
+                "expected a bench that names its participant, found {}; give participants pseudonyms",
                 description.name
             )
         })?;
@@ -309,12 +310,13 @@ fn measure(
         ));
     })
     .map_err(|error| {
-        const GO_ON: &str = "what was measured before is kept, go on with the same command";
+        const GO_ON: &str =
+            "earlier measurements are kept; give the same command again to continue";
         match error {
             ProcedureError::RepeatRefused {
                 attempts, refusal, ..
             } => Failure::Data(anyhow!(
-                "{filing}: refused in {attempts} of {attempts} attempts; the last time {refusal}; {GO_ON}"
+                "{filing}: refused in all {attempts} attempts; in the last one, {refusal}; {GO_ON}"
             )),
             error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
             other => bench_failure(other),

@@ -154,7 +154,7 @@ impl<'a> Batch<'a> {
         }
         if !self.unfinished.is_empty() {
             return Err(Failure::Data(anyhow!(
-                "{} of {all} did not come to their end; {}",
+                "{} of {all} were not completed; {}",
                 self.unfinished.len(),
                 self.continued()
             )));
@@ -173,14 +173,14 @@ impl<'a> Batch<'a> {
         let mut kept = self.jobs.iter().filter_map(|job| job.runs.as_ref());
         let kept = kept.find(|runs| runs.is_interrupted());
         let kept = kept.map(|runs| match self.jobs.len() {
-            1 => format!(", which is kept in {}", runs.path().display()),
+            1 => format!(", which are kept in {}", runs.path().display()),
             _ => format!(
-                ", which is kept in the folders *.runs of {}",
+                ", which are kept in the folders *.runs of {}",
                 folder_of(runs.path()).display()
             ),
         });
         format!(
-            "the same command continues with what was measured{}",
+            "give the same command again to continue with the measurements made so far{}",
             kept.unwrap_or_default()
         )
     }

@@ -95,15 +95,15 @@ pub(super) fn run(
         ));
     }
     say(&format!(
-        "closed loop: {}; {:.2} dB rms open, {:.2} dB rms kept (iteration {}, {}); {}",
+        "closed loop: {}; spectrum error {:.2} dB rms in open loop, {:.2} dB rms for the kept drive (iteration {}, {}); {}",
         looped.kept,
         looped.iterations[0].verification.judged_error_db(),
         looped.told().judged_error_db(),
         looped.best,
         if looped.confirmed.is_some() {
-            "measured once more"
+            "confirmed by a further measurement"
         } else {
-            "not measured once more"
+            "not confirmed by a further measurement"
         },
         looped.end
     ));
@@ -113,7 +113,7 @@ pub(super) fn run(
 fn came(iteration: &Iteration) -> String {
     let v = &iteration.verification;
     format!(
-        "{:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        "spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
         v.judged_error_db(),
         v.error_db_max_achievable(),
         v.waveform_correlation,
@@ -159,7 +159,7 @@ impl Corrected {
         )?;
         if let Some(kept) = kept {
             say(&format!(
-                "the recording of that name that was there is kept as {}",
+                "the earlier recording of that name is kept as {}",
                 kept.display()
             ));
         }

@@ -68,7 +68,8 @@ struct Job<'a> {
 fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     if args.mode.is_none() && (args.finger.load.is_some() || args.finger.angle.is_some()) {
         return Err(usage(anyhow!(
-            "--load and --angle say how the finger lies in a closed loop, found no --mode; a drive is for the load and angle of its transfer function: characterise at others"
+            "expected --mode with --load and --angle, found none; without a closed loop, a drive is for the load and angle of \
+             its transfer function: characterise at other ones"
         )));
     }
     let people = args.transfer.len();
@@ -166,7 +167,7 @@ fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
     for folder in wanted.iter().flatten() {
         if ends_in(folder, "wav") || ends_in(folder, "parquet") || folder.is_file() {
             return Err(usage(anyhow!(
-                "{}: expected a folder for several textures or people, found the name of a file",
+                "{}: expected a folder for several textures or participants, found the name of a file",
                 folder.display()
             )));
         }
@@ -404,11 +405,12 @@ impl Asked<'_> {
         // To the tenth below: rounded up it would not fit.
         let level = ((level_db + fits_at.0) * 10.0 + 1e-6).floor() / 10.0;
         let failure = Failure::Data(anyhow!(
-            "{}: {error}: --level {level:.1} fits{}, --level fit finds it, --inverse drive-limited turns down what costs most{}",
+            "{}: {error}: --level {level:.1} fits{}, --level fit finds this level, --inverse drive-limited reduces what needs \
+             the largest drive{}",
             self.job.target.display(),
             self.other_gain(target).unwrap_or_default(),
             if self.args.mode.is_none() {
-                ", --allow-clipping cuts what is beyond"
+                ", --allow-clipping clips the drive"
             } else {
                 ""
             }
@@ -434,7 +436,7 @@ impl Asked<'_> {
             .into_iter()
             .find(|fit| fit.fits() && fit.gain != setup.gain.name)?;
         Some(format!(
-            ", a transfer function measured at gain {} would",
+            ", a transfer function measured at gain {} would fit",
             fit.gain
         ))
     }
@@ -452,7 +454,7 @@ impl Done {
             .map(ToString::to_string)
             .collect();
         let bands = if bands.is_empty() {
-            "nothing".into()
+            "none".into()
         } else {
             bands.join(", ")
         };
@@ -462,7 +464,7 @@ impl Done {
             format!(" at {:+.1} dB", self.level_db)
         };
         print(&format!(
-            "wrote {}{level}: {}; achievable {bands}",
+            "wrote {}{level}: {}; achievable band {bands}",
             self.out.display(),
             drive.headroom.text(),
         ))

@@ -100,7 +100,7 @@ fn stopped(document: &TwinRecordDocument<'_>, samples: usize) -> anyhow::Error {
     match samples {
         0 => anyhow!("stopped by hand: nothing was acquired, and no file was written"),
         _ => anyhow!(
-            "stopped by hand after {:.2}; what was recorded is kept in {}",
+            "stopped by hand after {:.2}; the recording is kept in {}",
             document.duration_s,
             document.record.display()
         ),
@@ -184,7 +184,7 @@ fn only_where_they_count(args: &Record) -> Outcome {
     ];
     match stated.iter().find(|(_, given, counts)| *given && !counts) {
         Some((option, ..)) => Err(usage(anyhow!(
-            "expected options of the bench {}, found {option}, which has no meaning there; leave it out",
+            "expected options of the bench {}, found {option}, which this bench does not use; leave it out",
             match args.bench {
                 TouchBench::Acttouch => "acttouch",
                 TouchBench::Triboair => "triboair",

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Surface) -> Outcome {
         return print_document(&document);
     }
     print(&format!(
-        "wrote {}: {} of the twin, {} × {} points, {} µm apart",
+        "wrote {}: {} of the twin, {} × {} points, spacing {} µm",
         args.out.display(),
         document.sample,
         document.columns,

@@ -104,10 +104,10 @@ impl Looped {
             best: self.best,
             held: self.iterations[self.best].held,
             ended: match self.end {
-                LoopEnd::Done => "as asked",
-                LoopEnd::NoBetter => "no better",
+                LoopEnd::Done => "number reached",
+                LoopEnd::NoBetter => "no improvement",
                 LoopEnd::Worse => "worse",
-                LoopEnd::Broken(_) => "broken off",
+                LoopEnd::Broken(_) => "invalid measurement",
             },
             bench: self.recording.about.provenance.bench,
         }
@@ -306,7 +306,7 @@ pub fn closed_loop(
         ..
     } = course
     else {
-        return Err(ProcedureError::Broken("no drive could be judged".into()));
+        return Err(ProcedureError::Broken("no drive could be evaluated".into()));
     };
     let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
         let label = format!("iteration {}, once more", drive.number);
@@ -363,7 +363,7 @@ pub fn closed_loop(
     let (confirmed, recording) = match again {
         Ok((verification, felt)) => {
             rendered.about.provenance = rendered.about.provenance.then(format!(
-                "measured once more at {:.2} dB rms, NMSE {:.1} dB, on the {}",
+                "confirmation measurement: {:.2} dB rms, NMSE {:.1} dB, on the {}",
                 verification.judged_error_db(),
                 verification.waveform_nmse_db,
                 bench.player.describe().name
@@ -689,7 +689,7 @@ fn finished(
         about: About {
             condition: first.about.condition,
             provenance: first.about.provenance.then(format!(
-                "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}; {kept}",
+                "closed loop, {}: iteration {} of at most {}, evaluated by a separate measurement: {:.2} dB; {end}; {kept}",
                 config.correct.mode.name(),
                 best.number,
                 config.iterations,
