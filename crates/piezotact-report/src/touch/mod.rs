@@ -397,7 +397,7 @@ fn active_passive(study: &StudyAnalysis) -> Result<Markup, DrawError> {
             .map(|group| &group.summary)
             .filter(|s| compared.pairs.iter().any(|pair| pair.sample == s.name))
             .collect();
-        Ok(figures::psds(&shared, band)?)
+        figures::psds(&shared, band)
     };
     Ok(html! {
         section {
