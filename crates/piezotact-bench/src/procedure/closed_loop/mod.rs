@@ -112,20 +112,6 @@ impl Looped {
             bench: self.recording.about.provenance.bench,
         }
     }
-
-    /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
-    #[must_use]
-    pub fn got_worse(&self) -> bool {
-        let gain = self.gain.as_ref();
-        !self.kept.is_open()
-            && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Outcome::NotMet)
-    }
-
-    /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
-    #[must_use]
-    pub fn is_close(&self) -> bool {
-        self.confirmed.is_some() && !self.got_worse() && self.told().is_close()
-    }
 }
 
 /// A texture rendered in a closed loop.

@@ -9,6 +9,8 @@ use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
 
+use super::Looped;
+
 /// Why a measurement of a loop is not reliable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -255,6 +257,22 @@ impl fmt::Display for Kept {
                 "the open-loop drive is kept: in the confirmation measurement, the best correction had a larger error"
             }
         })
+    }
+}
+
+impl Looped {
+    /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
+    #[must_use]
+    pub fn got_worse(&self) -> bool {
+        let gain = self.gain.as_ref();
+        !self.kept.is_open()
+            && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Outcome::NotMet)
+    }
+
+    /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
+    #[must_use]
+    pub fn is_close(&self) -> bool {
+        self.confirmed.is_some() && !self.got_worse() && self.told().is_close()
     }
 }
 
