@@ -123,6 +123,57 @@ pub struct StrokeFeatures {
     pub detection_power: Option<f64>,
 }
 
+/// A number of a stroke, as tables and reports have it.
+#[derive(Clone, Copy, Debug)]
+pub struct StrokeColumn {
+    /// Its name, with its unit where that is not a power of the vibration's: `centroid_hz`.
+    pub name: &'static str,
+    /// Its heading in a report's table of groups, with its unit; absent where it is not shown there.
+    pub heading: Option<&'static str>,
+    /// The number; absent where it was not measured.
+    pub value: fn(&StrokeFeatures) -> Option<f64>,
+}
+
+impl StrokeColumn {
+    const fn of(name: &'static str, value: fn(&StrokeFeatures) -> Option<f64>) -> Self {
+        Self {
+            name,
+            heading: None,
+            value,
+        }
+    }
+
+    const fn shown(self, heading: &'static str) -> Self {
+        Self {
+            heading: Some(heading),
+            ..self
+        }
+    }
+}
+
+/// The numbers of a stroke, in the order of the columns of tables. Groups summarise those that have a heading.
+pub const STROKE_COLUMNS: &[StrokeColumn] = &[
+    StrokeColumn::of("rms", |s| Some(s.rms)),
+    StrokeColumn::of("peak", |s| Some(s.peak)),
+    StrokeColumn::of("crest_factor", |s| Some(s.crest_factor)).shown("crest factor"),
+    StrokeColumn::of("merkel_power", |s| Some(s.receptor_power[0])),
+    StrokeColumn::of("meissner_power", |s| Some(s.receptor_power[1])),
+    StrokeColumn::of("pacini_power", |s| Some(s.receptor_power[2])),
+    StrokeColumn::of("ruffini_power", |s| Some(s.receptor_power[3])),
+    StrokeColumn::of("centroid_hz", |s| Some(s.centroid_hz)).shown("centroid, Hz"),
+    StrokeColumn::of("spread_hz", |s| Some(s.spread_hz)),
+    StrokeColumn::of("strongest_hz", |s| Some(s.strongest_hz)),
+    StrokeColumn::of("friction_mean", |s| Some(s.friction_coefficient?.mean)),
+    StrokeColumn::of("friction_sd", |s| Some(s.friction_coefficient?.sd)),
+    StrokeColumn::of("friction_median", |s| Some(s.friction_coefficient?.median)),
+    StrokeColumn::of("normal_force_mean_n", |s| Some(s.normal_force_n?.mean)),
+    StrokeColumn::of("normal_force_sd_n", |s| Some(s.normal_force_n?.sd)),
+    StrokeColumn::of("speed_mean_m_s", |s| Some(s.speed_m_s?.mean)),
+    StrokeColumn::of("speed_sd_m_s", |s| Some(s.speed_m_s?.sd)),
+    StrokeColumn::of("pacinian_power", |s| s.pacinian_power),
+    StrokeColumn::of("detection_power", |s| s.detection_power),
+];
+
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrokeSpectra {
