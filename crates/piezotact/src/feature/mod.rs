@@ -106,6 +106,13 @@ pub struct StrokeFeatures {
     pub strongest_hz: f64,
     /// Peaks above the background, the strongest first.
     pub peaks: Vec<Peak>,
+    /// The fourth power of the departure from the mean over the square of its second power, in the mean: 3 for Gaussian noise, 1.5
+    /// for a tone, more for bursts; of several channels the mean.
+    pub kurtosis: f64,
+    /// The standard deviation of the levels of 0.1 s, dB; silence counts as 20 dB below the mean level. Absent for strokes
+    /// shorter than 0.3 s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_spread_db: Option<f64>,
     /// √(Fx² + Fy²)/Fz, sample by sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_coefficient: Option<Statistics>,
@@ -172,6 +179,8 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("speed_sd_m_s", |s| Some(s.speed_m_s?.sd)),
     StrokeColumn::of("pacinian_power", |s| s.pacinian_power),
     StrokeColumn::of("detection_power", |s| s.detection_power),
+    StrokeColumn::of("kurtosis", |s| Some(s.kurtosis)).shown("kurtosis"),
+    StrokeColumn::of("level_spread_db", |s| s.level_spread_db).shown("spread of levels, dB"),
 ];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
