@@ -31,7 +31,9 @@ fn option(advice: &Advice) -> Option<String> {
         Advice::DescribeDevice => "--gain and --volts-per-full-scale",
         Advice::JoinWithItself => "manipulate --loop",
         Advice::ShowDoubts => "piezotact info",
-        Advice::PlayThroughOtherPlacement => "panel=FOLDER behind the measured bench's file",
+        Advice::PlayThroughOtherPlacement => {
+            "panel=FOLDER after the file name of the measured bench"
+        }
         _ => return None,
     };
     Some(option.to_owned())

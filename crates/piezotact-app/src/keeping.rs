@@ -75,7 +75,10 @@ impl Keeper<'_> {
     fn left(&self) -> Option<String> {
         let (path, samples) = self.last.as_ref()?;
         if samples.get() > 0 {
-            return Some(format!("what was acquired is kept in {}", path.display()));
+            return Some(format!(
+                "the acquired samples are kept in {}",
+                path.display()
+            ));
         }
         if let Place::Continued(folder) = &self.place {
             // Only one that holds nothing goes.
@@ -189,7 +192,7 @@ pub(crate) fn say_moved(journal: &mut JournalSink) {
     say_removed(removed);
     for moved in moved {
         say(&format!(
-            "the recording of that name that was there is kept as {}",
+            "the earlier recording of that name is kept as {}",
             moved.display()
         ));
     }
@@ -199,7 +202,7 @@ pub(crate) fn say_moved(journal: &mut JournalSink) {
 fn say_removed(removed: usize) {
     if removed > 0 {
         say(&format!(
-            "removed {removed} half copies that an interrupted command left; what it recorded is kept in its journal"
+            "removed {removed} incomplete copies left by an interrupted command; its recording is kept in its journal"
         ));
     }
 }
@@ -242,7 +245,7 @@ impl Purpose {
             ),
             (
                 self.bench != begun.bench,
-                "another bench or other settings of it".into(),
+                "another bench or other settings of the bench".into(),
             ),
             (self.target != begun.target, "another target".into()),
             (
@@ -273,10 +276,10 @@ pub(crate) fn go_on(folder: &RunFolder, purpose: &Purpose) -> Outcome<RunFolder>
     let begun = begun.and_then(|text| serde_json::from_str::<Purpose>(&text).ok());
     let differs = begun.map_or(Vec::new(), |begun| purpose.differs_from(&begun));
     if !folder.is_interrupted() {
-        aside("a closed loop came to its end there before")?;
+        aside("it contains the runs of a completed closed loop")?;
     } else if differs.is_empty() {
         say(&format!(
-            "{path}: goes on with the runs of an interrupted command; remove the folder to measure all of them again"
+            "{path}: continues with the runs of an interrupted command; remove the folder to repeat all measurements"
         ));
     } else {
         let differs = differs.join(" and ");
@@ -285,7 +288,7 @@ pub(crate) fn go_on(folder: &RunFolder, purpose: &Purpose) -> Outcome<RunFolder>
     Ok(folder.for_purpose(serde_json::to_string_pretty(purpose)?))
 }
 
-/// Says that the procedure with its runs in `folder` came to its end; they are kept, or discarded on purpose.
+/// Says that the procedure with its runs in `folder` was completed; they are kept, or discarded on request.
 pub(crate) fn done(folder: &RunFolder, raw: Raw) -> Outcome {
     match raw {
         Raw::Discarded => folder.discard()?,
@@ -304,7 +307,7 @@ pub(crate) fn done(folder: &RunFolder, raw: Raw) -> Outcome {
 pub(crate) enum Raw {
     /// They are.
     Kept,
-    /// They are thrown away on purpose.
+    /// They are discarded on request.
     Discarded,
 }
 
@@ -341,7 +344,8 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
                 Some(handle) => handle.stop(),
                 None => {
                     say(
-                        "ended at once: what was acquired stands in its journal, which `piezotact info` reads by the name of the recording; the next command of that name keeps it and removes what is half written",
+                        "stopped immediately: the acquired samples are in the journal, which `piezotact info` reads by the \
+                         name of the recording; the next command of that name keeps the journal and removes incomplete files",
                     );
                     std::process::exit(130)
                 }
@@ -349,7 +353,7 @@ pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
         });
         // Without a handler Ctrl-C ends the program, and the journal keeps what was acquired.
         if let Err(error) = installed {
-            say(&format!("Ctrl-C cannot end a run in order: {error}"));
+            say(&format!("Ctrl-C cannot stop a run cleanly: {error}"));
         }
     });
 }

@@ -153,7 +153,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "randomise-phases",
         form: None,
-        help: "Draws other phases by --seed: the same power on every line, another waveform",
+        help: "Replaces the phases by random ones (--seed): the same power spectrum, another waveform",
         read: |_| {
             Ok(Requested::alone(|x, settings| {
                 let needed = phases_needed(x.samples().len());
@@ -164,7 +164,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "rms-of",
         form: Some("FILE"),
-        help: "Takes the rms of another texture: a pure gain",
+        help: "Scales the texture to the rms of another texture: only a gain",
         read: |path| {
             Ok(Requested::with_other(
                 path,
@@ -176,7 +176,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "gain",
         form: Some("DB"),
-        help: "Louder or softer, such as -3dB",
+        help: "Raises or lowers the level, such as -3dB",
         read: |text| {
             let level = Decibels(read_gain(text)?);
             Ok(Requested::alone(move |x, _| gain(x, level)))
@@ -194,7 +194,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "tilt",
         form: Some("SLOPE@PIVOT"),
-        help: "Tilts the spectrum about a frequency, such as 3dB/oct@200Hz; held below 10 Hz",
+        help: "Tilts the spectrum about a frequency, such as 3dB/oct@200Hz; constant gain below 10 Hz",
         read: |text| {
             let slope = read_tilt(text)?;
             Ok(Requested::alone(move |x, _| tilt(x, slope)))
@@ -203,7 +203,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "shift",
         form: Some("HZ"),
-        help: "Moves every frequency by as many Hz, such as 20Hz",
+        help: "Shifts every frequency by this many Hz, such as 20Hz",
         read: |text| {
             let by = read_shift(text)?;
             Ok(Requested::alone(move |x, _| shift(x, by)))
@@ -212,7 +212,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "warp",
         form: Some("RATIO"),
-        help: "Multiplies every frequency, as by another speed, such as 1.25; 1.25:keep-length keeps the length",
+        help: "Multiplies every frequency, as at another sliding speed, such as 1.25; 1.25:keep-length keeps the duration",
         read: |text| {
             let (ratio, length) = read_warp(text)?;
             Ok(Requested {
@@ -224,7 +224,7 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "spectrum-of",
         form: Some("FILE"),
-        help: "Takes the spectrum of another texture, with its own phases and rms",
+        help: "Uses the shape of the spectrum of another texture; phases and rms are unchanged",
         read: |path| {
             Ok(Requested::with_other(
                 path,
@@ -244,13 +244,13 @@ pub(crate) const MANIPULATIONS: [Manipulation; 10] = [
     Manipulation {
         option: "reverse",
         form: None,
-        help: "Plays it backwards: the same power on every line, attacks become decays",
+        help: "Reverses the texture in time: the same power spectrum, attacks become decays",
         read: |_| Ok(Requested::alone(|x, _| time_reversed(x))),
     },
     Manipulation {
         option: "loop",
         form: Some("SECONDS"),
-        help: "Makes it as long as that, such as 10s: joined with itself without a click, or cut",
+        help: "Changes the duration, such as 10s: the texture is repeated without clicks, or cut",
         read: |text| {
             let duration = read_length(text)?;
             Ok(Requested::alone(move |x, _| {
@@ -309,7 +309,9 @@ fn read_tilt(text: &str) -> Result<Tilt, String> {
             pivot: Hertz(pivot),
             held_below: TILT_HELD_BELOW,
         })
-        .ok_or_else(|| "expected a slope about a frequency; write for example 3dB/oct@200Hz".into())
+        .ok_or_else(|| {
+            "expected a slope and a pivot frequency; write for example 3dB/oct@200Hz".into()
+        })
 }
 
 fn read_shift(text: &str) -> Result<Hertz, String> {
@@ -336,5 +338,5 @@ fn read_warp(text: &str) -> Result<(f64, WarpedLength), String> {
 fn read_length(text: &str) -> Result<Seconds, String> {
     number(text, "s")
         .map(Seconds)
-        .ok_or_else(|| "expected a length in s; write for example 10s".into())
+        .ok_or_else(|| "expected a duration in s; write for example 10s".into())
 }

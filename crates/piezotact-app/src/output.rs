@@ -11,10 +11,7 @@ use piezotact::document::{Content, Document, complete_doubts};
 use piezotact::doubt::{Merged, merged};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::quantity::Seconds;
-use piezotact::render::Headroom;
 use piezotact_dataset::{WriteError, write_atomically};
-use serde::Serialize;
-use serde_json::Value;
 
 use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Outcome};
@@ -34,17 +31,12 @@ pub(crate) fn print(text: &str) -> Outcome {
 
 /// Prints the document of `content` as readable JSON, with every doubt in it whole.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
-    print_json(&Document::of(content))
+    print(&document_text(content)?)
 }
 
-/// Prints `value` as readable JSON, with every doubt in it whole.
-pub(crate) fn print_json(value: &impl Serialize) -> Outcome {
-    print(&json_text(value)?)
-}
-
-/// `value` as readable JSON for people's own programs: every doubt in it has all its keys.
-pub(crate) fn json_text(value: &impl Serialize) -> Outcome<String> {
-    let mut value = serde_json::to_value(value)?;
+/// The document of `content` as readable JSON, with every doubt in it whole: all its keys and a sentence.
+pub(crate) fn document_text(content: &impl Content) -> Outcome<String> {
+    let mut value = serde_json::to_value(Document::of(content))?;
     complete_doubts(&mut value, &OptionWords);
     Ok(serde_json::to_string_pretty(&value)?)
 }
@@ -67,32 +59,6 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
     Ok(())
 }
 
-/// How far a drive stays below what limits it, as a person says it.
-pub(crate) fn headroom_text(headroom: &Headroom) -> String {
-    let Some(headroom_db) = headroom.headroom_db else {
-        return "the drive is silence: it lies below what any converter plays".into();
-    };
-    let side = if headroom_db >= 0.0 { "below" } else { "above" };
-    format!(
-        "peak {} of full scale, {:.1} dB {side} {} at {:.3}",
-        digits(headroom.peak),
-        headroom_db.abs(),
-        headroom.limited_by,
-        headroom.limit
-    )
-}
-
-/// Doubts as JSON, those of one kind as one: the first with how often it was `seen`, and where there are several the `ranges`
-/// of their numbers, the files they are `of` and the `subjects` they are about.
-pub(crate) fn doubts_json(doubts: &[Doubt]) -> Outcome<Value> {
-    merged_json(&merged(doubts))
-}
-
-/// As [`doubts_json`].
-pub(crate) fn merged_json(doubts: &[Merged]) -> Outcome<Value> {
-    Ok(serde_json::to_value(doubts)?)
-}
-
 /// Says on standard error what is being done. When nobody can hear it the work still goes on.
 pub(crate) fn say(text: &str) {
     let _nobody_hears = writeln!(std::io::stderr().lock(), "{text}");
@@ -100,13 +66,18 @@ pub(crate) fn say(text: &str) {
 
 /// Says every doubt on standard error, those of one kind once.
 pub(crate) fn say_doubts(doubts: &[Doubt]) {
+    say_merged(&merged(doubts));
+}
+
+/// As [`say_doubts`], of doubts that are merged.
+pub(crate) fn say_merged(doubts: &[Merged]) {
     let mut text = String::new();
-    for doubt in merged(doubts) {
+    for doubt in doubts {
         let _never_fails = write!(
             text,
             "{}doubt: {}",
             if text.is_empty() { "" } else { "\n" },
-            merged_text(&doubt)
+            merged_text(doubt)
         );
     }
     if !text.is_empty() {

@@ -122,7 +122,7 @@ fn the_gate_names_why_and_stops() {
         1,
         &[
             "repeat 1 was refused in 2 of 2 attempts",
-            "the force averaged",
+            "the mean force was",
             "0.2 N ± 0 %",
             "hold the finger",
         ],
@@ -142,7 +142,7 @@ fn the_gate_names_why_and_stops() {
     assert!(!folder.names().contains(&"tf.json".to_owned()));
     // Without a gate there is nothing to set.
     characterise(&folder, "--gate off --least-coherence 2 --out tf.json")
-        .expect_failure(2, &["--gate on with --least-coherence", "judges nothing"]);
+        .expect_failure(2, &["--gate on with --least-coherence", "checks nothing"]);
     characterise(&folder, "--seconds 12 --gate off --out tf.json").expect_success();
     // A band between two lines, and a segment of hardly any.
     characterise(&folder, "--gate off --band 10..11 --out x.json").expect_failure(
@@ -332,7 +332,7 @@ fn what_is_not_driven_is_not_rendered() {
         .unwrap();
     assert!(highest < 305.0, "{said}");
     assert!(
-        said["doubts"].to_string().contains("nothing drives"),
+        said["doubts"].to_string().contains("is not driven"),
         "{said}"
     );
     // A band below what the device answers to has nothing to be judged by, and is no error.

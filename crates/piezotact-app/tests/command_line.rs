@@ -26,7 +26,7 @@ fn the_demo_ends_with_a_report_and_a_verdict() {
     let html = std::fs::read_to_string(folder.path(report)).unwrap();
     for part in [
         "Negative control",
-        "device's own scale",
+        "sent directly, unscaled",
         "level-matched",
         "coherence",
         "Drive and its headroom",
@@ -613,7 +613,7 @@ fn a_device_of_one_s_own_is_described() {
         .json()["doubts"]
         .to_string();
     assert!(
-        doubts.contains("names no unit") && doubts.contains("device_not_described"),
+        doubts.contains("has no unit") && doubts.contains("device_not_described"),
         "{doubts}"
     );
 }

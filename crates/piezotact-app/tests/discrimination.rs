@@ -97,7 +97,7 @@ fn counts_are_withheld_in_text_json_and_report() {
     let html = std::fs::read_to_string(folder.path("slide.html")).unwrap();
     for text in [&done.out(), &html] {
         assert!(
-            text.contains("which samples can be told apart is withheld"),
+            text.contains("it is not computed which samples are distinguishable"),
             "{text}"
         );
         assert!(text.contains("Board2mm is in no unit"));

@@ -127,7 +127,7 @@ fn a_texture_goes_into_a_clip_and_comes_back_with_its_level() {
     assert!(
         console
             .err()
-            .contains("doubt: .haptic does not carry the waveform"),
+            .contains("doubt: .haptic cannot store the waveform"),
         "{}",
         console.err()
     );
@@ -228,7 +228,7 @@ fn a_drive_goes_into_hjif_for_the_device_it_was_made_for() {
     let said = lost(&json);
     assert!(
         said.iter()
-            .any(|said| said.contains("positions here are times")),
+            .any(|said| said.contains("here positions are times")),
         "{said:?}"
     );
     let path = folder.path("out.hjif");
@@ -430,7 +430,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.haptic",
             &[],
             1,
-            &["silence", "nothing to carry"],
+            &["silence", "nothing to export"],
         ),
         (
             "silent.wav",
@@ -444,7 +444,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.haptic",
             &SCALE,
             1,
-            &["expected something that lasts", "0.004 s"],
+            &["expected a duration above 0 s", "0.004 s"],
         ),
         (
             "loud.csv",
@@ -458,7 +458,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.ahap",
             &["--rate", "100"],
             2,
-            &["clip.haptic is a clip", "leave --rate out"],
+            &["clip.haptic is a haptic clip", "leave --rate out"],
         ),
         ("two.csv", "out.wav", &[], 1, &["--channel"]),
         (
@@ -500,6 +500,6 @@ fn what_a_doubt_says_is_read_again() {
     assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), loss);
     assert_eq!(
         loss.to_string(),
-        "AHAP does not carry hertz: keep the original beside it"
+        "AHAP cannot store hertz: keep the original file as well"
     );
 }

@@ -220,7 +220,7 @@ fn a_texture_is_rendered_in_a_closed_loop_on_a_fake() {
         1,
         &[
             "input of the scripted fake no longer answers after 5.50 s",
-            "the same command continues with what was measured",
+            "give the same command again to continue",
         ],
     );
     one_sentence(&done);
@@ -279,7 +279,7 @@ fn one_closed_loop_at_a_time_has_the_runs_of_an_output() {
     let second = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
     let (code, said) = ended(second);
     assert_eq!(code, Some(1), "{said}");
-    let who = format!("process {}, which still measures into it", first.id());
+    let who = format!("process {}, which is still writing to it", first.id());
     assert!(
         said.contains(&who) && said.contains("give another output"),
         "{said}"
@@ -323,7 +323,7 @@ fn a_closed_loop_that_loses_its_device_goes_on_later() {
         assert!(said.contains("holds the best drive so far"), "{said}");
         let last = said.lines().last().unwrap();
         assert!(
-            last.contains("the same command continues with what was measured"),
+            last.contains("give the same command again to continue"),
             "{said}"
         );
         folder.write("bench.toml", "seed = 1\n");
@@ -369,7 +369,7 @@ fn a_panel_is_measured_on_a_fake() {
     panel("gaps.toml", "people").expect_success();
     assert_eq!(recordings(&folder, "people/raw").len(), 2);
     // It goes on with the same script, or not at all; a panel of before does not say what the script held.
-    let measured = "2 of 2 measurements are there already";
+    let measured = "2 of 2 measurements already exist";
     let again = panel("gaps.toml", "people");
     again.expect_success();
     assert!(again.err().contains(measured), "{}", again.err());
@@ -379,7 +379,7 @@ fn a_panel_is_measured_on_a_fake() {
     done.expect_failure(
         2,
         &[
-            "gaps.toml as it was when the panel was begun",
+            "gaps.toml as it was when the panel was started",
             "another folder",
         ],
     );
@@ -599,6 +599,6 @@ fn realisations_and_sweeps_that_lost_samples_are_left_out() {
         let doubts = said["doubts"].as_array().unwrap();
         let left_out = doubts.iter().find(|d| d["code"] == "segments_left_out");
         assert_eq!(left_out.unwrap()["values"]["left_out"], 1, "{kind}: {said}");
-        run("holes.toml").expect_failure(1, &["sweeps or realisations", "were lost"]);
+        run("holes.toml").expect_failure(1, &["sweeps or realisations", "lost samples"]);
     }
 }

@@ -43,7 +43,7 @@ fn only_the_raw_recordings_of_the_command_are_discarded() {
     );
     more.expect_success();
     assert_eq!(recordings(&folder, "p/raw"), kept);
-    let said = "discarded 2 raw recordings of this command; 1 of before is kept in p/raw";
+    let said = "discarded 2 raw recordings of this command; 1 of earlier commands is kept in p/raw";
     assert!(more.err().contains(said), "{}", more.err());
     let alone = run(
         &folder,
@@ -110,7 +110,8 @@ fn an_interrupt_ends_a_batch_of_closed_loops() {
         "{said}"
     );
     let last = said.lines().last().unwrap();
-    let expected = "piezotact: stopped by hand: 0 of 2 were rendered; the same command continues with what was measured, which is kept in the folders *.runs of all";
+    let expected = "piezotact: stopped by hand: 0 of 2 were rendered; give the same command again to continue with the \
+ measurements made so far, which are kept in the folders *.runs of all";
     assert_eq!(last, expected);
     assert!(!folder.path("all/texture.wav.runs/done").exists());
     assert!(!folder.path("all/rough.wav.runs").exists());
@@ -155,7 +156,7 @@ fn a_closed_loop_goes_on_for_the_same_finger_alone() {
     assert_eq!(code, Some(1), "{said}");
     let last = said.lines().last().unwrap();
     assert!(last.starts_with("piezotact: stopped by hand "), "{said}");
-    let kept = "; the same command continues with what was measured, which is kept in d.wav.runs";
+    let kept = "; give the same command again to continue with the measurements made so far, which are kept in d.wav.runs";
     assert!(last.ends_with(kept), "{said}");
     folder.write("bench.toml", "seed = 1\n");
     let other = looped.replace("bench.toml", "bench.toml,participant=2");
@@ -176,7 +177,8 @@ fn a_closed_loop_goes_on_for_the_same_finger_alone() {
     assert!(people("d.wav.runs", "F02") && people("d.wav.runs.before-1", "F01"));
     let again = run(&folder, &other);
     again.expect_success();
-    let ended = "d.wav.runs: a closed loop came to its end there before; its recordings are kept in d.wav.runs.before-2, and everything is measured again";
+    let ended = "d.wav.runs: it contains the runs of a completed closed loop; its recordings are kept in d.wav.runs.before-2, \
+ and everything is measured again";
     assert!(again.err().contains(ended), "{}", again.err());
 }
 
@@ -186,7 +188,7 @@ fn nothing_acquired_leaves_no_file() {
     let folder = prepared();
     folder.write("dead.toml", "input_full_after_s = 0\n");
     folder.write("late.toml", "input_full_after_s = 0.5\n");
-    let nothing = "the input of the scripted fake ran full after 0.00 s";
+    let nothing = "the input buffer of the scripted fake overflowed after 0.00 s";
     let left = "nothing was acquired, and no file was written";
     for line in [
         "play drive.wav --bench fake:dead.toml --record m.parquet",
@@ -199,7 +201,10 @@ fn nothing_acquired_leaves_no_file() {
         let late = run(&folder, &line.replace("dead", "late"));
         late.expect_failure(
             1,
-            &["ran full after 0.50 s", "what was acquired is kept in "],
+            &[
+                "overflowed after 0.50 s",
+                "the acquired samples are kept in ",
+            ],
         );
         let said = late.err();
         let kept = said.trim_end().rsplit(' ').next().unwrap();
@@ -224,7 +229,7 @@ fn a_transfer_function_of_another_is_kept() {
         done.expect_success();
         let kept = format!("tf.json.before-{number}");
         let said = format!(
-            "tf.json: what was there is of another person, condition or seed, and kept as {kept}"
+            "tf.json: the earlier file is of another participant, condition or seed, and is kept as {kept}"
         );
         assert!(done.err().contains(&said), "{}", done.err());
         assert!(number == 2 || std::fs::read(folder.path(&kept)).unwrap() == first);

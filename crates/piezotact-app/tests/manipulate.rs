@@ -368,7 +368,7 @@ fn what_cannot_be_is_refused() {
             2,
             &["keep-length", "shorter"],
         ),
-        ("S2.wav --warp 1.4142135 --out x.wav", 2, &["few digits"]),
+        ("S2.wav --warp 1.4142135 --out x.wav", 2, &["few decimals"]),
         (
             "S2.wav --gain 1dB --rms-band 50..100 --out x.wav",
             2,
@@ -403,12 +403,12 @@ fn what_cannot_be_is_refused() {
         (
             "S2.wav --rms-of silent.wav --out x.wav",
             1,
-            &["silent.wav", "never changes"],
+            &["silent.wav", "constant"],
         ),
         (
             "silent.wav --gain 3dB --out x.wav",
             1,
-            &["silent.wav", "never changes"],
+            &["silent.wav", "constant"],
         ),
         ("plain.wav --gain 3dB --out x.wav", 1, &["--scale"]),
         (

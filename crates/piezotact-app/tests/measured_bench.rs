@@ -80,14 +80,14 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
     assert_eq!(said["provenance"]["bench"], "measured");
     let text = doubts(&said);
     for part in [
-        "no finger was touched",
+        "no finger was involved",
         "the hand of a test",
         "no force was measured",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let page = std::fs::read_to_string(folder.path("tf.html")).unwrap();
-    assert!(page.contains("Played through a measured transfer function: no finger was touched."));
+    assert!(page.contains("Played through a measured transfer function: no finger was involved."));
 
     let scale = "--scale 10m/s2";
     let render = format!("render texture.wav {scale} --transfer tf.json --out drive.wav --json");
@@ -100,11 +100,11 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
         confirmed.unwrap() <= error(0) + 0.05 && confirmed.unwrap() < 0.5,
         "{said}"
     );
-    assert!(doubts(&said).contains("no finger was touched"), "{said}");
+    assert!(doubts(&said).contains("no finger was involved"), "{said}");
 
     let play = format!("play drive.wav {bench} --record felt.parquet --json");
     let said = run(&folder, &play).json();
-    assert!(doubts(&said).contains("no finger was touched"), "{said}");
+    assert!(doubts(&said).contains("no finger was involved"), "{said}");
     assert!(!doubts(&said).contains("rendered for"), "{said}");
     let verify = format!("verify --target texture.wav {scale} --measured felt.parquet");
     run(
@@ -114,7 +114,7 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
     .expect_success();
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     for part in [
-        "Played through a measured transfer function: no finger was touched.",
+        "Played through a measured transfer function: no finger was involved.",
         "load 0.4 N",
         "P07",
     ] {
@@ -123,7 +123,7 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
     let info = run(&folder, "info felt.parquet");
     info.expect_success();
     assert!(
-        info.out().contains("no finger was touched"),
+        info.out().contains("no finger was involved"),
         "{}",
         info.out()
     );
@@ -155,9 +155,9 @@ fn a_response_that_says_nothing_is_played_through_with_doubts() {
     let said = run(&folder, play).json();
     let text = doubts(&said);
     for part in [
-        "does not say the load and angle",
+        "does not state the load and angle",
         "does not say its amplifier gain",
-        "does not say whether a finger was measured",
+        "does not state whether a finger was measured",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -281,7 +281,7 @@ fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
         let (error_db, said) = error_of(bench);
         assert!(error_db < 0.3, "{error_db}");
         assert!(
-            said.contains("the target comes back whatever device and finger do"),
+            said.contains("the target is reproduced whatever the device and the finger do"),
             "{said}"
         );
     }
@@ -327,7 +327,7 @@ fn a_twin_s_participant_of_another_seed_is_somebody_else() {
         );
         let text = doubts(&said.json());
         assert_eq!(
-            text.contains("P02 (twin of seed 7) and measured with P02 (twin of seed 8)"),
+            text.contains("P02 (twin of seed 7), but measured with P02 (twin of seed 8)"),
             others,
             "{text}"
         );

@@ -120,7 +120,7 @@ fn what_no_device_can_be_is_refused() {
         (
             "120e-9",
             "120e-9\nlimit_v = 5",
-            "at least the 10 V of gain low, the lowest, found a limit of 5 V",
+            "at least 10 V, which its lowest gain low can give, found a limit of 5 V",
         ),
     ] {
         folder.write("wrong.toml", OWN.replace(from, to));
@@ -171,7 +171,7 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
     assert!(text.contains("the amplifier"), "{text}");
     let told = run(&folder, &format!("{render} --allow-clipping")).err();
     assert!(
-        told.contains("was cut at the limit of the amplifier"),
+        told.contains("were clipped at the limit of the amplifier"),
         "{told}"
     );
 }

@@ -132,12 +132,12 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     assert!(db(&said["repeatability"]["components"][0]["persons_share"]) > 0.8);
     let report = std::fs::read_to_string(folder.path("panel.html")).unwrap();
     for part in [
-        "Whether the average will do is not decided.",
-        "Where people differ most is not decided; as measured, at 20°, 0.2 N.",
-        "1000 draws of half of these 4 people",
-        "Largest deviation by load and angle",
-        "How many people are enough",
-        "16 measurements in the averages, 16 without reservation.",
+        "Whether the average is sufficient is not decided.",
+        "At which load and angle participants differ most is not decided; the largest measured deviation is at 20°, 0.2 N.",
+        "1000 random halves of these 4 participants",
+        "Maximum deviation by load and angle",
+        "Number of participants needed",
+        "16 measurements in the averages, 16 of them with all criteria met.",
         "16 measurements were judged window by window",
         "median coherence of the driven lines",
         "no person took part",
@@ -151,7 +151,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     let words = run(&folder, "panel analyse panel").out();
     assert!(
         words
-            .contains("where people lie furthest apart is not decided; as measured, at 20°, 0.2 N"),
+            .contains("condition of the largest difference between participants not decided; in this panel at 20°, 0.2 N"),
         "{words}"
     );
 
@@ -226,11 +226,11 @@ fn fingers_are_freed_of_the_bench_s_artefact() {
         assert!(depth("before") > 6.0 && depth("after") < 1.0, "{finger}");
     }
     let report = std::fs::read_to_string(folder.path("fingers.html")).unwrap();
-    assert!(report.contains("The bench&#39;s own dip") || report.contains("The bench's own dip"));
+    assert!(report.contains("Compensation of the dip of the bench"));
     // A control of other lines.
     run(&folder, "transfer control.parquet --drive drive --response acceleration --segment 1024 --out coarse.json").expect_success();
     run(&folder, "panel analyse fingers --control coarse.json")
-        .expect_failure(1, &["513 lines", "1025 lines", "one rate and segment"]);
+        .expect_failure(1, &["513 lines", "1025 lines", "the same rate and segment"]);
     // A finger is no control: nothing narrow is left once the dip is.
     run(
         &folder,
@@ -267,12 +267,12 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     let kept = std::fs::read(folder.path("panel/panel.json")).unwrap();
     // Repeats of different people.
     run(&folder, "panel add panel b.json --participant P01")
-        .expect_failure(1, &["cannot mix people", "P01", "P02"]);
+        .expect_failure(1, &["cannot mix participants", "P01", "P02"]);
     run(&folder, "panel add panel b.json --load 0.4")
         .expect_failure(1, &["measured at 20°, 0.2 N"]);
     run(&folder, "panel add panel a.json --repeat 1")
         .expect_failure(1, &["participant P01", "twice"]);
-    run(&folder, "panel add panel a.json").expect_failure(1, &["bit by bit", "repeat 2"]);
+    run(&folder, "panel add panel a.json").expect_failure(1, &["bit-identical", "repeat 2"]);
     changed(&folder.path("b.json"), &folder.path("bare.json"), |d| {
         d.about.condition = piezotact::recording::Condition::default();
     });
@@ -306,7 +306,7 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         d.drive_unit = "N".to_owned().into()
     });
     run(&folder, "panel add panel force.json")
-        .expect_failure(1, &["from FS", "from N", "panels of their own"]);
+        .expect_failure(1, &["from FS", "from N", "separate panels"]);
     changed(&path("b.json"), &path("louder.json"), |d| {
         if let Some(setup) = &mut d.drive {
             setup.volts_per_full_scale *= 2.0;
@@ -331,7 +331,7 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     run(&folder, "panel analyse panel --csv panel/panel.json")
         .expect_failure(2, &["is read and would be replaced"]);
     run(&folder, "panel average panel --load 0.5 --out a2.json")
-        .expect_failure(2, &["20°, 0.2 N", "none that fits"]);
+        .expect_failure(2, &["20°, 0.2 N", "no match"]);
     run(
         &folder,
         "panel average panel --out panel/P02_20deg_0.2N_p1_r1.json",

@@ -236,7 +236,7 @@ fn outputs_are_looked_at_before_anything_is_done() {
     let characterise = |extra: &[&str]| {
         folder.run(&[&["characterise", "--bench", BENCH, "--seconds", "5"], extra].concat())
     };
-    characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "make it"]);
+    characterise(&["--out", "none/tf.json"]).expect_failure(1, &["none", "create it"]);
     characterise(&["--out", "a.parquet", "--record", "a.parquet"])
         .expect_failure(2, &["written twice"]);
     characterise(&["--out", "a.parquet", "--record", "./a.parquet"])

@@ -117,7 +117,7 @@ fn a_place_that_cannot_be_written_is_named() {
     for out in ["taken", "taken/inside"] {
         folder
             .run(&["replay", "--chapter", "3", "--out", out])
-            .expect_failure(1, &["cannot make the folder", out]);
+            .expect_failure(1, &["cannot create the folder", out]);
     }
     std::fs::create_dir_all(folder.path("out/report.html")).unwrap();
     folder

@@ -308,7 +308,7 @@ fn a_map_is_reported_with_its_image() {
             &["--filter none with --cutoff"],
         ),
         (&["--form", "poly9"], &["degree 1 to 4", "found degree 9"]),
-        (&["--step", "1um"], &["--step", "leave it away"]),
+        (&["--step", "1um"], &["--step", "leave it out"]),
     ] {
         let mut arguments = vec!["roughness", "map.csv"];
         arguments.extend(options);

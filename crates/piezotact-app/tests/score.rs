@@ -42,9 +42,9 @@ fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
         "below the just-noticeable difference (75 % correct)",
         "detection threshold",
         "halves of one recording",
-        "no nail-to-skin map was given",
+        "No nail-to-skin map was given",
         "not in m/s²",
-        "Beside the score",
+        "Other measures, not part of the score",
         "<svg",
     ] {
         assert!(html.contains(part), "the report lacks {part}");
@@ -131,7 +131,7 @@ fn what_cannot_be_scored_is_refused_and_what_is_doubtful_is_said() {
     done.expect_success();
     assert!(
         done.err()
-            .contains("the test is sampled at 10000 Hz and was brought to 5000 Hz"),
+            .contains("the test is sampled at 10000 Hz and was resampled to 5000 Hz"),
         "{}",
         done.err()
     );

@@ -195,12 +195,12 @@ fn what_cannot_be_is_refused_with_what_can() {
         (
             "triboair --sample S1 --free --out a.parquet",
             2,
-            "--free, which has no meaning there",
+            "--free, which this bench does not use",
         ),
         (
             "shaker --sample S1 --out a.parquet",
             2,
-            "--sample, which has no meaning there",
+            "--sample, which this bench does not use",
         ),
         (
             "shaker --duration 9999s --out a.parquet",

@@ -9,11 +9,11 @@ use serde_json::Value;
 const RATE_HZ: f64 = 5000.0;
 
 /// What is shown only where it was asked for: its caption, and the option that asks.
-const AMPLITUDES: &str = "Amplitude spectra (FFT) of the two within";
-const BESIDE_SPECTRA: &str = "PSDs of the texture and of the drive that was made of it";
-const BESIDE_WAVEFORMS: &str = "The drive is moved back by";
-const STRAIGHT: &str = "PSDs of the target and of what the transfer function makes of it";
-const ALSO: &str = "PSDs of the target and of every measurement";
+const AMPLITUDES: &str = "Amplitude spectra (FFT) of target and measurement within";
+const BESIDE_SPECTRA: &str = "PSDs of the texture and of the drive computed from it";
+const BESIDE_WAVEFORMS: &str = "The drive is shifted earlier by";
+const STRAIGHT: &str = "PSDs of the target and of the target filtered by the transfer function";
+const ALSO: &str = "PSDs of the target and of all measurements";
 const BEFORE: &str = "PSDs before and after";
 
 fn table(columns: &str, values: &[f64]) -> String {
@@ -79,7 +79,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     expect_shown(&plain, &[AMPLITUDES], &given);
     for computed in [
         "flat-top window over segments of 8192 samples (1.64 s",
-        "divided by the window's sum",
+        "divided by the sum of the window",
         "amplitude, m/s²",
     ] {
         assert!(plain.contains(computed), "{computed}");
@@ -110,7 +110,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     let before = html(&folder, &format!("{base} --before texture.wav"));
     expect_shown(
         &before,
-        &[BEFORE, "the target does not say what it was made from"],
+        &[BEFORE, "the target does not state what it was made from"],
         &[STRAIGHT, ALSO],
     );
     // The drive of a file is moved by the modelling delay that it was rendered with.
@@ -274,8 +274,8 @@ fn a_swap_of_level_shows_as_the_same_shape_at_another_height() {
     assert!(number(1, "level_db").abs() < 1e-3 && number(1, "shape_error_db_rms") > 0.5);
     let report = html(&folder, base);
     for part in [
-        "what the target was made from",
-        "something was taken of it",
+        "source of the target",
+        "one of its properties was used",
         "rms of loud.csv",
         "texture.wav, ",
         " m/s² rms",
@@ -284,7 +284,7 @@ fn a_swap_of_level_shows_as_the_same_shape_at_another_height() {
     }
     folder.write("unrelated.csv", table("nail (m/s2)", &loud));
     let report = html(&folder, &format!("{base} --before unrelated.csv"));
-    assert!(report.contains("not named in what was done"));
+    assert!(report.contains("not named in the processing steps"));
 }
 
 /// A target that was made from one stroke of a recording is compared with that stroke.
@@ -314,7 +314,7 @@ fn a_texture_before_may_be_one_stroke() {
     assert!(
         whole["doubts"]
             .to_string()
-            .contains("with gesture and pauses")
+            .contains("including gesture and pauses")
     );
     verify(&folder, &format!("{base} --before-stroke 9"))
         .expect_failure(1, &["S8.parquet", "from 1 to 3", "--before-stroke 9"]);
@@ -359,7 +359,11 @@ fn what_cannot_be_shown_beside_it_is_refused() {
         (
             "--also short.csv",
             1,
-            &["short.csv", "expected 1024 samples", "share, found"],
+            &[
+                "short.csv",
+                "expected 1024 samples",
+                "target and measurement, found",
+            ],
         ),
         ("--also force.csv", 1, &["force.csv", "m/s²"]),
         ("--also slow.wav", 2, &["20–1000 Hz", "500 Hz"]),

@@ -5,6 +5,7 @@
 //! tests.
 
 pub mod conformance;
+pub mod document;
 mod error;
 mod excitation;
 pub mod fake;

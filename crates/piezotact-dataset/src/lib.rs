@@ -9,6 +9,7 @@ mod contact_map;
 mod csv_table;
 mod cuts_file;
 mod device_file;
+pub mod document;
 mod error;
 mod flat;
 mod format;
@@ -45,7 +46,7 @@ pub use journal::{
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
-    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex, PanelKind,
+    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex,
     function_of_any_unit, panel_of,
 };
 pub use sample_set::{known_sample_sets, read_sample_set};

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
-use piezotact::panel::{Cell, Entry, Filing, Panel};
+use piezotact::panel::{Cell, Entry, Filing, JudgedFiling, Panel, PanelKind};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::Provenance;
 use piezotact::run::Attempt;
@@ -33,30 +33,6 @@ use bench::differing;
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
 const FORMAT: &str = "piezotact panel 1";
-
-/// The kind of system that a panel's transfer functions describe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PanelKind {
-    /// A device with a finger on it: from the digital drive.
-    Device,
-    /// A finger alone: from the force on it.
-    Finger,
-    /// Something else.
-    Other,
-}
-
-impl PanelKind {
-    /// What transfer functions from `drive_unit` are of.
-    #[must_use]
-    pub fn of(drive_unit: &Unit) -> Self {
-        match drive_unit {
-            Unit::FullScale => Self::Device,
-            Unit::Newton => Self::Finger,
-            _ => Self::Other,
-        }
-    }
-}
 
 /// One measurement of a panel, as its index lists it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -258,6 +234,17 @@ impl PanelFolder {
     pub fn accepted(&self) -> Vec<&PanelEntry> {
         let entries = self.index.entries.iter();
         entries.filter(|entry| !entry.attempts.is_empty()).collect()
+    }
+
+    /// The same with what was judged of each.
+    #[must_use]
+    pub fn judged(&self) -> Vec<JudgedFiling<'_>> {
+        let accepted = self.accepted().into_iter();
+        let judged = accepted.map(|entry| JudgedFiling {
+            filing: &entry.filing,
+            attempts: &entry.attempts,
+        });
+        judged.collect()
     }
 
     /// Writes a transfer function and lists it: the file first, then the index.

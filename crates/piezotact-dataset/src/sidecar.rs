@@ -10,11 +10,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
-use piezotact::device::DriveSetup;
-use piezotact::lineage::Mode;
-use piezotact::quantity::{Band, Measure, Unit};
+use piezotact::quantity::{Measure, Unit};
 use piezotact::recording::{About, Annotations};
-use piezotact::render::{Headroom, PhaseForm, RenderConfig, RenderedDrive};
+pub use piezotact::render::Rendering;
 use serde::{Deserialize, Serialize};
 
 use crate::atomic::Prepared;
@@ -43,61 +41,6 @@ pub struct Sidecar {
     /// How the drive was made, when it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rendering: Option<Rendering>,
-}
-
-/// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rendering {
-    /// The device it is for.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub setup: Option<DriveSetup>,
-    /// The texture it was rendered from, by name.
-    #[serde(default)]
-    pub target: String,
-    /// The condition it is for, the provenance of its transfer function, and its doubts.
-    #[serde(flatten)]
-    pub about: About,
-    /// The level it was rendered at, relative to the target, dB.
-    pub level_db: f64,
-    /// How it was made.
-    pub config: RenderConfig,
-    /// What a closed loop corrected it for; none in an open loop.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub aim: Option<Mode>,
-    /// How much of the device it uses.
-    pub headroom: Headroom,
-    /// The parts of the band that the inverse reaches, Hz.
-    pub achievable_band_hz: Vec<Band>,
-    /// The parts it gives up, Hz.
-    pub given_up_band_hz: Vec<Band>,
-}
-
-impl Rendering {
-    /// Whether the waveform of the texture was rendered, or its spectrum alone.
-    #[must_use]
-    pub fn mode(&self) -> Mode {
-        if self.config.inverse.phase == PhaseForm::Minimum {
-            Mode::Texture
-        } else {
-            self.aim.unwrap_or(Mode::Replicate)
-        }
-    }
-
-    /// What `rendered`, made from the texture called `target` at `level_db`, is.
-    #[must_use]
-    pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
-        Self {
-            target: target.into(),
-            about: rendered.about.clone(),
-            setup: rendered.setup.clone(),
-            level_db,
-            config: rendered.config.clone(),
-            aim: rendered.aim,
-            headroom: rendered.headroom.clone(),
-            achievable_band_hz: rendered.coverage.reached.clone(),
-            given_up_band_hz: rendered.coverage.given_up.clone(),
-        }
-    }
 }
 
 /// What a sidecar says of the samples beside it.

@@ -98,6 +98,16 @@ fn h1() -> Estimator {
 }
 
 impl TransferDocument {
+    /// Whether `other` is of the same person, condition, bench and seed.
+    #[must_use]
+    pub fn is_of_the_same(&self, other: &Self) -> bool {
+        let [one, another] = [self, other].map(|document| &document.about.provenance);
+        self.about.condition == other.about.condition
+            && one.source == another.source
+            && one.seed == another.seed
+            && one.answered_with == another.answered_with
+    }
+
     /// The document of `function`, between the units its channels had.
     #[must_use]
     pub fn of<I: Quantity, O: Quantity>(

@@ -89,17 +89,18 @@ pub(super) fn with_average(
         Holds::all([
             no_exception(
                 1 - usize::from(worse == own.len()),
-                "somebody's own transfer function does no better than the average",
+                "for some participant, the own transfer function gives no smaller error than the average",
             ),
             at_most(
                 most(averaged.iter().copied()),
                 3.0,
                 "dB",
-                "the average misses somebody by more than 3 dB rms",
+                "for some participant, the average gives an error above 3 dB rms",
             ),
         ]),
         format!(
-            "S7 over 30–500 Hz for {} people outside the panel: {:.2} dB rms with their own transfer function (at most {:.2}), {:.2} with the average of twenty (at most {:.2}); worse for {worse} of them",
+            "S7 over 30–500 Hz for {} participants outside the panel: {:.2} dB rms with their own transfer function (at \
+                most {:.2}), {:.2} with the average of twenty (at most {:.2}); worse for {worse} of them",
             own.len(),
             mean(&own),
             most(own.iter().copied()),
@@ -112,7 +113,8 @@ pub(super) fn with_average(
         figure,
         doubts,
         measured: format!(
-            "Participants {} to {}, who are not in the panel, felt one stroke of {TEXTURE} rendered with their own transfer function and with the average of the panel at 20° and 0.2 N.",
+            "Participants {} to {}, who are not in the panel, were presented with one stroke of {TEXTURE} rendered with their \
+                own transfer function and with the average of the panel at 20° and 0.2 N.",
             NEW.start(),
             NEW.end()
         ),
@@ -136,7 +138,8 @@ fn drawn(own: &Verification, averaged: &Verification) -> Figure {
     };
     Figure {
         number: "79",
-        caption: "S7 as it was touched, and as a new person felt it rendered with the own and with the averaged transfer function.".into(),
+        caption: "S7 as recorded, and as measured on a new participant when rendered with the own and with the averaged \
+            transfer function.".into(),
         shown: Shown::Lines {
             x: frequency(),
             y: density(),

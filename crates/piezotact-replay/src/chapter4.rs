@@ -19,7 +19,7 @@ const PARTICIPANTS: u64 = 5;
 /// One periodic and one isotropic texture, as figures 47 and 48.
 const TEXTURES: [&str; 2] = ["M8", "S8"];
 const SECONDS: f64 = 60.0;
-const CAMPAIGNS: &str = "the issue of campaigns";
+const CAMPAIGNS: &str = "discrimination experiments";
 
 /// One texture on one finger.
 struct Felt {
@@ -117,10 +117,12 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
         title: "Rendering textures on the device",
         measured: vec![
             format!(
-                "Participants 1 to {PARTICIPANTS} stroked M8 (periodic) and S8 (isotropic) at 30 mm/s and 0.2 N; one stroke of each was rendered with their own transfer function (20°, 0.2 N, {SECONDS} s of random drive) and played to the finger, put back anew."
+                "Participants 1 to {PARTICIPANTS} stroked M8 (periodic) and S8 (isotropic) at 30 mm/s and 0.2 N; one stroke of \
+                    each was rendered with their own transfer function (20°, 0.2 N, {SECONDS} s of random drive) and played to \
+                    the finger, which had been lifted and repositioned."
             ),
             format!(
-                "Textures that did not fit a device were rendered softer, at most by {:.1} dB.",
+                "Textures that exceeded the limits of a device were rendered at a lower level, by at most {:.1} dB.",
                 softest.abs()
             ),
             exchange.measured,
@@ -137,8 +139,8 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             .chain(exchange.figures)
             .collect(),
         missing: vec![
-            "Figures 50–60: campaigns of discrimination, with the issue of campaigns.".into(),
-            "Figures 63–65: the campaign of exchanged levels, with the issue of campaigns.".into(),
+            "Figures 50–60: discrimination experiments, which the program does not contain yet.".into(),
+            "Figures 63–65: the discrimination experiment with exchanged levels, which the program does not contain yet.".into(),
         ],
     })
 }
@@ -162,17 +164,18 @@ fn wrong_strategy(felt: &[Felt]) -> Finding {
                 isotropic,
                 10.0,
                 "dB",
-                "S8 comes within 10 dB rms on somebody",
+                "for some participant, the error of S8 is within 10 dB rms",
             ),
             above(
                 periodic,
                 10.0,
                 "dB",
-                "M8, whose power lies in a few lines, comes within 10 dB rms on somebody",
+                "for some participant, the error of M8, whose power is in a few spectral lines, is within 10 dB rms",
             ),
         ]),
         format!(
-            "at the device's own scale S8 at least {isotropic:.1}, M8 at least {periodic:.1} dB rms over {PARTICIPANTS} people; turned down and level-matched {low:.1} to {high:.1} dB rms"
+            "unscaled, S8 at least {isotropic:.1}, M8 at least {periodic:.1} dB rms over {PARTICIPANTS} participants; \
+                attenuated and level-matched, {low:.1} to {high:.1} dB rms"
         ),
     )
 }
@@ -189,8 +192,8 @@ fn overlaps(felt: &[Felt]) -> Finding {
     Finding::of(
         21,
         Holds::all([
-            at_most(error, 1.0, "dB", "a spectrum is off by more than 1 dB rms"),
-            at_least(loosest, 0.95, "", "a waveform correlates by less than 0.95"),
+            at_most(error, 1.0, "dB", "a spectrum error is above 1 dB rms"),
+            at_least(loosest, 0.95, "", "a waveform correlation is below 0.95"),
         ]),
         format!(
             "at most {error:.2} dB rms ({who}), correlation at least {loosest:.3}, {} cases",
@@ -215,7 +218,7 @@ fn figures_of(texture: &str, rendered: &Verification, straight: &[Verification; 
     let mut figures = vec![Figure {
         number,
         caption: format!(
-            "{texture} on the finger of participant 1: touched, and rendered on the device."
+            "{texture} on the finger of participant 1: recorded during touch, and rendered on the device."
         ),
         shown: shown(vec![
             psd("touched", rendered, &rendered.target_psd),
@@ -226,11 +229,12 @@ fn figures_of(texture: &str, rendered: &Verification, straight: &[Verification; 
         let [loud, soft] = straight;
         figures.insert(0, Figure {
             number: "42",
-            caption: "The wrong strategy: the vibration of S8 sent straight into the device, as it stands and turned down until nothing clips.".into(),
+            caption: "Negative control: the vibration of S8 sent directly to the device, unscaled and attenuated until nothing \
+                clips.".into(),
             shown: shown(vec![
                 psd("touched", loud, &loud.target_psd),
-                psd("sent straight", loud, &loud.measured_psd),
-                psd("turned down", soft, &soft.measured_psd),
+                psd("sent directly, unscaled", loud, &loud.measured_psd),
+                psd("sent directly, attenuated", soft, &soft.measured_psd),
             ]),
         });
     }
@@ -284,7 +288,7 @@ fn processing(
         Figure {
             number: "45c",
             caption:
-                "The transfer function between them: the device with the finger of participant 1."
+                "The transfer function from the drive to the vibration: the device with the finger of participant 1."
                     .into(),
             shown: Shown::Lines {
                 x: frequency(),

@@ -33,8 +33,8 @@ const FINE: usize = 4_096;
 const WAVELENGTH_M: f64 = 0.716e-3;
 /// Speeds of passive touch, m/s.
 const SPEEDS_M_S: [f64; 3] = [0.01, 0.02, 0.03];
-const CAMPAIGNS: &str = "the issue of campaigns";
-const BRAIN: &str = "the issue of the brain's answer";
+const CAMPAIGNS: &str = "discrimination experiments";
+const BRAIN: &str = "EEG analysis";
 
 /// One person on one surface.
 struct Free {
@@ -74,8 +74,9 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
         figures: figures(&free),
         missing: vec![
             "Figure 88 (the surfaces): the command `twin surface M8` of piezotact writes their height maps.".into(),
-            "Figure 92 (touched and rendered): the same verification as figures 47 and 48.".into(),
-            "Figures 94 and 95 (discrimination), with the issue of campaigns; figures 96 and 97, with the issue of the brain's answer.".into(),
+            "Figure 92 (recorded and rendered): the same verification as figures 47 and 48.".into(),
+            "Figures 94 and 95 (discrimination experiments) and figures 96 and 97 (EEG), which the program does not contain \
+                yet.".into(),
         ],
     })
 }
@@ -242,9 +243,9 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         .map(|(one, _)| format!("P{:02}", one.participant))
         .collect();
     let no_harmonic = format!(
-        "no harmonic stands out by three standard errors for {}, whose speed wanders within strokes",
+        "no harmonic is three standard errors above the background for {}, whose speed varies within strokes",
         if without.is_empty() {
-            "somebody".into()
+            "some participant".into()
         } else {
             without.join(", ")
         }
@@ -262,20 +263,21 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
                 (period / WAVELENGTH_M - 1.0).abs(),
                 0.03,
                 "",
-                "where the speed is known the period is another",
+                "where the speed is known, the period is different",
             ),
             no_exception(
                 usize::from(doubted),
-                "where the speed is known no period stands out",
+                "where the speed is known, no period is clear",
             ),
             no_exception(
                 1 - usize::from(slowest >= 0.01 && fastest <= 0.05),
-                "somebody's comb speaks for a speed outside 10–50 mm/s",
+                "for some participant, the comb indicates a speed outside 10–50 mm/s",
             ),
             no_exception(without.len(), no_harmonic.as_str()),
         ]),
         format!(
-            "passive: period {:.3} mm; free: strongest line times 0.716 mm {:.0}–{:.0} mm/s over {} people, {least} to {most} of the harmonics 2–6 in everybody's spectrum over multiples of it",
+            "passive: period {:.3} mm; free: strongest line times 0.716 mm {:.0}–{:.0} mm/s over {} participants; {least} \
+                to {most} of the harmonics 2–6 of this line in the spectrum of each participant",
             period * 1e3,
             slowest * 1e3,
             fastest * 1e3,
@@ -307,19 +309,20 @@ fn different(free: &[Free]) -> Finding {
         Holds::all([
             no_exception(
                 1 - usize::from(everybody(&rough, &smooth) && everybody(&bio, &smooth)),
-                "M3 is not the faintest for everybody",
+                "M3 does not have the lowest level for every participant",
             ),
             no_exception(
                 1 - usize::from(everybody(&smooth_hz, &rough_hz) && everybody(&smooth_hz, &bio_hz)),
-                "the centroid of M3 is not the highest for everybody",
+                "the centroid of M3 is not the highest for every participant",
             ),
             no_exception(
                 1 - usize::from(louder > 0 && louder < rough.len()),
-                "one order only",
+                "M8 and BIO have the same order for every participant",
             ),
         ]),
         format!(
-            "mean rms M8 {:.2}, BIO {:.2}, M3 {:.2} m/s²; centroids {:.0}, {:.0}, {:.0} Hz; BIO is louder for {louder} of {}",
+            "mean rms M8 {:.2}, BIO {:.2}, M3 {:.2} m/s²; centroids {:.0}, {:.0}, {:.0} Hz; BIO has the higher level \
+                for {louder} of {}",
             mean(&rough),
             mean(&bio),
             mean(&smooth),
@@ -360,12 +363,13 @@ fn forces(free: &[Free], tasks: &[Vec<f64>; 2]) -> Finding {
             ),
             no_exception(
                 1 - usize::from(rough.min(smooth) >= 1.5 * bio),
-                "their friction is not markedly higher",
+                "their friction is less than 1.5 times that of BIO",
             ),
             above(p, 0.05, "", "the tasks differ in force"),
         ]),
         format!(
-            "force M8 {rough_n:.2}, BIO {bio_n:.2}, M3 {smooth_n:.2} N; friction {rough:.2}, {bio:.2}, {smooth:.2}; imagery − control {:+.1} mN, p = {p:.2} ({} people; the twin's hand does not know the task)",
+            "force M8 {rough_n:.2}, BIO {bio_n:.2}, M3 {smooth_n:.2} N; friction {rough:.2}, {bio:.2}, {smooth:.2}; imagery − \
+                control {:+.1} mN, p = {p:.2} ({} participants; the task has no influence on the force of the twin)",
             paired.map_or(f64::NAN, |d| d.mean * 1e3),
             tasks[0].len()
         ),

@@ -64,7 +64,7 @@ pub(super) fn exchanged_levels(replay: &Replay) -> Result<Exchange, ReplayError>
                 level_off,
                 SAME_LEVEL_RATIO,
                 "",
-                "a level is off by more than 0.1 %",
+                "a level differs by more than 0.1 %",
             ),
             at_most(
                 shape_off,
@@ -80,7 +80,8 @@ pub(super) fn exchanged_levels(replay: &Replay) -> Result<Exchange, ReplayError>
     );
     Ok(Exchange {
         finding,
-        measured: "Participant 1 stroked S2, S13, S5 and S11 at 30 mm/s and 0.2 N; S2 took the rms of S13 and S5 that of S11, and the other way round.".into(),
+        measured: "Participant 1 stroked S2, S13, S5 and S11 at 30 mm/s and 0.2 N; the rms levels of S2 and S13 were exchanged, \
+            and those of S5 and S11.".into(),
         figures,
         doubts,
     })
@@ -137,7 +138,7 @@ fn inverted(
         level_off: (level(texture) / level(other) - 1.0).abs(),
         shape_off: most(off),
         told: format!(
-            "{} inverted {:.3} m/s² ({} {:.3})",
+            "{} with exchanged level {:.3} m/s² ({} {:.3})",
             own.lineage.source,
             level(texture),
             other.lineage.source,
@@ -156,13 +157,13 @@ fn drawn(
         let inverted = if texture.lineage.steps.is_empty() {
             ""
         } else {
-            " inverted"
+            ", level exchanged"
         };
         let name = &texture.lineage.source;
         format!("{name}{inverted}, {:.2} m/s² rms", level(texture))
     };
     for (number, textures, what) in [
-        ("62a", before, "as they were touched"),
+        ("62a", before, "as recorded"),
         ("62b", after, "with their levels exchanged"),
     ] {
         let wave = |texture: &Texture<Acceleration>| {
@@ -183,11 +184,11 @@ fn drawn(
         });
     }
     for (number, textures, what) in [
-        ("62c", before, "as they were touched"),
+        ("62c", before, "as recorded"),
         (
             "62d",
             after,
-            "with their levels exchanged: each keeps its shape",
+            "with their levels exchanged: the spectral shapes do not change",
         ),
     ] {
         let mut lines = Vec::new();

@@ -7,6 +7,7 @@ mod chapter4;
 mod chapter5;
 mod chapter6;
 mod claims;
+pub mod document;
 mod drawn;
 mod exchange;
 mod figure;
@@ -121,7 +122,7 @@ pub enum ReplayError {
     /// A texture cannot be rendered.
     #[error("{0}")]
     Render(#[from] piezotact::render::RenderError),
-    /// A texture cannot be made otherwise.
+    /// A texture cannot be manipulated.
     #[error("{0}")]
     Manipulate(#[from] piezotact::manipulate::ManipulateError),
     /// A measurement cannot be compared.

@@ -1,17 +1,27 @@
-//! Documents drawn: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
+//! Renders documents: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
 
 mod axis;
 pub mod chart;
 pub mod criteria;
+pub mod figures;
 pub mod heatmap;
 mod image;
+pub mod manipulate;
 mod page;
+pub mod panel;
+pub mod rendering;
+pub mod replay;
 pub mod report;
+pub mod roughness;
+pub mod score;
 pub mod spectrogram;
 pub mod touch;
+pub mod transfer;
+pub mod verify;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 
+pub(crate) use page::{UNKNOWN_BENCH, bench_text, file_name};
 pub use page::{broad_document, document, figure};
 
 /// A figure, a table or a report that could not be drawn.
@@ -39,7 +49,7 @@ pub enum DrawError {
         "a table could not be drawn: expected at most {most} columns, found {found}; write it as CSV"
     )]
     TooManyColumns {
-        /// As many fit.
+        /// The largest number of columns.
         most: usize,
         /// How many there are.
         found: usize,
@@ -73,7 +83,7 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
     }
 }
 
-/// Whether something can be seen in it.
+/// Whether the figure shows at least one point.
 fn has_a_point(drawn: &Drawn) -> bool {
     match drawn {
         Drawn::Chart(chart) => {
@@ -85,7 +95,7 @@ fn has_a_point(drawn: &Drawn) -> bool {
     }
 }
 
-/// What can be drawn with a height.
+/// A figure that can be drawn with a given height.
 pub trait Draw {
     /// The drawing as SVG text that takes the width there is.
     ///

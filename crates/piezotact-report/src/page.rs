@@ -1,8 +1,11 @@
-//! Pages: one HTML file that holds everything it shows.
+//! Pages: self-contained HTML files.
+
+use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use piezotact::recording::BenchKind;
 
-/// A page of HTML that holds everything it shows.
+/// A self-contained HTML page.
 #[must_use]
 pub fn document(title: &str, body: &Markup) -> String {
     page_of(title, None, body)
@@ -34,4 +37,29 @@ fn page_of(title: &str, class: Option<&str>, body: &Markup) -> String {
 #[must_use]
 pub fn figure(svg: &str, caption: &str) -> Markup {
     html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
+}
+
+/// The name of a file without its folder.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(
+        || path.display().to_string(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// What stands in a report of something that does not say which bench it comes from.
+pub(crate) const UNKNOWN_BENCH: &str = "The measurement does not say which bench it comes from.";
+
+/// What a report says of the bench that a measurement comes from; `None` where that is not known.
+pub(crate) fn bench_text(bench: Option<BenchKind>) -> Option<&'static str> {
+    bench.map(|kind| match kind {
+        BenchKind::Twin => "Digital twin: no hardware and no person took part.",
+        BenchKind::Hardware => "Measured on hardware.",
+        BenchKind::Measured => {
+            "Played through a measured transfer function: no finger was involved."
+        }
+        BenchKind::Scripted => {
+            "Scripted fake of a bench, for tests only: no device and no finger was involved."
+        }
+    })
 }

@@ -1,4 +1,4 @@
-//! Reports that are data (`piezotact::page`) drawn as HTML, their tables as CSV and text.
+//! Renders reports (data of `piezotact::page`) as HTML, and their tables as CSV and text.
 
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
@@ -85,7 +85,25 @@ pub fn drawn_doubts(doubts: &[Merged], words: &dyn Words) -> Markup {
     }
 }
 
-/// Whether all cells of a column are numbers, so that they stand below each other.
+/// Doubts as a list with further sentences behind them, or that there are none.
+pub(crate) fn drawn_doubts_and(doubts: &[Merged], more: &[String], words: &dyn Words) -> Markup {
+    if more.is_empty() {
+        return drawn_doubts(doubts, words);
+    }
+    html! {
+        ul.doubts {
+            @for doubt in doubts { li { (words.merged(doubt)) } }
+            @for sentence in more { li { (sentence) } }
+        }
+    }
+}
+
+/// The section of doubts of a report.
+pub(crate) fn doubts_section(doubts: &[Merged], words: &dyn Words) -> Markup {
+    html! { section { h2 { "Doubts" } (drawn_doubts(doubts, words)) } }
+}
+
+/// Whether all cells of a column are numbers, so that they are right-aligned.
 fn is_numeric(table: &Table, column: usize) -> bool {
     let mut cells = table.rows.iter().map(|row| &row[column]);
     cells.all(|cell| !matches!(cell, Cell::Text(_)))

@@ -6,6 +6,7 @@
 //! transfer function; [`TwinBench`] plays on the PIEZOTACT device.
 
 mod acttouch;
+pub mod document;
 mod drag;
 mod finger;
 mod noise;

@@ -1,17 +1,19 @@
-//! Closed-loop correction: a drive is played, what comes of it is measured, and the drive is corrected by what is missing.
+//! Closed-loop correction: a drive is played, the response is measured, and the drive is corrected by the remaining error.
 //!
-//! Two things can be wanted. To *replicate*: the waveform itself, corrected sample by sample through the inverse of the
-//! transfer function, each frequency as far as it can be believed. Or the *texture*: its power spectrum alone, corrected line
-//! by line where the response stands out of the noise; phases are free then, and are used to make the drive less peaked.
+//! There are two aims. *Replicate*: the waveform itself, corrected through the inverse of the transfer function, each
+//! frequency weighted by its reliability. *Texture*: the power spectrum alone, corrected line by line where the response
+//! exceeds the noise; the phases are then free and are chosen to lower the crest factor of the drive.
 
 mod answer;
 mod crest;
 mod doubt;
 mod heard;
+mod summary;
 
 pub use doubt::{LoopDoubt, LoopStop, MishapDoubt};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
+pub use summary::{CorrectedRendering, RenderingSums};
 
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
@@ -32,20 +34,20 @@ use heard::Heard;
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorrectConfig {
-    /// What is to be met.
+    /// The aim of the correction: waveform or spectrum.
     pub mode: Mode,
-    /// The share of what is missing that one step goes for, above 0 up to 1.
+    /// The learning gain: the share of the remaining error that one step corrects, above 0 up to 1.
     pub learning: f64,
-    /// No line changes by more than this in one step, dB.
+    /// The largest change of a line in one step, dB.
     pub step_db: f64,
-    /// A line is believed when its power is at least so many times that of the noise.
+    /// The lowest ratio of signal to noise power at which a line is corrected.
     pub noise_ratio: f64,
     /// A line is corrected when its coherence was at least this.
     pub least_coherence: f64,
 }
 
 impl CorrectConfig {
-    /// Seven tenths of what is missing, 6 dB a step at most, four times the noise, a coherence of 0.5.
+    /// A learning gain of 0.7, at most 6 dB a step, four times the noise, a coherence of 0.5.
     #[must_use]
     pub fn usual(mode: Mode) -> Self {
         Self {
@@ -58,19 +60,19 @@ impl CorrectConfig {
     }
 }
 
-/// What a line costs is averaged over so many hertz on either side.
+/// The range on either side of a line over which its cost in drive is averaged, Hz.
 const SMOOTH_HZ: f64 = 4.0;
-/// What is left of a line is taken for at least this when its error is learned from.
+/// The lowest share of a line assumed in a correction step; smaller shares count as this.
 const LEAST_SHARE: f64 = 0.05;
-/// A line whose response is what was meant by less than this share of its power, 0–1, is disturbed by others.
+/// A line is disturbed by other lines when less than this share of its power, 0–1, is explained by the intended drive.
 const UNDISTURBED: f64 = 0.8;
-/// A line that keeps this much, all but half a decibel, counts as reached.
+/// A line counts as reached when it keeps at least this share of its amplitude (a loss of 0.5 dB).
 const KEPT: f64 = 0.944;
-/// A drive whose crests are pressed further than to this correlation is another one.
+/// The lowest correlation between the drive with limited crests and the requested one at which the drive still fits.
 const LIKE: f64 = 0.95;
-/// Between samples a drive is a little higher than on them.
+/// Margin for peaks between the samples of a drive: its samples are kept below this share of the limit.
 const BETWEEN: f64 = 0.97;
-/// Halvings between a level that fits and one that does not.
+/// Bisection steps between a level that fits and one that does not.
 const HALVINGS: usize = 10;
 
 /// A drive that is being corrected.
@@ -83,42 +85,42 @@ pub struct Correction<O: Quantity> {
     /// The texture, its mean taken away and its ends faded.
     target: Series<O>,
     transform: RealTransform,
-    /// What a line of the error is multiplied with to become drive; nothing outside the band.
+    /// The factor of each line from error to drive; zero outside the band.
     inverse: Vec<Complex<f64>>,
-    /// How far a line belongs to the band, 0–1.
+    /// The weight of each line in the band, 0–1.
     weights: Vec<f64>,
-    /// Whether a line is corrected: within the band, driven and understood.
+    /// Whether a line is corrected: within the band, driven, and coherent enough.
     corrected: Vec<bool>,
     /// Whether the inverse reaches a line.
     inverse_reaches: Vec<bool>,
-    /// What of the band the inverse reaches.
+    /// The parts of the band that the inverse reaches, and those that it gives up.
     inverse_coverage: Coverage,
     /// The drive's lines before anything was measured.
     first: Vec<Complex<f64>>,
-    /// The drive's lines as they are asked for, before anything limits them.
+    /// The drive's requested lines, before any limitation.
     drive: Vec<Complex<f64>>,
     limit: f64,
-    /// The steepest that the amplifier follows, full scale = 1 per second, where a drive may not be steeper.
+    /// The slew limit of the amplifier, full scale = 1 per second; none where steeper drives are allowed.
     slope: Option<f64>,
     last: Fit,
 }
 
-/// What came of the drive that was last made to fit.
+/// The result of fitting the last drive into the limits of the device.
 #[derive(Clone, Debug)]
 struct Fit {
-    /// What is left of every line, as a share of what was asked, 0–1.
+    /// The share of each requested line that remains in the fitted drive, 0–1.
     shares: Vec<f64>,
-    /// How strongly lines were turned down for it; none where nothing had to be.
+    /// How strongly lines were attenuated to make the drive fit; none if no attenuation was needed.
     strength: Option<f64>,
     /// Its lines.
     lines: Vec<Complex<f64>>,
     /// The share of samples that had to be held at the limit, 0–1.
     held: f64,
-    /// The correlation of what is played with what would be, were there room for its crests.
+    /// The correlation of the drive with limited crests with the same drive before limiting.
     likeness: f64,
 }
 
-/// What one step found.
+/// The change of the drive in one correction step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LineChange {
     /// The share of the band's lines that were corrected, 0–1.
@@ -220,8 +222,7 @@ impl<O: Quantity> Correction<O> {
         self.last.held
     }
 
-    /// The correlation of the last drive with what it would be were there room for its crests: below 1 they were pressed
-    /// down.
+    /// The correlation of the last drive with the same drive before its crests were limited; below 1 they were limited.
     #[must_use]
     pub fn likeness(&self) -> f64 {
         self.last.likeness
@@ -239,14 +240,15 @@ impl<O: Quantity> Correction<O> {
         Coverage { reached, given_up }
     }
 
-    /// The parts of the band that the inverse reaches, whatever has to be taken for a drive to fit, and those that it gives up.
+    /// The parts of the band that the inverse reaches, regardless of the attenuation needed to make a drive fit, and those it
+    /// gives up.
     #[must_use]
     pub fn inverse_coverage(&self) -> &Coverage {
         &self.inverse_coverage
     }
 
-    /// The parts of the band from which more than half a decibel had to be taken for the last drive to fit, and their share of
-    /// the lines; `None` where nothing had to be.
+    /// The parts of the band that were attenuated by more than 0.5 dB to make the last drive fit, and their share of
+    /// the lines; `None` if there are none.
     #[must_use]
     pub fn turned_down(&self) -> Option<(Vec<Band>, f64)> {
         let lines = self.lines(|k| self.last.shares[k] < KEPT);
@@ -256,7 +258,7 @@ impl<O: Quantity> Correction<O> {
         (!bands.is_empty()).then_some((bands, share))
     }
 
-    /// Lines of the band as far apart as shares are smooth, in Hz, and what is true of each.
+    /// Lines of the band at the spacing over which shares are smooth, each with its frequency in Hz and the value of `of`.
     fn lines(&self, of: impl Fn(usize) -> bool) -> Vec<(f64, bool)> {
         let step_hz = self.step_hz();
         (0..self.last.shares.len())
@@ -266,20 +268,20 @@ impl<O: Quantity> Correction<O> {
             .collect()
     }
 
-    /// Whether the last drive fits with nothing turned down and crests pressed no further than to a correlation of 0.95.
+    /// Whether the last drive fits without attenuated lines and with its crests limited to a correlation of 0.95 or more.
     #[must_use]
     pub fn fits(&self) -> bool {
         self.last.likeness >= LIKE && self.last.shares.iter().all(|share| *share >= 1.0)
     }
 
-    /// The largest sample of the drive as it is asked for, full scale = 1.
+    /// The largest sample of the requested drive, before any limitation, full scale = 1.
     #[must_use]
     pub fn asked(&mut self) -> f64 {
         peak(&self.transform.inverse(self.drive.clone()))
     }
 
-    /// The steepest slope of the drive as it is asked for, full scale = 1 per second, where it exceeds what the amplifier
-    /// follows and may not.
+    /// The steepest slope of the requested drive, full scale = 1 per second, when it exceeds the slew limit of the amplifier
+    /// and steep drives are refused.
     #[must_use]
     pub fn too_steep(&mut self) -> Option<f64> {
         let room = self.room();
@@ -349,11 +351,11 @@ impl<O: Quantity> Correction<O> {
         }
     }
 
-    /// The drive as it stands, at the output rate, within what the device can play: its crests are pressed down as far as
-    /// costs next to nothing, and what still does not fit is turned down where it costs most.
+    /// The current drive at the output rate, within the limits of the device: its crests are limited as far as the lines hardly
+    /// change, and if it still does not fit, the lines that cost most drive are attenuated.
     ///
     /// # Errors
-    /// [`RenderError::Drive`] when what comes out is no signal.
+    /// [`RenderError::Drive`] when the result is not a valid signal.
     pub fn drive(&mut self) -> Result<Series<Drive>, RenderError> {
         let room = self.room();
         let strength = self.last.strength;
@@ -372,14 +374,14 @@ impl<O: Quantity> Correction<O> {
         Ok(Series::new(samples, self.render.output_rate)?)
     }
 
-    /// Corrects the drive by `responses`, what was measured of the last one, once or more, at the target's rate, however late,
-    /// given the noise's PSD as [`Self::welch`] estimates it.
+    /// Corrects the drive from `responses`: one or more measured responses to the last drive, at the target's rate and with any
+    /// delay. `noise` is the PSD of the noise as estimated with [`Self::welch`].
     ///
     /// Formula: replicate: U ← U + μ·w·C·(s·T − Y)/s, C the inverse, Y the mean of the responses, w = 1 − V/|s·T − Y|² with V the
     /// variance of that mean; texture: |U| ← |U|·(s²·T²/Y²)^(μ/2) of the PSDs, and where others distort a line,
-    /// U ← U + μ·w·((1 − |b|)·b/|b|·M − (C·Y − b·M))/s, M the drive that was meant there and b what of it came; s what was left of
-    /// the line when the drive was made to fit (so what was taken is not asked for louder and louder); on lines with Y above
-    /// the noise, by no more than the step.
+    /// U ← U + μ·w·((1 − |b|)·b/|b|·M − (C·Y − b·M))/s, M the intended drive of that line and b the gain with which it arrived;
+    /// s is the share of the line left when the drive was made to fit (so that attenuated lines are not raised again and
+    /// again). Only lines with Y above the noise are corrected, each by no more than the step.
     ///
     /// Source: S. Arimoto, S. Kawamura and F. Miyazaki (1984), J. Robotic Systems 1(2), for learning; the spectrum equalisation
     /// of random-vibration control for textures; Wiener's filter for w.
@@ -401,7 +403,7 @@ impl<O: Quantity> Correction<O> {
             heard.got.values[line] > self.config.noise_ratio * noise_at(line)
                 && heard.wanted.values[line] > 0.0
         };
-        // What is missing of the power, as a factor.
+        // The missing power, as a factor.
         let ratio = |line: usize| {
             if believed(line) {
                 heard.wanted.values[line] / heard.got.values[line]
@@ -433,7 +435,7 @@ impl<O: Quantity> Correction<O> {
             }
             corrected += 1;
             let others = (1.0 - answers.meant_share(k)) * heard.got.values[line];
-            // What others put on a line no magnitude of its own takes away: its opposite does.
+            // Distortion products of other lines cannot be removed by changing the magnitude: their opposite has to be added.
             let disturbed = answers.meant_share(k) < UNDISTURBED
                 && others > self.config.noise_ratio * noise_at(line);
             *change = if self.config.mode == Mode::Replicate || disturbed {
@@ -452,8 +454,8 @@ impl<O: Quantity> Correction<O> {
         })
     }
 
-    /// What was measured, or for a waveform what is missing of it, as drive: the mean of what was heard, and the variance of
-    /// that mean.
+    /// The measured responses (for a waveform: their error) expressed as drive, line by line: the mean over the responses, and
+    /// the variance of that mean.
     fn as_drive(&mut self, heard: &Heard<O>, aim: &[f64]) -> (Vec<Complex<f64>>, Vec<f64>) {
         let count = heard.measured.len() as f64;
         let begins = self.frame.before + heard.shared.start;
@@ -491,7 +493,7 @@ impl<O: Quantity> Correction<O> {
         (mean, spread)
     }
 
-    /// Changes the drive, by no more than a step where a line is averaged with its neighbours; the rms of the change, dB.
+    /// Changes the drive by at most one step per line, averaged over neighbouring lines; returns the rms of the change, dB.
     fn change(&mut self, changes: &[Complex<f64>]) -> f64 {
         let step = 10f64.powf(self.config.step_db / 20.0);
         let smooth = self.smooth();
@@ -528,8 +530,8 @@ impl<O: Quantity> Correction<O> {
         (sum / count.max(1) as f64).sqrt()
     }
 
-    /// The drive whose answer, on a device that did as it was measured, would be the target: as far as the drive that was
-    /// last made to fit goes for it, with the phases that pressing its crests gave it.
+    /// The intended drive: the one whose response would be the target if the device matched its transfer function, with the
+    /// shares of the last fitted drive and the phases that crest limiting gave it.
     fn meant(&self) -> Vec<Complex<f64>> {
         let lines = self.first.iter().zip(&self.last.shares).enumerate();
         lines
@@ -537,7 +539,7 @@ impl<O: Quantity> Correction<O> {
             .collect()
     }
 
-    /// By what the last drive's line has to be turned to be where it was asked for.
+    /// The phase factor that turns a line of the last fitted drive back to its requested phase.
     fn turned_back(&self, line: usize) -> Complex<f64> {
         let turn = self.drive[line] * self.last.lines[line].conj();
         if turn.norm() > 0.0 {
@@ -547,7 +549,7 @@ impl<O: Quantity> Correction<O> {
         }
     }
 
-    /// The target within the band, as far as the drive that was last made to fit goes for it.
+    /// The target within the band, with the shares of the last fitted drive.
     fn aim(&mut self) -> Result<Series<O>, SeriesError> {
         let padded = self.frame.padded(self.target.samples());
         let mut lines = self.transform.forward(&padded);
@@ -559,8 +561,8 @@ impl<O: Quantity> Correction<O> {
         Series::new(aim.split_off(self.frame.before), self.frame.rate())
     }
 
-    /// The lines of the target that `noise`, estimated as [`Self::welch`] says, hides, so that they are neither corrected nor
-    /// judged fairly; `None` where there are none.
+    /// The doubt about lines of the target hidden by `noise` (estimated with [`Self::welch`]), which can be neither corrected nor
+    /// judged reliably; `None` if there are none.
     ///
     /// # Errors
     /// [`VerifyError::Estimate`] when the target is shorter than a segment.

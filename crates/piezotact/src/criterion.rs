@@ -1,4 +1,4 @@
-//! Rules that decide, as data: what was looked at, what was found, the limit, and whether it is met.
+//! Criteria as data: the quantity judged, the value found, the limit, and the outcome.
 //!
 //! A verdict is a list of these. Its text and every report read the list and add nothing.
 
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// All that the data allow lies within the limit.
+    /// The whole confidence interval lies within the limit.
     Met,
-    /// All that the data allow lies beyond the limit.
+    /// The whole confidence interval lies beyond the limit.
     NotMet,
-    /// The data allow both, or nothing was measured.
+    /// The confidence interval contains the limit, or nothing was measured.
     NotDecided,
 }
 
@@ -25,6 +25,16 @@ impl Outcome {
         match self {
             Self::Met => "met",
             Self::NotMet => "not met",
+            Self::NotDecided => "not decided",
+        }
+    }
+
+    /// The outcome as the answer to a question: "yes", "no" or "not decided".
+    #[must_use]
+    pub fn answer(self) -> &'static str {
+        match self {
+            Self::Met => "yes",
+            Self::NotMet => "no",
             Self::NotDecided => "not decided",
         }
     }
@@ -128,17 +138,17 @@ impl Limit {
     }
 }
 
-/// One rule and what came of it. `W` names what is looked at.
+/// One criterion and its outcome. `W` names the quantity judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criterion<W> {
-    /// What is looked at.
+    /// The quantity judged.
     pub what: W,
     /// The unit of `found`, of its interval and of the limit; empty for a pure number.
     pub unit: String,
     /// What was found; absent when it could not be measured.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub found: Option<f64>,
-    /// Within which it lies with 95 % confidence; absent where the data say nothing of it.
+    /// The 95 % confidence interval of `found`; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub interval: Option<[f64; 2]>,
     /// The limit.
@@ -147,16 +157,31 @@ pub struct Criterion<W> {
     pub outcome: Outcome,
 }
 
+impl<W> Criterion<W> {
+    /// The same rule, called `what`.
+    #[must_use]
+    pub fn called<V>(self, what: V) -> Criterion<V> {
+        Criterion {
+            what,
+            unit: self.unit,
+            found: self.found,
+            interval: self.interval,
+            limit: self.limit,
+            outcome: self.outcome,
+        }
+    }
+}
+
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::AtMost { met, not_met } if met == not_met => write!(f, "at most {met:.4}"),
             Self::AtMost { met, not_met } => {
-                write!(f, "at most {met:.4}, not above {not_met:.4}")
+                write!(f, "at most {met:.4}, not decided up to {not_met:.4}")
             }
             Self::AtLeast { met, not_met } if met == not_met => write!(f, "at least {met:.4}"),
             Self::AtLeast { met, not_met } => {
-                write!(f, "at least {met:.4}, not below {not_met:.4}")
+                write!(f, "at least {met:.4}, not decided down to {not_met:.4}")
             }
             Self::Within { reach } => write!(f, "within ±{reach:.4}"),
         }

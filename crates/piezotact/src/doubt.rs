@@ -1,9 +1,9 @@
-//! What a result leaves open. A value that had to be clamped, gated, guessed or estimated from little comes back with a
+//! Doubts: what a result leaves open. A value that had to be clamped, gated, guessed or estimated from few data comes back with a
 //! [`Doubt`]: what was found, what it is about, and what a person can do.
 //!
 //! The kinds of doubts stand beside the rules that raise them, as enums with typed fields (`RenderDoubt`,
-//! `TransferDoubt`, …). Each becomes a [`Doubt`] by `into`, and a doubt is asked for its kind by [`Doubt::kind`]. A doubt
-//! whose code nobody knows, as of a file of a newer version, is kept and written again unchanged.
+//! `TransferDoubt`, …). Each is converted to a [`Doubt`] by `into`, and back by [`Doubt::kind`]. A doubt
+//! with an unknown code, as in a file of a newer version, is kept and written again unchanged.
 
 mod advice;
 mod before;
@@ -18,21 +18,22 @@ use std::collections::BTreeMap;
 
 pub use advice::{Advice, ChannelRole, Subject};
 pub use list::Doubts;
+pub(crate) use merged::serialize_merged;
 pub use merged::{Merged, Range, merged, merged_of};
 pub use value::{About, Counts, Example, FieldValue, Value};
 
 /// One thing that a person should know before relying on a result.
 ///
-/// The field that names what a doubt is about, and what makes an [`About`] of it.
+/// The field that names what a doubt is about, and the function that makes an [`About`] of its value.
 pub type AboutField = (&'static str, fn(String) -> About);
 
-/// Two are equal when they say the same equally often; the advice follows from what they say, and files of version 0.1.0
-/// hold none.
+/// Two doubts are equal when code, subject, values and count are equal. Advice is not compared: it follows from the others, and
+/// files of version 0.1.0 hold none.
 #[derive(Clone, Debug)]
 pub struct Doubt {
     /// What kind of doubt it is: `force_not_measured`. Codes never change their meaning.
     pub code: Cow<'static, str>,
-    /// What it is about, where that is one thing.
+    /// What it is about, if that is a single thing.
     pub about: Option<About>,
     /// What was found, by name; names end with their unit.
     pub values: BTreeMap<String, Value>,
@@ -71,7 +72,7 @@ impl Doubt {
         K::of(self)
     }
 
-    /// Whether it says the same as `other` of the same thing: how often it was seen, and what to do, do not matter.
+    /// Whether code, subject and values equal those of `other`; count and advice are not compared.
     #[must_use]
     pub fn says_the_same(&self, other: &Self) -> bool {
         (&self.code, &self.about, &self.values) == (&other.code, &other.about, &other.values)
@@ -176,7 +177,7 @@ macro_rules! doubts {
 pub(crate) use doubts;
 
 /// Declares the causes that a doubt can name in one of its fields: as [`doubts!`], each kept as a doubt within the doubt. Their
-/// last is `Said`, a cause of which only a sentence is known, as of files of before.
+/// last is `Said`, a cause known only as a sentence, as in files of earlier versions.
 macro_rules! causes {
     ($(#[$meta:meta])* pub enum $name:ident { $($variants:tt)* }) => {
         $crate::doubt::doubts! { $(#[$meta])* pub enum $name { $($variants)* } }

@@ -34,6 +34,10 @@ pub struct Section {
 /// A piece of a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a page has few blocks, and most of what is large in it are figures"
+)]
 pub enum Block {
     /// A conclusion, with its outcome as a colour.
     Conclusion {
@@ -263,12 +267,12 @@ pub fn limit_text(limit: Limit, unit: &str) -> String {
     let other = limit_number(limit.not_met_from(), unit);
     match limit {
         Limit::AtMost { met, not_met } if met < not_met => {
-            format!("at most {value}; from there to {other} not decided")
+            format!("at most {value}; not decided up to {other}")
         }
         Limit::AtLeast { met, not_met } if not_met < met => {
-            format!("at least {value}; from there to {other} not decided")
+            format!("at least {value}; not decided down to {other}")
         }
-        Limit::AtMost { met: 0.0, .. } => "none".into(),
+        Limit::AtMost { met: 0.0, .. } if unit.is_empty() => "none".into(),
         Limit::AtMost { .. } => format!("at most {value}"),
         Limit::AtLeast { .. } => format!("at least {value}"),
         Limit::Within { reach } if reach < ROUNDING => "no difference".into(),
@@ -329,7 +333,7 @@ mod tests {
         let nb = |text: &str| text.replace(" dB", "\u{a0}dB");
         assert_eq!(
             limit_text(range, "dB"),
-            nb("at most 1.5 dB; from there to 2.5 dB not decided")
+            nb("at most 1.5 dB; not decided up to 2.5 dB")
         );
         assert_eq!(limit_text(Limit::at_most(0.0), ""), "none");
         assert_eq!(

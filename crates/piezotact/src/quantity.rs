@@ -1,4 +1,4 @@
-//! What a number is: units, and the physical quantities that a series of samples can hold.
+//! Units, and the physical quantities that a series of samples can hold.
 //!
 //! Inside, everything is SI. People's units (g, mm/s², kHz, µV) are turned into SI once, by
 //! [`Unit::parse`], when a file is read.
@@ -159,6 +159,14 @@ impl Band {
             Err(QuantityError::Band {
                 found: format!("{}..{}", low.0, high.0),
             })
+        }
+    }
+
+    /// The band from 0 Hz to `high`, which is above zero and finite.
+    pub(crate) fn up_to(high: Hertz) -> Self {
+        Self {
+            low_hz: 0.0,
+            high_hz: high.0.max(f64::MIN_POSITIVE),
         }
     }
 
@@ -490,7 +498,7 @@ marker!(
     Uncalibrated, "uncalibrated signal", Unit::Other(String::new())
 );
 
-/// A number that cannot be what it was meant to be.
+/// Invalid rate, band or measure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuantityError {
     /// A sampling rate that no recording has.

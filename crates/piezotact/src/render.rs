@@ -1,8 +1,8 @@
-//! From a texture to the drive that makes a resting finger feel it.
+//! Rendering: from a texture to the drive that reproduces it on a resting finger.
 //!
-//! The target's spectrum is divided by the transfer function of the device with the finger on it, inside a
-//! band and no further than the device answers; the drive says which part of the band it gave up, and how
-//! far it stays below what the device can do.
+//! The target's spectrum is divided by the transfer function of the device with the finger on it, within a
+//! band and only where the device responds; the result states which parts of the band were given up, and the
+//! headroom of the drive below the limits of the device.
 
 mod coverage;
 mod doubt;
@@ -11,6 +11,7 @@ mod frame;
 mod inverse;
 mod level;
 mod limits;
+mod rendering;
 
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
@@ -22,6 +23,7 @@ pub use level::at_fitting_level;
 use limits::Room;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
+pub use rendering::{Rendering, doubts_of_played};
 
 use crate::clipping::ClippingDoubt;
 use crate::transfer::TransferDoubt;
@@ -41,7 +43,7 @@ use crate::transfer::TransferFunction;
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
-    /// Cut it at the device's limit, and say how much of it is.
+    /// Clip it at the device's limit, and report the clipped share.
     Allow,
 }
 
@@ -58,13 +60,14 @@ pub struct RenderConfig {
     pub fade: Seconds,
     /// The rate of the drive.
     pub output_rate: SampleRate,
-    /// A line is reached when regularisation takes no more than this from it.
+    /// A line is reached when regularisation attenuates it by no more than this.
     pub largest_loss: Decibels,
     /// A line is reached when its coherence is at least this.
     pub lowest_coherence: f64,
     /// What to do with a drive that does not fit.
     pub clipping: Overload,
-    /// What to do with a drive that is steeper than the amplifier follows: allowed, it is played as it is and doubted.
+    /// What to do with a drive that is steeper than the slew limit of the amplifier: if allowed, it is played unchanged, with a
+    /// doubt.
     #[serde(default = "allowed")]
     pub steep: Overload,
 }
@@ -74,9 +77,9 @@ fn allowed() -> Overload {
 }
 
 impl RenderConfig {
-    /// For the PIEZOTACT and its like: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
+    /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
     /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused, one that
-    /// is too steep doubted.
+    /// is too steep is doubted.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
@@ -93,26 +96,26 @@ impl RenderConfig {
     }
 }
 
-/// A drive ready to be played, with what it was made from and what it leaves open.
+/// A drive ready to be played, with its origin, settings and doubts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedDrive {
     /// The drive, full scale = 1, at the output rate.
     pub drive: Series<Drive>,
     /// The device it is for; absent when the transfer function did not say.
     pub setup: Option<DriveSetup>,
-    /// Whose finger it is for, where it comes from, and what a person should know before relying on it.
+    /// The condition it is for (participant, load, angle), its provenance, and its doubts.
     pub about: About,
     /// How it was made.
     pub config: RenderConfig,
-    /// What a closed loop corrected it for; none in an open loop.
+    /// The aim of the closed loop that corrected it; none for an open loop.
     pub aim: Option<Mode>,
-    /// How much of the device it uses.
+    /// Its peak, rms and slope re the limits of the device.
     pub headroom: Headroom,
     /// The parts of the band that the drive reaches, and those that it gives up.
     pub coverage: Coverage,
 }
 
-/// The drive (full scale = 1) that makes the device answer with `target`, in the SI unit of `O`.
+/// The drive (full scale = 1) to which the device responds with `target`, in the SI unit of `O`.
 ///
 /// The target, its mean taken away, is faded at both ends, put between `modelling_delay` and `tail` of silence, divided by the
 /// transfer function inside the band, and brought to the output rate.
@@ -163,7 +166,7 @@ pub fn render<O: Quantity>(
         .into_iter()
         .collect();
     doubts.extend(function.not_driven(band));
-    // What was doubted of the transfer function is doubted of all that comes of it.
+    // Doubts about the transfer function apply to everything derived from it.
     doubts.extend(
         function
             .about
@@ -243,7 +246,7 @@ pub fn render<O: Quantity>(
     cut(&mut samples, headroom.limit);
     doubts.extend(too_steep);
     let mut provenance = function.about.provenance.clone();
-    // One that was measured by playing through another stands for that one.
+    // A transfer function measured by playing through another one stands for that one.
     let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
     provenance.made_with = known.collect();
     Ok(RenderedDrive {
@@ -267,8 +270,8 @@ pub fn render<O: Quantity>(
     })
 }
 
-/// The doubt about how much of the power of `target`, as it was recorded and with the fades of `config`, lies outside the
-/// band, where that is a tenth or more: the same as [`render`] says of it. Brought to a lower rate before, it would be less.
+/// The doubt about the share of the power of `target` (as recorded, with the fades of `config`) outside the band, if it is a
+/// tenth or more: the same doubt as [`render`] returns. A target resampled to a lower rate before would show a smaller share.
 ///
 /// Source: decision 0028 of this project: a tenth is 0.4 dB of level.
 ///
@@ -286,13 +289,13 @@ pub fn power_outside<O: Quantity>(
     Ok(plan.outside_of(&padded, target.rate(), band))
 }
 
-/// How often the strength of limiting is halved between too weak and too strong.
+/// Bisection steps for the strength of limiting.
 const HALVINGS: usize = 20;
 
-/// The drive that comes of an inverse, turned down or not.
+/// Computes the drive for an attenuation, or without one.
 type DriveOf<'a> = &'a mut dyn FnMut(Option<&Limiting>) -> Result<Vec<f64>, RenderError>;
 
-/// The drive that is turned down no more than it takes to stay within `room`, and by what; `None` when nothing in the range
+/// The least attenuated drive that stays within `room`, with its attenuation; `None` when no strength in the range
 /// fits.
 fn fitted(
     costs: &Limiting,
@@ -315,8 +318,8 @@ fn fitted(
     Ok(best)
 }
 
-/// The negative control: the target's samples sent as the drive as they stand, one unit of `O` as full scale,
-/// clamped to what a file can hold. What comes of it is the target times the transfer function.
+/// The negative control: the target's samples used directly as the drive (full scale = 1), one unit of `O` as full scale,
+/// clamped to the range of a file. The response is the target times the transfer function.
 ///
 /// Source: thesis figures 41–42, "wrong rendering strategy".
 ///
@@ -336,8 +339,8 @@ pub fn straight<O: Quantity>(
     )?)
 }
 
-/// Refuses a transfer function that was measured with another gain than the one the drive is for. One that does
-/// not say its gain passes here; rendering doubts it.
+/// Refuses a transfer function that was measured with another gain than the one the drive is for. A transfer function that does
+/// not state its gain is accepted here; rendering then raises a doubt.
 ///
 /// Source: a transfer function holds for one amplifier gain (thesis 2.4, 2.5.3).
 ///
@@ -354,8 +357,8 @@ pub fn require_gain(setup: Option<&DriveSetup>, requested: &GainName) -> Result<
     }
 }
 
-/// Refuses a transfer function that was measured with another device than the one that is described: the gain that was
-/// set, with its limits, and the input before it. One that does not say its device passes here; rendering doubts it.
+/// Refuses a transfer function that was measured with another device than the one described: its gain setting, with the
+/// limits, and its input. One that does not state its device is accepted here; rendering then raises a doubt.
 ///
 /// Source: a transfer function holds for one amplifier (thesis 2.4, 2.5.3).
 ///
@@ -381,7 +384,7 @@ pub fn require_device(
     })
 }
 
-/// A level to the tenth of a decibel, no louder.
+/// A level rounded down to a tenth of a decibel.
 #[must_use]
 pub(crate) fn floored(level: Decibels) -> Decibels {
     Decibels((level.0 * 10.0).floor() / 10.0)

@@ -3,11 +3,13 @@
 //! The cross-spectrum is Sxy = E[conj(X)·Y], so that Y = H·X gives Sxy/Sxx = H. Its conjugate has the same
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
+mod between;
 mod broken;
 mod bundle;
 mod clock;
 mod confidence;
 mod cross;
+mod document;
 mod doubt;
 mod judge;
 mod multisine;
@@ -15,6 +17,7 @@ mod periodic;
 mod related;
 mod repeats;
 
+pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
 pub(crate) use bundle::level_db;
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
@@ -22,6 +25,7 @@ pub use bundle::{
 pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::Confidence;
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
+pub use document::EstimateDocument;
 pub use doubt::TransferDoubt;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
@@ -38,7 +42,7 @@ use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
-use crate::quantity::{Band, Quantity, SampleRate, Unit};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
@@ -50,7 +54,7 @@ pub enum Estimator {
     H1,
     /// Syy/Syx: unbiased by noise on the drive.
     H2,
-    /// √(Syy/Sxx)·Sxy/|Sxy|: between the two, for noise that has the same share of both.
+    /// √(Syy/Sxx)·Sxy/|Sxy|: between the two, for noise with the same share of power in both signals.
     Hv,
 }
 
@@ -75,7 +79,7 @@ impl Estimator {
 }
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
-/// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with all that it holds for.
+/// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction<I: Quantity, O: Quantity> {
     response: Vec<Complex<f64>>,
@@ -87,13 +91,13 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub estimator: Estimator,
     /// The number of segments averaged.
     pub averages: usize,
-    /// The number of independent ones that scatter as much; 0 when not known.
+    /// The equivalent number of independent segments, with the same scatter; 0 when not known.
     pub effective_averages: f64,
     /// From the lowest to the highest line that was driven; absent when not known.
     pub driven: Option<Band>,
-    /// Who touched how, where it comes from, and what a person should know before relying on it.
+    /// Condition, provenance and doubts.
     pub about: About,
-    /// Gain and level of the device it was measured through; absent for a plant that is no PIEZOTACT.
+    /// Gain and level of the device it was measured with; absent for a system that is not a PIEZOTACT.
     pub drive: Option<DriveSetup>,
     quantities: PhantomData<(I, O)>,
 }
@@ -111,7 +115,7 @@ pub struct CoherenceSummary {
     pub median: f64,
 }
 
-/// Coherence above 1 by more than this is no rounding: the pair of signals cannot have it.
+/// The tolerance for rounding of a coherence above 1; a larger excess is impossible for a pair of signals.
 pub(crate) const COHERENCE_ROUNDING: f64 = 1e-6;
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
@@ -147,7 +151,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         function.about.doubts.extend(judge::tone(&function));
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
-            // A delay between two unrelated signals is the place of a random peak: nothing is said of it.
+            // The delay between two unrelated signals is the position of a random peak: it is not reported.
             function
                 .about
                 .doubts
@@ -192,7 +196,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// # Errors
     /// [`TransferError::Lines`] when there are fewer than 2 lines, the two lists differ in length, or the
     /// axis does not rise; [`TransferError::NotFinite`] with the line that is NaN, infinite or beyond 1e100;
-    /// [`TransferError::Zero`] when the device does not answer at all.
+    /// [`TransferError::Zero`] when the response is zero at every line.
     pub fn from_lines(
         response: Vec<Complex<f64>>,
         coherence: Vec<f64>,
@@ -227,7 +231,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             return Err(TransferError::Zero);
         }
         let mut doubts = coherence_doubts(&coherence, resolution_hz);
-        // 0 stands for a number that the file does not say.
+        // 0 stands for a number that the file does not state.
         if averages > 0 && averages < RECOMMENDED_SEGMENTS {
             doubts.push(Doubt::from(TransferDoubt::FewAverages {
                 averages,
@@ -264,7 +268,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         &self.coherence
     }
 
-    /// The checksum of the lines: two of one checksum are one measurement.
+    /// The checksum of the lines: equal checksums mean the same measurement.
     #[must_use]
     pub fn checksum(&self) -> Checksum {
         let lines = self.response.iter().flat_map(|h| [h.re, h.im]);
@@ -324,16 +328,16 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .filter(move |(_, frequency_hz)| band.contains(*frequency_hz))
     }
 
-    /// The doubt about the part of `asked` that was not driven, if there is one.
+    /// The doubt about the part of the band `asked` that was not driven, if there is one.
     #[must_use]
     pub fn not_driven(&self, asked: Band) -> Option<Doubt> {
         judge::outside(self.driven?, asked, self.resolution_hz)
     }
 
-    /// States the band that was driven, where it is known: lines outside of it are not driven, whatever the ends of a drive put
-    /// there, and what nothing drives is told within it alone.
+    /// Sets the driven band when it is known: lines outside it count as not driven, even if the ends of a drive have power
+    /// there, and gaps in the drive are only reported within it.
     pub fn driven_within(&mut self, band: Band) {
-        // The first line of a band lies up to a line above its end.
+        // The lowest line of a band lies up to one line spacing above its lower end.
         let low = |found: Band| match found.low().0 - band.low().0 <= self.resolution_hz {
             true => Band::new(band.low(), found.high()).unwrap_or(found),
             false => found,
@@ -353,8 +357,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         self.about.doubts = trimmed.collect();
     }
 
-    /// The doubt about the sign of one of two channels, where a force moves a passive finger whose acceleration this is:
-    /// the force seems to take power out of it.
+    /// The doubt about the sign of one of two channels, for a transfer function from a force to the acceleration of a passive
+    /// finger: with a wrong sign the force appears to take power out of the finger.
     #[must_use]
     pub fn inverted_polarity(&self) -> Option<Doubt> {
         judge::inverted(self)
@@ -379,8 +383,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     }
 
     /// The impulse response at twice the highest line, as many samples as twice the lines less one, in units of `O` per
-    /// `I`; the second half stands for negative times. What is known not to be driven is taken to answer nothing, and the
-    /// lines at 0 Hz and at the end keep their real parts alone.
+    /// `I`; the second half stands for negative times. Lines known not to be driven are set to zero, and of the
+    /// lines at 0 Hz and at the upper end only the real parts are kept.
     #[must_use]
     pub fn impulse_response(&self) -> Vec<f64> {
         let driven = |line: usize| {
@@ -392,6 +396,34 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .map(|(line, h)| if driven(line) { *h } else { Complex::default() })
             .collect();
         fourier::RealTransform::new(2 * (self.response.len() - 1)).inverse(bins)
+    }
+
+    /// The band, Hz, that was driven, or all of it where that is not known.
+    #[must_use]
+    pub fn shown_band(&self) -> Band {
+        let whole = Band::up_to(Hertz(self.highest_hz()));
+        self.driven.unwrap_or(whole)
+    }
+
+    /// The part of [`Self::shown_band`] from 20 Hz on, Hz, in which textures are felt; all of it where it ends below.
+    #[must_use]
+    pub fn felt_band(&self) -> Band {
+        let shown = self.shown_band();
+        Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown)
+    }
+
+    /// The median of half the width of the 95 % confidence limits over the lines of `band`, dB; infinite where most have no lower
+    /// limit, `None` where none are known.
+    #[must_use]
+    pub fn median_reach_db(&self, band: Band) -> Option<f64> {
+        let limits = self.confidence()?;
+        let of = |(line, _): (usize, f64)| {
+            // A lower limit of 0 is infinitely far below.
+            10.0 * (limits.high[line] / limits.low[line].max(0.0)).log10()
+        };
+        let mut reach: Vec<f64> = self.lines_in(band).map(of).collect();
+        reach.sort_by(f64::total_cmp);
+        reach.get(reach.len() / 2).copied()
     }
 
     /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.
@@ -513,7 +545,7 @@ fn touches(cut: &Range<usize>, lost_s: &[[f64; 2]], rate: SampleRate) -> bool {
     lost_s.iter().any(overlap)
 }
 
-/// So many segments are needed where some are left out.
+/// The fewest segments that must be left when some are left out.
 const FEWEST_LEFT: usize = 4;
 
 /// The doubt about `left_out` of `of` segments, where there are any.
@@ -531,7 +563,7 @@ fn few_left(of: usize, left_out: usize) -> Result<Option<Doubt>, TransferError> 
     }
 }
 
-/// Why there is no transfer function.
+/// Why a transfer function cannot be estimated or read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TransferError {
     /// The spectra cannot be estimated.
@@ -557,15 +589,17 @@ pub enum TransferError {
     },
     /// A line is NaN, infinite, or so large that its square is.
     #[error(
-        "expected numbers that a device can answer with, found none at {frequency_hz:.2} Hz (NaN, infinite, or beyond 1e100); measure again or cut the band"
+        "expected valid response values, found an invalid one at {frequency_hz:.2} Hz (NaN, infinite, or beyond 1e100); measure \
+            again or cut the band"
     )]
     NotFinite {
         /// The line's frequency.
         frequency_hz: f64,
     },
-    /// Too much was lost.
+    /// Too many segments contain lost samples.
     #[error(
-        "expected {FEWEST_LEFT} segments or more without samples that were lost, found {left} of {of}; close other programs and measure again, or take shorter segments"
+        "expected {FEWEST_LEFT} segments or more without lost samples, found {left} of {of}; close other programs and measure \
+            again, or use shorter segments"
     )]
     FewLeft {
         /// How many are left.
@@ -573,9 +607,10 @@ pub enum TransferError {
         /// Of how many.
         of: usize,
     },
-    /// Too much was lost of a drive that repeats.
+    /// Too many repetitions of a periodic drive contain lost samples.
     #[error(
-        "expected {needed} sweeps or realisations or more without samples that were lost, found {left} of {of}; close other programs and measure again"
+        "expected {needed} sweeps or realisations or more without lost samples, found {left} of {of}; close other programs and \
+            measure again"
     )]
     FewRowsLeft {
         /// How many are needed.
@@ -585,9 +620,9 @@ pub enum TransferError {
         /// Of how many.
         of: usize,
     },
-    /// Nothing comes through.
+    /// The response is zero at every line.
     #[error(
-        "expected a device that answers its drive, found a response of zero at every frequency; check the sensor and the amplifier"
+        "expected a response to the drive, found a response of zero at every frequency; check the sensor and the amplifier"
     )]
     Zero,
 }

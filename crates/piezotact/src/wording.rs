@@ -1,7 +1,7 @@
 //! Doubts in words: what was found, and what to do.
 //!
-//! The sentences stand beside the rules. This module stands behind all of them and asks each whether a doubt is its own, so
-//! that a doubt that was read from a file has its words too.
+//! The sentences are defined beside the rules that raise the doubts. This module tries every kind of doubt in turn, so that
+//! doubts read from a file get their sentences too.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use crate::recording::RecordingError;
 use crate::score::ScoreError;
 use crate::stroke::SegmentError;
 
-/// What a kind says of a doubt that is its own.
+/// The texts that a kind of doubt provides for its own doubts.
 type Said = (String, Vec<Advice>);
 
 fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {

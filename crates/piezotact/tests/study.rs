@@ -4,19 +4,26 @@
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
 use piezotact::compare::CompareDoubt;
 use piezotact::discrimination::Model;
+use piezotact::document::Document;
 use piezotact::doubt::DoubtKind;
+use piezotact::page::Cell;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingDoubt, Touch};
 use piezotact::stroke::{Cut, Cuts, Judging, StrokeDoubt};
 use piezotact::study::{
-    Breadth, By, Gesture, Naming, Question, Recorded, Stated, StudyAnalysis, StudyError,
-    StudySettings, Take, Trend, analyse, analyse_watched, cut,
+    AnalysisDocument, Breadth, By, ComparisonDocument, CutsDocument, Gesture, Naming, Question,
+    Recorded, Stated, StudyAnalysis, StudyError, StudySettings, Take, Trend, analyse,
+    analyse_watched, cut, cuts_table, strokes_table,
 };
 
 /// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
 fn at_rate(name: &str, strokes: usize, own: Condition, rate_hz: f64) -> Recorded {
+    made_of(name, &vec![Kind::Plain; strokes], own, rate_hz)
+}
+
+fn made_of(name: &str, kinds: &[Kind], own: Condition, rate_hz: f64) -> Recorded {
     let seed = name.bytes().map(u64::from).sum();
-    let made = recorded(&mut Random::new(seed), &vec![Kind::Plain; strokes]);
+    let made = recorded(&mut Random::new(seed), kinds);
     let channel = |name: &str, unit: Unit, samples: Vec<f64>| Channel {
         name: name.into(),
         unit,
@@ -350,15 +357,7 @@ fn nothing_to_compare_names_what_recordings_differ_in() {
 
 #[test]
 fn a_study_without_strokes_says_why() {
-    let mut still = of("still", 1, touched("S1", 30.0));
-    let silent = |channel: &Channel| Channel {
-        samples: vec![0.0; 20_000],
-        ..channel.clone()
-    };
-    let channels = still.recording.channels().iter().map(silent).collect();
-    let rate = SampleRate::new(RATE_HZ).unwrap();
-    still.recording =
-        Recording::new(channels, rate, touched("S1", 30.0), Provenance::default()).unwrap();
+    let still = made_of("still", &[Kind::TouchOnly; 2], touched("S1", 30.0), RATE_HZ);
     let mut done = 0;
     let takes = all([still]);
     let refused = analyse_watched(takes, &settings(Question::Groups(None)), &mut || done += 1);
@@ -372,10 +371,10 @@ fn a_study_without_strokes_says_why() {
         Some(StrokeDoubt::NoContact { .. })
     ));
     assert!(!found.doubts.is_empty());
-    let sentence = found.sentence_with(&|_| "nothing touches".into());
+    let sentence = found.sentence_with(&|_| "nothing slides".into());
     assert_eq!(
         sentence,
-        "expected strokes, found none in still.csv: nothing touches"
+        "expected strokes, found none in still.csv: nothing slides"
     );
     assert_eq!(done, 1);
 }
@@ -425,5 +424,98 @@ fn a_report_has_what_is_not_asked_as_well() {
             .lines()
             .iter()
             .any(|line| line.starts_with("S1: active and passive PSDs"))
+    );
+}
+
+/// The document of a comparison names its form, has one comparison at the top and several in a list, and doubts once.
+#[test]
+fn a_study_is_handed_out_as_a_document() {
+    let people = |names: &[&str]| -> Vec<Take> {
+        let recorded = names.iter().flat_map(|person| {
+            ["S1", "S2"].map(|sample| {
+                let name = format!("{person}{sample}");
+                of(&name, 2, by(touched(sample, 30.0), person))
+            })
+        });
+        all(recorded)
+    };
+    let document = |takes: Vec<Take>| {
+        let study = analyse(takes, &changes(By::Sample)).unwrap();
+        serde_json::to_value(Document::of(&ComparisonDocument::of(&study))).unwrap()
+    };
+    let one = document(people(&["P1"]));
+    assert_eq!(
+        (&one["schema"], &one["version"]),
+        (&"comparison".into(), &1.into())
+    );
+    assert_eq!(one["by"], "sample");
+    assert_eq!(one["groups"][1]["files"][0], "P1S2.csv");
+    assert_eq!(one["groups"][0]["psd"]["unit"], "(m/s²)²/Hz");
+    assert!(one["below_jnd"].is_array() && one.get("setting").is_none());
+    let two = document(people(&["P1", "P2"]));
+    assert!(two.get("groups").is_none());
+    let settings: Vec<&str> = two["comparisons"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|comparison| comparison["setting"].as_str().unwrap())
+        .collect();
+    assert_eq!(settings, ["P1", "P2"]);
+    assert_eq!(two["discrimination"]["settings"][1]["setting"], "P2");
+    let codes: Vec<&str> = two["doubts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|doubt| doubt["code"].as_str().unwrap())
+        .collect();
+    // Four groups of two strokes each: one doubt, seen four times.
+    assert_eq!(
+        codes.iter().filter(|code| **code == "few_strokes").count(),
+        1
+    );
+
+    let takes = people(&["P1"]);
+    let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes))).unwrap();
+    assert_eq!(cut["schema"], "segmentation");
+    let strokes = cut["recordings"][0]["strokes"].as_array().unwrap();
+    let stroke = &takes[0].segmentation.strokes[0];
+    assert_eq!(strokes.len(), 2);
+    assert_eq!(strokes[0]["start_s"], stroke.steady.start as f64 / RATE_HZ);
+    let study = grouped(takes, None);
+    let analysis = serde_json::to_value(Document::of(&AnalysisDocument::of(&study))).unwrap();
+    assert_eq!(analysis["schema"], "analysis");
+    let recording = &analysis["recordings"][0];
+    assert_eq!(recording["cuts"], cut["recordings"][0]["strokes"]);
+    assert!(recording["strokes"][0]["rms"].as_f64().unwrap() > 0.0);
+}
+
+/// A table has a row for each stroke and a cell for each column, with labels that only some recordings have.
+#[test]
+fn a_table_has_a_row_for_each_stroke_and_every_label() {
+    let mut first = of("a", 2, touched("S1", 30.0));
+    first.naming.labels = [("board".to_owned(), "B2".to_owned())].into();
+    let study = grouped(all([first, of("b", 3, touched("S2", 30.0))]), None);
+    let strokes = strokes_table(&study.takes);
+    let names: Vec<&str> = strokes.columns.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(strokes.rows.len(), 5);
+    assert!(strokes.rows.iter().all(|row| row.len() == names.len()));
+    let column = |name: &str| names.iter().position(|other| *other == name).unwrap();
+    assert_eq!(strokes.rows[0][column("label_board")], Cell::from("B2"));
+    assert_eq!(strokes.rows[4][column("label_board")], Cell::Missing(()));
+    assert_eq!(strokes.rows[4][column("stroke")], Cell::from(3.0));
+    let rms = study.takes[1].analysis.as_ref().unwrap().strokes[2].rms;
+    assert_eq!(strokes.rows[4][column("rms")], Cell::from(rms));
+    let cuts = cuts_table(&study.takes);
+    let rejects: usize = study
+        .takes
+        .iter()
+        .map(|t| t.segmentation.rejected.len())
+        .sum();
+    assert_eq!(cuts.rows.len(), 5 + rejects);
+    assert!(cuts.rows.iter().all(|row| row.len() == cuts.columns.len()));
+    assert!(
+        cuts.columns
+            .iter()
+            .any(|column| column.name == "steady_part_limit")
     );
 }

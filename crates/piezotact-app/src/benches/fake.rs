@@ -13,14 +13,15 @@ use crate::failure::Outcome;
 pub(super) const ENTRY: BenchEntry = BenchEntry {
     name: "fake",
     example: "fake:script.toml",
-    help: "fake:FILE.toml,participant=K, which follows the script in FILE.toml, with faults of devices, for tests and for practice",
+    help: "fake:FILE.toml,participant=K, which follows the script in FILE.toml and simulates device faults, for tests and for \
+     training",
     help_with_turns: Some(
-        "fake:FILE.toml, which follows the script in FILE.toml, with faults of devices, for tests and for practice",
+        "fake:FILE.toml, which follows the script in FILE.toml and simulates device faults, for tests and for training",
     ),
     parse,
 };
 
-/// A script by its file, with a number for who sits at it.
+/// A script by its file, with the number of the participant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct FakeSpec {
     file: PathBuf,

@@ -16,7 +16,9 @@ use crate::failure::Outcome;
 pub(super) const ENTRY: BenchEntry = BenchEntry {
     name: "measured",
     example: "measured:hand.json,seed=7",
-    help: "measured:FILE,noise=0.003,seed=N (in m/s² rms), which plays through the transfer function in FILE, and with panel=FOLDER,placement=N as another placement of that finger, drawn from how far placements lie apart in the panel",
+    help: "measured:FILE,noise=0.003,seed=N (noise in m/s² rms), which simulates the response with the transfer function in \
+         FILE; with panel=FOLDER,placement=N, for another placement of that finger, drawn from the variability between \
+         placements in the panel",
     help_with_turns: None,
     parse,
 };
@@ -68,9 +70,10 @@ impl NamedBench for MeasuredSpec {
 
     fn with_participant(&self, _number: u64) -> Result<BenchSpec, DeviceError> {
         Err(DeviceError::Impossible {
-            expected: "a bench at which people can take turns".into(),
+            expected: "a bench that can be used with several participants".into(),
             found: format!("{}, which is one finger at one placement", self.file.display()),
-            todo: "file each measured transfer function with `piezotact panel add`, and rehearse on one at a time".into(),
+            todo: "add each measured transfer function to a panel with `piezotact panel add`, and rehearse on one at a \
+                 time".into(),
         })
     }
 
@@ -92,7 +95,8 @@ impl NamedBench for MeasuredSpec {
 }
 
 /// What `measured` must look like on the command line.
-const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N,panel=FOLDER,placement=N, the settings after the whole name of the file";
+const MEASURED_FORM: &str = "measured:FILE or measured:FILE,noise=M_S2,seed=N,panel=FOLDER,placement=N, with the settings \
+     after the file name";
 
 fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
     parsed(text).map(BenchSpec::of)
@@ -137,7 +141,8 @@ fn parsed(text: &str) -> Result<MeasuredSpec, DeviceError> {
         (None, None) => None,
         (None, Some(_)) => {
             return Err(wrong(
-                "panel=FOLDER with placement=N: how far placements lie apart is known of people who were placed more than once, a single transfer function does not hold it",
+                "panel=FOLDER with placement=N: the variability between placements is estimated from participants whose finger \
+                 was placed more than once, a single transfer function does not contain it",
                 text,
             ));
         }

@@ -26,7 +26,7 @@ struct BenchEntry {
     example: &'static str,
     /// All that may be written, for the help of `--bench`.
     help: &'static str,
-    /// The same where the command says who sits at it; none where people cannot take turns.
+    /// The same for the participants that the command names; none if the bench is of one participant only.
     help_with_turns: Option<&'static str>,
     /// Reads what stands behind the colon.
     parse: fn(&str) -> Result<BenchSpec, DeviceError>,

@@ -7,28 +7,68 @@ use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::run::RunStart;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Distortion, Estimator};
+use piezotact_bench::document::CharacteriseDocument;
 use piezotact_bench::procedure::{
-    self, Characterisation, CharacteriseConfig, Gating, Refused, RepeatConfig, Repeated,
+    self, Characterisation, CharacteriseConfig, Gating, RepeatConfig, Repeated,
 };
 use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
     RunFolder, TransferDocument, TransferFormat, keep_before, read_transfer, write_transfer,
 };
-use serde_json::{Value, json};
+use piezotact_report::transfer;
 
 use super::{has_ending, outputs, recording_files, run_plan};
+use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{self, Keeper, Place, Raw, Shown, runs_of};
-use crate::output::{doubts_json, print, print_json, say, say_doubts, write_text};
-use crate::report::transfer;
+use crate::output::{print, print_document, say, say_merged, write_text};
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     if let Some(record) = &args.record {
         has_ending(record, &["parquet"])?;
     }
     let mut bench = args.bench.open()?;
-    let config = CharacteriseConfig {
+    let config = config(args, &bench);
+    let repeats = RepeatConfig {
+        repeats: usize::from(args.repeats),
+        attempts: usize::from(args.gate.attempts),
+        gating: gating(&args.gate)?,
+    };
+    check_outputs(args, repeats.repeats)?;
+    let mut done = kept_while_measured(args, &mut bench, (&config, &repeats))?;
+    let distortion = done.distortion();
+    let stored = TransferDocument {
+        distortion: distortion.clone(),
+        attempts: done.attempts.clone(),
+        ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
+    };
+    keep_of_another(&args.out, &stored)?;
+    write_transfer(&args.out, &stored)?;
+    let lost = TransferFormat::of_ending(&args.out).losses();
+    done.function.about.doubts.extend(lost);
+    if let Some(report) = &args.report {
+        let source = &done.function.about.provenance.source;
+        let title = format!("Transfer function: {source}");
+        let page = transfer::Page {
+            distortion: distortion.as_ref(),
+            repeats: done.apart_db.map(|db| (done.each.len(), db)),
+            refused: done.refused.iter().map(ToString::to_string).collect(),
+            ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
+        };
+        write_text(report, &transfer::html(&page, &OptionWords)?)?;
+    }
+    let found = (args.band, distortion.as_ref());
+    let document = CharacteriseDocument::of(&done, found, &args.out);
+    if args.json {
+        return print_document(&document);
+    }
+    say_merged(&document.doubts);
+    print(&text(&document, done.function.response().len()))
+}
+
+fn config(args: &Characterise, bench: &Bench) -> CharacteriseConfig {
+    CharacteriseConfig {
         excitation: ExcitationConfig {
             kind: args.excitation,
             band: args.band,
@@ -39,20 +79,14 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         welch: WelchConfig::hann(args.segment),
         estimator: Estimator::H1,
         run: run_plan("characterise", &args.finger, bench.acquirer.as_ref()),
-    };
-    let repeats = RepeatConfig {
-        repeats: usize::from(args.repeats),
-        attempts: usize::from(args.gate.attempts),
-        gating: gating(&args.gate)?,
-    };
-    let recordings = (1..=repeats.repeats).filter_map(|repeat| {
+    }
+}
+
+/// Refuses outputs that would replace the bench's file or each other.
+fn check_outputs(args: &Characterise, repeats: usize) -> Outcome {
+    let recordings = (1..=repeats).filter_map(|repeat| {
         let record = args.record.as_deref()?;
-        Some(recording_files(&numbered(
-            record,
-            repeats.repeats,
-            repeat,
-            1,
-        )))
+        Some(recording_files(&numbered(record, repeats, repeat, 1)))
     });
     let written: Vec<PathBuf> = std::iter::once(args.out.clone())
         .chain(args.report.clone())
@@ -60,149 +94,87 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     let read: Vec<&Path> = args.bench.file().into_iter().collect();
-    outputs(&read, &written)?;
+    outputs(&read, &written)
+}
+
+/// Characterises, and keeps what is acquired: in the files that are asked for, else for the time of the measurement, so that it
+/// is not lost with the program.
+fn kept_while_measured(
+    args: &Characterise,
+    bench: &mut Bench,
+    (config, repeats): (&CharacteriseConfig, &RepeatConfig),
+) -> Outcome<Repeated> {
+    let Some(record) = args.record.as_deref() else {
+        let runs = fresh(&args.out)?;
+        let done = repeated(bench, config, repeats, Place::Continued(runs.clone()))?;
+        keeping::done(&runs, Raw::Discarded)?;
+        return Ok(done);
+    };
     let path_of = |start: &RunStart| {
         let (repeat, attempt) = repeats.attempt_of(&config.run, &start.label);
-        let record = args.record.as_deref().unwrap_or(&args.out);
         numbered(record, repeats.repeats, repeat, attempt)
     };
-    let place = match args.record {
-        Some(_) => Place::Named(&path_of),
-        // For the time of the measurement: what was acquired is not lost with the program.
-        None => Place::Continued(fresh(&args.out)?),
-    };
-    let runs = match &place {
-        Place::Continued(runs) => Some(runs.clone()),
-        _ => None,
-    };
-    let mut done = repeated(&mut bench, &config, &repeats, place)?;
-    if let Some(runs) = runs {
-        keeping::done(&runs, Raw::Discarded)?;
+    repeated(bench, config, repeats, Place::Named(&path_of))
+}
+
+fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
+    let mut text = format!(
+        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, {}",
+        document.out.display(),
+        document.resolution_hz,
+        document.averages,
+        document.provenance.source
+    );
+    if let Some(apart_db) = document.repeats_apart_db_rms {
+        text += &format!(
+            "\n{} repeats; largest difference between two of them {apart_db:.2} dB rms",
+            document.repeats
+        );
     }
-    let each: Vec<Distortion> = done
-        .each
-        .iter()
-        .filter_map(|c| c.distortion.clone())
-        .collect();
-    let distortion = Distortion::together(&each);
-    let document = TransferDocument {
-        distortion: distortion.clone(),
-        attempts: done.attempts.clone(),
-        ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
-    };
-    if let Some(kept) = keep_of_another(&args.out, &document)? {
+    if let Some(distortion) = document.distortion {
+        text += "\n";
+        text += &told(distortion);
+    }
+    text
+}
+
+/// Keeps what stands at `out` under a free name and says so, unless it is a transfer function of the same person, condition, bench
+/// and seed as `new`.
+fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
+    if !out.is_file() || read_transfer(out).is_ok_and(|old| old.is_of_the_same(new)) {
+        return Ok(());
+    }
+    if let Some(kept) = keep_before(out)? {
         say(&format!(
-            "{}: what was there is of another person, condition or seed, and kept as {}",
-            args.out.display(),
+            "{}: the earlier file is of another participant, condition or seed, and is kept as {}",
+            out.display(),
             kept.display()
         ));
     }
-    write_transfer(&args.out, &document)?;
-    done.function
-        .about
-        .doubts
-        .extend(TransferFormat::of_ending(&args.out).losses());
-    let function = &done.function;
-    if let Some(report) = &args.report {
-        let page = transfer::Page {
-            title: format!("Transfer function: {}", function.about.provenance.source),
-            function,
-            unit: format!("({})/{}", Acceleration::UNIT, Drive::UNIT),
-            response_unit: Acceleration::UNIT.to_string(),
-            distortion: distortion.as_ref(),
-            repeats: done.apart_db.map(|db| (done.each.len(), db)),
-            refused: done.refused.iter().map(ToString::to_string).collect(),
-        };
-        write_text(report, &transfer::render(&page)?)?;
-    }
-    if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "averages": function.averages,
-            "effective_averages": function.effective_averages,
-            "resolution_hz": function.resolution_hz(),
-            "band_hz": args.band,
-            "driven_hz": function.driven,
-            "repeats": done.each.len(),
-            "repeats_apart_db_rms": done.apart_db,
-            "refused": refused_json(&done.refused),
-            "attempts": done.attempts,
-            "distortion": distortion,
-            "drive_setup": function.drive,
-            "condition": function.about.condition,
-            "provenance": function.about.provenance,
-            "doubts": doubts_json(&function.about.doubts)?,
-        }));
-    }
-    say_doubts(&function.about.doubts);
-    print(&format!(
-        "wrote {}: {} lines in steps of {:.2} Hz from {} averages, {}",
-        args.out.display(),
-        function.response().len(),
-        function.resolution_hz(),
-        function.averages,
-        function.about.provenance.source
-    ))?;
-    if let Some(apart_db) = done.apart_db {
-        print(&format!(
-            "{} repeats, any two at most {apart_db:.2} dB rms apart",
-            done.each.len()
-        ))?;
-    }
-    distortion.map_or(Ok(()), |distortion| print(&told(&distortion)))
-}
-
-/// Keeps what stands at `out` under a free name, unless it is a transfer function of the same person, condition, bench and seed as
-/// `new`; where it is kept.
-fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome<Option<PathBuf>> {
-    if !out.is_file() {
-        return Ok(None);
-    }
-    let same = read_transfer(out).is_ok_and(|old| {
-        let [old_from, new_from] = [&old, new].map(|document| &document.about.provenance);
-        old.about.condition == new.about.condition
-            && old_from.source == new_from.source
-            && old_from.seed == new_from.seed
-            && old_from.answered_with == new_from.answered_with
-    });
-    if same {
-        return Ok(None);
-    }
-    Ok(keep_before(out)?)
+    Ok(())
 }
 
 /// Levels of noise and distortion re the answer, one line a band.
 fn told(distortion: &Distortion) -> String {
     let mut text = format!(
-        "re the answer, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
+        "relative to the response, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
         distortion.realisations, distortion.periods, "band", "noise", "even", "odd"
     );
     for level in &distortion.levels {
-        let db = |value: Option<f64>| match value {
-            Some(value) if value > 0.0 && level.linear > 0.0 => {
-                format!("{:.1}", 20.0 * (value / level.linear).log10())
-            }
+        let db = |level_db: Option<f64>| match level_db {
+            Some(db) if db.is_finite() => format!("{db:.1}"),
             Some(_) => "in noise".into(),
             None => "–".into(),
         };
         text.push_str(&format!(
             "\n{:>14}  {:>8}  {:>8}  {:>8}",
             level.band_hz.to_string(),
-            db(Some(level.noise)),
-            db(level.even),
-            db(level.odd)
+            db(Some(level.re_answer_db(level.noise))),
+            db(level.even.map(|even| level.re_answer_db(even))),
+            db(level.odd.map(|odd| level.re_answer_db(odd)))
         ));
     }
     text
-}
-
-fn refused_json(refused: &[Refused]) -> Vec<Value> {
-    refused
-        .iter()
-        .map(
-            |r| json!({ "repeat": r.repeat, "attempt": r.attempt, "reason": r.refusal.to_string() }),
-        )
-        .collect()
 }
 
 /// What the options ask of every measurement.
@@ -212,7 +184,7 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
             return Ok(value);
         }
         Err(usage(anyhow!(
-            "expected {what} between 0 and 1, found {value}; leave it out for the usual"
+            "expected {what} between 0 and 1, found {value}; leave it out for the default"
         )))
     };
     match args.gating {
@@ -223,7 +195,7 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
             ] {
                 if given {
                     return Err(usage(anyhow!(
-                        "expected --gate on with {option}, found --gate off, which judges nothing; leave one of them out"
+                        "expected --gate on with {option}, found --gate off, which checks nothing; leave one of them out"
                     )));
                 }
             }
@@ -286,10 +258,10 @@ pub(crate) fn repeated(
         let (repeat, _) = repeats.attempt_of(&config.run, &start.label);
         let of = match repeats.repeats {
             1 => String::new(),
-            all => format!(", {repeat} of {all}"),
+            all => format!(", repeat {repeat} of {all}"),
         };
         format!(
-            "characterising with {} of {duration:.1}{of}",
+            "characterising: {} drive, {duration:.1}{of}",
             config.excitation.kind.name(),
         )
     };

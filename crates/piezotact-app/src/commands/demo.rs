@@ -1,4 +1,4 @@
-//! `piezotact demo`: the whole loop on the digital twin.
+//! `piezotact demo`: the complete chain on the digital twin.
 
 use std::path::Path;
 
@@ -15,27 +15,30 @@ use piezotact::score::with_felt_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact::verify::{
+    DemoDocument, DriveSource, JudgedVerification, Measured, Verification, VerifyConfig,
+    drive_beside, tones, verify,
+};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
+use piezotact_report::verify::{Page, ShownDrive, Straight, html};
 use piezotact_twin::{Participant, TwinParameters, record_texture};
-use serde_json::json;
 
 use super::characterise::characterise;
 use super::play::play;
 use super::render::{lineage, write_drive};
 use super::run_plan;
-use super::verify::{verdict, verification_json};
+use super::verify::verdict;
+use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
 use crate::keeping::Place;
-use crate::output::{print, print_json, say, say_doubts, write_text};
+use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
 use crate::report;
-use crate::report::verify::{Found, Page, ShownDrive, Straight};
 
 const FINGER: Finger = Finger {
     load: Some(0.2),
@@ -52,7 +55,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow::anyhow!(
-            "cannot make the folder {}: {error}; check the path",
+            "cannot create the folder {}: {error}; check the path",
             out.display()
         )
     })?;
@@ -64,7 +67,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     }
     .open()?;
     say(&format!(
-        "The whole loop on the {}, seed {}.",
+        "The complete chain on the {}, seed {}.",
         bench.player.describe().name,
         args.seed
     ));
@@ -73,10 +76,10 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let (recorded, target) = texture(&out.join(TARGET), args.seed)?;
     say("2/5 characterising the device with the finger on it");
     let function = transfer_function(&mut bench, args.seed, &out.join(TRANSFER))?;
-    say("3/5 rendering: the drive that makes the resting finger feel that texture");
+    say("3/5 rendering: computing the drive that reproduces this texture on the resting finger");
     let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
     let rendering = Rendering::of(&drive, TARGET, level.0);
-    say("4/5 playing it and measuring again, the finger put back anew");
+    say("4/5 playing the drive and measuring again, after repositioning the finger");
     let measured = played(
         &mut bench,
         "play",
@@ -85,7 +88,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         &out.join("measured.parquet"),
     )?;
     say(
-        "    and as a negative control the texture itself, as it stands and turned down until nothing clips",
+        "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
     );
     let straight = sent_straight(&mut bench, &target, out)?;
     say("5/5 comparing");
@@ -108,6 +111,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     let page = Page {
         title: "A texture rendered end to end".into(),
         verification: &verification,
+        tones: tones(&verification)?,
         target: &recorded,
         function: Some(&function),
         texture: &target,
@@ -115,34 +119,36 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         drive: Some(ShownDrive {
             series: &drive.drive,
             limit,
-            found: Found::Rendered,
+            beside: drive_beside(
+                &verification,
+                (&drive.drive, DriveSource::Rendered),
+                Some(&rendering),
+            ),
         }),
         rendering: Some(&rendering),
         provenance: &measured.about.provenance,
         condition: &measured.about.condition,
         predicted: None,
-        also: &[],
-        before: &[],
+        also: Vec::new(),
+        before: Vec::new(),
         straight: Some(&straight),
     };
-    write_text(&path, &report::verify::render(&page)?)?;
-    let result = json!({
-        "report": report::name(&path),
-        "verification": verification_json(&verification)?,
-        "straight": verification_json(&straight.as_it_stands)?,
-        "straight_level_matched": verification_json(&straight.turned_down)?,
-    });
-    write_text(
-        &out.join("verification.json"),
-        &serde_json::to_string_pretty(&result)?,
-    )?;
+    write_text(&path, &html(&page, &OptionWords)?)?;
+    let result = DemoDocument {
+        report: &report::name(&path),
+        verification: JudgedVerification::of(&verification),
+        straight: JudgedVerification::of(&straight.as_it_stands),
+        straight_level_matched: JudgedVerification::of(&straight.turned_down),
+    };
+    write_text(&out.join("verification.json"), &document_text(&result)?)?;
     if args.json {
-        print_json(&result)?;
+        print_document(&result)?;
         return verdict(&verification);
     }
     say_doubts(&verification.doubts);
     print(&format!(
-        "sent straight instead: {:.1} dB rms at the device's own scale ({:.0} % clipped), {:.1} dB level-matched, waveform correlation {:.2}",
+        "texture played directly (negative control): {:.1} dB rms at 1 m/s² = full scale ({:.0} % clipped); attenuated and \
+         level-matched: {:.1} dB rms, waveform correlation {:.2}",
         straight.as_it_stands.error_db_rms,
         straight.as_it_stands.clipped_fraction * 100.0,
         straight.turned_down.error_db_rms_level_matched,
@@ -237,7 +243,7 @@ fn rendered(
     let drive = drive?;
     if level.0 < 0.0 {
         say(&format!(
-            "    at its own level it does not fit this finger's device: rendered {:.1} dB lower",
+            "    at its own level it exceeds the limits of the device with this finger: rendered {:.1} dB lower",
             -level.0
         ));
     }
@@ -266,7 +272,7 @@ fn played(
     path: &Path,
 ) -> Outcome<Recording> {
     let setup = bench.player.calibrate()?;
-    let what = format!("playing {:.1} of drive", drive.duration());
+    let what = format!("playing the drive, {:.1}", drive.duration());
     let run = run_plan(label, &FINGER, bench.acquirer.as_ref());
     let made = rendering.as_ref().map(|made| made.about.provenance.clone());
     let place = Place::File(path, rendering.map(Box::new));

@@ -14,6 +14,7 @@ use piezotact::quantity::{
 use piezotact::recording::{About, Recording};
 use piezotact::resample::resample;
 use piezotact::series::Series;
+use piezotact_dataset::document::ExportDocument;
 use piezotact_dataset::haptic::{
     HapticClip, HapticKind, HapticMetadata, HjifReferenceDevice, HjifTexture, ahap_of, clip_of,
     date_of, haptic_kind_of_file, piezo_device, read_haptic, write_ahap, write_haptic, write_hjif,
@@ -24,12 +25,11 @@ use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{
     Contents, FileKind, TransferFormat, holds_transfer, read_transfer, write_transfer,
 };
-use serde_json::json;
 
 use super::{outputs, read};
 use crate::cli::Export;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{digits, doubts_json, print, print_json, say_doubts};
+use crate::output::{digits, print, print_document, say_merged};
 use crate::report::name;
 
 /// The rate of files that are played through a sound output, Hz.
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &Export) -> Outcome {
     outputs(&inputs, &writes)?;
     if args.transfer.is_some() && format != Format::Hjif {
         return Err(usage(anyhow!(
-            "--transfer describes the device of a .hjif file, and {} is none: leave it out",
+            "expected --transfer with a .hjif output only, found it with {}; leave it out",
             args.out.display()
         )));
     }
@@ -128,34 +128,37 @@ pub(crate) fn run(args: &Export) -> Outcome {
     } else {
         of_recording(args, format)?
     };
+    let document = ExportDocument::of(
+        (&args.out, format.name()),
+        (written.rate, written.full_scale.as_ref()),
+        &written.doubts,
+    );
     if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "format": format.name(),
-            "rate_hz": written.rate,
-            "full_scale": written.full_scale,
-            "doubts": doubts_json(&written.doubts)?,
-        }));
+        return print_document(&document);
     }
-    say_doubts(&written.doubts);
-    let mut text = format!("wrote {}: {}", args.out.display(), format.name());
-    if let Some(rate) = written.rate {
+    say_merged(&document.doubts);
+    print(&text(&document))
+}
+
+fn text(document: &ExportDocument<'_>) -> String {
+    let mut text = format!("wrote {}: {}", document.out.display(), document.format);
+    if let Some(rate) = document.rate_hz {
         text.push_str(&format!(" at {rate}"));
     }
-    if let Some(full_scale) = &written.full_scale {
+    if let Some(full_scale) = document.full_scale {
         text.push_str(&format!(
-            ", 1 stands for {} {}",
+            ", 1 corresponds to {} {}",
             digits(full_scale.value),
             full_scale.unit
         ));
     }
-    print(&text)
+    text
 }
 
 fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     if format != Format::Uff {
         return Err(usage(anyhow!(
-            "expected an output that ends in .uff for a transfer function, found {}; a {} holds signals",
+            "expected an output that ends in .uff for a transfer function, found {} ({}), which holds signals; give a .uff name",
             args.out.display(),
             format.name()
         )));
@@ -186,7 +189,7 @@ fn of_clip(args: &Export, format: Format) -> Outcome<Written> {
     ] {
         if given {
             return Err(usage(anyhow!(
-                "{} is a clip and is written as it is, without being played: leave {option} out",
+                "{} is a haptic clip, which is written without computing a waveform: leave {option} out",
                 args.input.display()
             )));
         }
@@ -256,7 +259,7 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         }
         if peak <= 0.0 {
             return Err(named(anyhow!(
-                "expected a signal, found silence; there is nothing to carry"
+                "expected a signal, found silence; there is nothing to export"
             )));
         }
         let one = Measure {

@@ -6,22 +6,22 @@ use std::fmt::Write as _;
 
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
-use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity};
-use piezotact::recording::{Annotations, Clock, Condition, Recording};
+use piezotact::quantity::{Band, Hertz};
+use piezotact::recording::Condition;
 use piezotact::statistics::{mean, peak, standard_deviation};
+use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
-use serde_json::json;
 
 use super::read;
 use crate::advice::merged_text;
 use crate::cli::Info;
 use crate::failure::Outcome;
-use crate::output::{digits, doubts_json, print, print_json};
+use crate::output::{digits, print, print_document};
 
 pub(crate) fn run(args: &Info) -> Outcome {
     if let Some(kept) = kept::of(&args.file)? {
         return match args.json {
-            true => print_json(&kept.json),
+            true => print_document(&kept.document),
             false => print(&kept.text),
         };
     }
@@ -30,90 +30,32 @@ pub(crate) fn run(args: &Info) -> Outcome {
     }
     let contents = read(&args.file, &args.reading)?;
     if args.json {
-        recording_json(args, &contents)
-    } else {
-        recording_text(args, &contents)
+        let recording = RecordingInfo::of(&args.file, &contents);
+        return print_document(&InfoDocument::Recording(Box::new(recording)));
     }
-}
-
-fn recording_json(args: &Info, contents: &Contents) -> Outcome {
-    let recording = &contents.recording;
-    let channels: Vec<_> = recording
-        .channels()
-        .iter()
-        .map(|channel| {
-            json!({
-                "name": channel.name,
-                "unit": channel.unit,
-                "mean": mean(&channel.samples),
-                "standard_deviation": standard_deviation(&channel.samples),
-                "peak": peak(&channel.samples),
-            })
-        })
-        .collect();
-    let mut document = json!({
-        "file": args.file,
-        "kind": contents.kind.to_string(),
-        "rate_hz": recording.rate(),
-        "samples": recording.len(),
-        "duration_s": recording.duration(),
-        "channels": channels,
-        "condition": recording.about.condition,
-        "provenance": recording.about.provenance,
-        "drive_setup": contents.setup,
-        "rendering": contents.rendering,
-        "doubts": doubts_json(&recording.about.doubts)?,
-    });
-    if recording.clocks().len() > 1 {
-        let groups = groups(recording);
-        let group = |(clock, samples, names): &(Clock, usize, Vec<&str>)| {
-            json!({
-                "rate_hz": clock.rate_hz,
-                "start_s": clock.start_s,
-                "samples": samples,
-                "channels": names,
-            })
-        };
-        document["clocks"] = groups.iter().map(group).collect();
-    }
-    if recording.annotations != Annotations::default() {
-        document["annotations"] = json!(recording.annotations);
-    }
-    print_json(&document)
-}
-
-/// The channels of each clock, with the number of their samples.
-fn groups(recording: &Recording) -> Vec<(Clock, usize, Vec<&str>)> {
-    let of = |clock: &Clock| {
-        let channels = recording.channels_with_clocks();
-        let channels: Vec<_> = channels
-            .filter_map(|(channel, own)| (own == *clock).then_some(channel))
-            .collect();
-        let names = channels.iter().map(|channel| channel.name.as_str());
-        let samples = channels.first().map_or(0, |channel| channel.samples.len());
-        (*clock, samples, names.collect())
-    };
-    recording.clocks().iter().map(of).collect()
+    recording_text(args, &contents)
 }
 
 fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     let recording = &contents.recording;
     let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
-    let groups = groups(recording);
+    let groups = clock_summaries(recording);
     match groups.as_slice() {
-        [(clock, samples, _)] => {
-            let _never_fails = write!(text, "{samples} samples at {}, ", clock.rate_hz);
+        [one] => {
+            let _never_fails = write!(text, "{} samples at {}, ", one.samples, one.rate_hz);
         }
         several => {
-            let _never_fails = write!(text, "channels of {} clocks, ", several.len());
+            let _never_fails = write!(text, "channels on {} sampling clocks, ", several.len());
         }
     }
     let _never_fails = write!(text, "{:.3}", recording.duration());
-    for (clock, samples, names) in groups.iter().filter(|_| groups.len() > 1) {
+    for group in groups.iter().filter(|_| groups.len() > 1) {
         let _never_fails = write!(
             text,
-            "\n  {samples} samples at {clock}: {}",
-            names.join(", ")
+            "\n  {} samples at {}: {}",
+            group.samples,
+            group.clock(),
+            group.channels.join(", ")
         );
     }
     for channel in recording.channels() {
@@ -166,7 +108,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     print(&text)
 }
 
-/// What was done to a texture on purpose: to the one in a file, or to the one that a drive was rendered from.
+/// The manipulations of a texture: of the one in a file, or of the one that a drive was rendered from.
 fn lineage_of(contents: &Contents) -> Option<&Lineage> {
     let rendering = contents.rendering.as_ref();
     let own = contents.recording.about.provenance.lineage.as_ref();
@@ -188,61 +130,41 @@ fn condition_text(condition: &Condition) -> String {
 }
 
 fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
-    // Read as what it says it is, so that what is wrong with it is found here.
-    let mut read = document.clone();
-    (read.drive_unit, read.response_unit) = (Drive::UNIT, Acceleration::UNIT);
-    let function = read.function::<Drive, Acceleration>(&args.file)?;
+    let info = TransferInfo::of(&args.file, document, shown_band()?)?;
     if args.json {
-        return print_json(&json!({
-            "file": args.file,
-            "kind": "transfer function",
-            "drive_unit": document.drive_unit,
-            "response_unit": document.response_unit,
-            "lines": function.response().len(),
-            "resolution_hz": function.resolution_hz(),
-            "highest_hz": function.highest_hz(),
-            "estimator": function.estimator,
-            "averages": function.averages,
-            "driven_hz": function.driven,
-            "distortion": document.distortion,
-            "coherence": function.coherence_in(shown_band()?),
-            "condition": function.about.condition,
-            "drive_setup": function.drive,
-            "provenance": function.about.provenance,
-            "doubts": doubts_json(&function.about.doubts)?,
-        }));
+        return print_document(&InfoDocument::Transfer(Box::new(info)));
     }
     let mut text = format!(
         "{}\n  transfer function from {} to {}, {} lines to {:.1} Hz in steps of {:.3} Hz, {:?}, {} averages",
-        args.file.display(),
-        document.drive_unit,
-        document.response_unit,
-        function.response().len(),
-        function.highest_hz(),
-        function.resolution_hz(),
-        function.estimator,
-        function.averages
+        info.file.display(),
+        info.drive_unit,
+        info.response_unit,
+        info.lines,
+        info.highest_hz,
+        info.resolution_hz,
+        info.estimator,
+        info.averages
     );
-    if let Some(coherence) = function.coherence_in(shown_band()?) {
+    if let Some(coherence) = info.coherence {
         let _never_fails = write!(
             text,
             "\n  coherence over {}: median {:.4}, lowest {:.4} at {:.1} Hz",
             coherence.band_hz, coherence.median, coherence.lowest, coherence.lowest_at_hz
         );
     }
-    if let Some(driven) = function.driven {
-        let _never_fails = write!(text, "\n  driven over {driven}");
+    if let Some(driven) = info.driven_hz {
+        let _never_fails = write!(text, "\n  driven band {driven}");
     }
-    text.push_str(&condition_text(&function.about.condition));
-    if let Some(setup) = &function.drive {
+    text.push_str(&condition_text(&info.condition));
+    if let Some(setup) = &info.drive_setup {
         let _never_fails = write!(
             text,
             "\n  measured at gain {}, {:.3} V at full scale",
             setup.gain, setup.volts_per_full_scale
         );
     }
-    for doubt in merged(&function.about.doubts) {
-        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
+    for doubt in &info.doubts {
+        let _never_fails = write!(text, "\n  doubt: {}", merged_text(doubt));
     }
     print(&text)
 }

@@ -1,4 +1,4 @@
-//! `piezotact manipulate`: a texture made otherwise on purpose, with what was done to it.
+//! `piezotact manipulate`: a manipulated texture, with the operations that were applied.
 
 use piezotact::doubt::Doubts;
 use piezotact::recording::RecordingDoubt;
@@ -7,34 +7,34 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::feature::{FeatureConfig, vibrations};
+use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
 use piezotact::lineage::{Level, Lineage, Operation, Step};
-use piezotact::manipulate::{ManipulateError, Texture};
+use piezotact::manipulate::{ManipulateDocument, ManipulateError, Texture, spectra_of};
 use piezotact::quantity::{Acceleration, Measure, Quantity, Seconds, Unit};
 use piezotact::recording::{About, Annotations, Condition, Provenance, Recording};
 use piezotact::resample::resample;
 use piezotact::roles::Roles;
 use piezotact::series::Series;
-use piezotact::spectrum::WelchConfig;
-use piezotact::statistics::{peak, standard_deviation};
+use piezotact::statistics::peak;
 use piezotact::study::Take;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use serde_json::json;
+use piezotact_report::manipulate::{Page, html};
 
 use super::touch::take_all;
 use super::{outputs, read, texture};
+use crate::advice::OptionWords;
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
 use crate::failure::{Failure, Outcome, usage};
 use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
-use crate::output::{digits_that_count, doubts_json, print, print_json, say_doubts, write_text};
-use crate::report::{self, name};
+use crate::output::{digits_that_count, print, print_document, say_merged, write_text};
+use crate::report::name;
 
 /// Shorter than a period of 100 Hz nothing is a texture.
 const SHORTEST: Seconds = Seconds(0.01);
-/// What stands behind the name of a sample that was made otherwise: it is no longer that sample.
+/// The suffix of the name of a manipulated sample: it is no longer that sample.
 const MANIPULATED: &str = " (manipulated)";
 
 /// A texture with what its file says of it.
@@ -58,6 +58,64 @@ fn chosen(number: Option<u32>, option: &'static str) -> Option<Chosen> {
 }
 
 pub(crate) fn run(args: &Manipulate) -> Outcome {
+    checked(args)?;
+    let opened = open(
+        &args.input,
+        chosen(args.stroke, "--stroke"),
+        args.channel.as_deref(),
+        &args.reading,
+    )?;
+    let before = opened.texture.clone();
+    let (after, others) = all_done(args, opened.texture)?;
+    let after = at_a_whole_rate(after)?;
+    let condition = condition_of(opened.condition, &args.operations.0);
+    let (mut annotations, steps_before) = opened.annotations;
+    let mut provenance = opened.provenance;
+    for step in after.lineage.steps.iter().skip(steps_before) {
+        let (kept, left_out) = annotations.after(&step.operation);
+        annotations = kept;
+        provenance.steps.extend(left_out);
+    }
+    let about = About::new(condition, provenance);
+    write(&args.out, &after, &about, annotations)?;
+    if let Some(path) = &args.report {
+        let shown = std::iter::once(&before).chain(&others).chain([&after]);
+        let page = Page {
+            title: format!("{}, manipulated", name(&args.input)),
+            bench: about.provenance.bench,
+            before: &before,
+            after: &after,
+            others: &others,
+            spectra: &spectra_of(shown)?,
+        };
+        write_text(path, &html(&page, &OptionWords)?)?;
+    }
+    let document = ManipulateDocument::of(&before, &after, &about.condition, &args.out);
+    if args.json {
+        return print_document(&document);
+    }
+    say_merged(&document.doubts);
+    print(&text(args, &document))
+}
+
+fn text(args: &Manipulate, document: &ManipulateDocument<'_>) -> String {
+    let steps = document.lineage.steps.iter();
+    let steps: Vec<String> = steps.map(|step| format!("  {step}\n")).collect();
+    let report = args.report.as_ref();
+    let report = report.map(|path| format!("report: {}\n", path.display()));
+    format!(
+        "{}\n{}{}wrote {}: {:.3}, {} m/s² rms",
+        args.input.display(),
+        steps.concat(),
+        report.unwrap_or_default(),
+        document.out.display(),
+        document.duration_s,
+        digits_that_count(document.rms_after, 4)
+    )
+}
+
+/// Refuses what cannot be asked for: nothing to do, options without a use, outputs that would replace an input.
+fn checked(args: &Manipulate) -> Outcome {
     let operations = &args.operations.0;
     if operations.is_empty() {
         return Err(usage(anyhow!(
@@ -84,67 +142,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     let sidecar = sidecar_path(&args.out);
     let mut written = vec![args.out.as_path(), &sidecar];
     written.extend(args.report.as_deref());
-    outputs(&read, &written)?;
-
-    let opened = open(
-        &args.input,
-        chosen(args.stroke, "--stroke"),
-        args.channel.as_deref(),
-        &args.reading,
-    )?;
-    let before = opened.texture.clone();
-    let (after, others) = all_done(args, opened.texture)?;
-    let after = at_a_whole_rate(after)?;
-    let condition = condition_of(opened.condition, operations);
-    let (mut annotations, steps_before) = opened.annotations;
-    let mut provenance = opened.provenance;
-    for step in after.lineage.steps.iter().skip(steps_before) {
-        let (kept, left_out) = annotations.after(&step.operation);
-        annotations = kept;
-        provenance.steps.extend(left_out);
-    }
-    let about = About::new(condition, provenance);
-    write(&args.out, &after, &about, annotations)?;
-    let About {
-        condition,
-        provenance,
-        ..
-    } = about;
-    if let Some(path) = &args.report {
-        let page = report::manipulate::Page {
-            title: format!("{}, made otherwise", name(&args.input)),
-            bench: provenance.bench,
-            before: &before,
-            after: &after,
-            others: &others,
-        };
-        write_text(path, &report::manipulate::render(&page)?)?;
-    }
-    if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "rate_hz": after.series.rate(),
-            "duration_s": after.series.duration(),
-            "rms_before": standard_deviation(before.series.samples()),
-            "rms_after": standard_deviation(after.series.samples()),
-            "unit": Acceleration::UNIT,
-            "condition": condition,
-            "lineage": after.lineage,
-            "text": after.lineage.to_string(),
-            "doubts": doubts_json(&after.doubts)?,
-        }));
-    }
-    say_doubts(&after.doubts);
-    print(&format!("{}\n{}", args.input.display(), steps_text(&after)))?;
-    if let Some(path) = &args.report {
-        print(&format!("report: {}", path.display()))?;
-    }
-    print(&format!(
-        "wrote {}: {:.3}, {} m/s² rms",
-        args.out.display(),
-        after.series.duration(),
-        digits_that_count(standard_deviation(after.series.samples()), 4)
-    ))
+    outputs(&read, &written)
 }
 
 /// The texture in a file, or one stroke of it, with the lineage that it has so far and without its mean.
@@ -349,12 +347,6 @@ fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> 
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
 }
 
-/// The usual segments of strokes, which other figures have as well.
-pub(crate) fn lines_5_hz_apart(of: &Texture<Acceleration>) -> Outcome<WelchConfig> {
-    let length = of.series.samples().len();
-    Ok(FeatureConfig::usual(of.series.rate(), &[length], None)?.welch)
-}
-
 fn refused(path: &Path, error: ManipulateError) -> Failure {
     match error {
         ManipulateError::Range { .. }
@@ -438,13 +430,7 @@ fn require_wav(path: &Path) -> Outcome {
         return Ok(());
     }
     Err(usage(anyhow!(
-        "expected --out to end in .wav, found {}; `piezotact export` makes other formats of it",
+        "expected --out to end in .wav, found {}; use `piezotact export` for other formats",
         ending.map_or("no ending".into(), |ending| format!(".{ending}"))
     )))
-}
-
-fn steps_text(texture: &Texture<Acceleration>) -> String {
-    let steps = texture.lineage.steps.iter();
-    let steps: Vec<String> = steps.map(|step| format!("  {step}")).collect();
-    steps.join("\n")
 }

@@ -197,7 +197,7 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
         let folder = folder_of(output);
         if !folder.is_dir() {
             return Err(anyhow!(
-                "{}: expected the folder {} to be there, found none; make it",
+                "{}: expected the folder {}, found none; create it",
                 output.display(),
                 folder.display()
             )
@@ -230,7 +230,7 @@ pub(crate) fn has_ending<'a>(path: &Path, known: &[&'a str]) -> Outcome<&'a str>
         .find(|known| found.as_deref() == Some((*known).as_ref()));
     ending.copied().ok_or_else(|| {
         usage(anyhow!(
-            "{}: expected a name that ends in .{}, found another; say what to write by it",
+            "{}: expected a name that ends in .{}, found another extension; the extension selects the format",
             path.display(),
             known.join(" or .")
         ))

@@ -1,27 +1,25 @@
 //! `piezotact play`: plays a drive and records what the finger does.
 
-use piezotact::clipping::ClippingDoubt;
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::{Provenance, Recording, played_through_its_own};
-use piezotact::render::headroom;
+use piezotact::render::doubts_of_played;
 use piezotact::run::RunStart;
 use piezotact::series::Series;
+use piezotact_bench::document::PlayDocument;
 use piezotact_bench::procedure::play_and_record;
 use piezotact_bench::{Bench, RunPlan};
 use piezotact_dataset::{ReadOptions, read_recording};
-use serde_json::json;
 
 use super::{drive_limit, has_ending, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown};
-use crate::output::{doubts_json, print, print_json, say_doubts};
+use crate::output::{print, print_document, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
     has_ending(&args.record, &["parquet"])?;
@@ -32,85 +30,23 @@ pub(crate) fn run(args: &Play) -> Outcome {
         .collect();
     outputs(&read, &written)?;
     let contents = read_recording(&args.drive, &ReadOptions::default())?;
-    let named =
-        |error: anyhow::Error| Failure::Data(error.context(args.drive.display().to_string()));
-    let drive = contents
-        .recording
-        .series::<Drive>(None)
-        .map_err(|error| named(error.into()))?;
+    let drive = contents.recording.series::<Drive>(None);
+    let drive = drive.map_err(|error| of_drive(args, error))?;
     let mut bench = args.bench.open()?;
-    let here = bench.player.calibrate()?;
-    let setup = match (&contents.setup, &args.gain) {
-        (Some(made_for), Some(gain)) if made_for.gain.name != *gain => {
-            return Err(named(anyhow!(
-                "expected the gain {} that the drive was rendered for, found --gain {gain}; leave it out, or render for {gain}",
-                made_for.gain
-            )));
-        }
-        (Some(made_for), _) => Some(made_for.clone()),
-        (None, Some(gain)) => match here {
-            Some(here) => Some(here.with_gain(gain).map_err(usage)?),
-            None => {
-                return Err(usage(anyhow!(
-                    "expected no --gain on the {}, of whose device nothing is known, found {gain}; leave it out",
-                    bench.player.describe().name
-                )));
-            }
-        },
-        // Nothing is known of either: only the digital full scale counts.
-        (None, None) if here.is_none() => None,
-        (None, None) => {
-            return Err(named(anyhow!(
-                "expected to know which gain the drive is for, found nothing that says it; state it with --gain, or render with a transfer function that says it"
-            )));
-        }
-    };
+    let setup = setup(args, contents.setup.as_ref(), &mut bench)?;
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
-    let what = format!("playing {:.1} of drive", drive.duration());
-    let place = Place::File(&args.record, contents.rendering.clone().map(Box::new));
-    let made = contents
-        .rendering
-        .as_ref()
-        .map(|made| &made.about.provenance);
-    let mut recording = play(
-        &mut bench,
-        (&drive, made),
-        setup.as_ref(),
-        &run,
-        (place, &what),
-    )?;
-    let broken = doubts_of(&recording, drive_limit(setup.as_ref()));
+    let what = format!("playing the drive, {:.1}", drive.duration());
+    let rendering = contents.rendering.as_ref();
+    let place = Place::File(&args.record, rendering.cloned().map(Box::new));
+    let made = rendering.map(|made| &made.about.provenance);
+    let (setup, place) = (setup.as_ref(), (place, what.as_str()));
+    let mut recording = play(&mut bench, (&drive, made), setup, &run, place)?;
+    let broken = doubts_of(&recording, drive_limit(setup));
     recording.about.doubts.extend(broken);
-    let headroom = headroom(drive.samples(), drive.rate(), setup.as_ref());
-    recording
-        .about
-        .doubts
-        .extend(headroom.slew_doubt(setup.as_ref()));
-    let clipped = headroom.clipped_fraction;
-    if clipped > 0.0 {
-        recording
-            .about
-            .doubts
-            .push(Doubt::from(ClippingDoubt::PlayedDriveClipped {
-                fraction: clipped,
-            }));
-    }
-    if let Some(rendering) = &contents.rendering {
-        recording.about.doubts.extend(
-            rendering
-                .about
-                .condition
-                .doubts_when_measured(&recording.about.condition),
-        );
-    }
+    let found = doubts_of_played(&drive, setup, rendering, &recording.about.condition);
+    recording.about.doubts.extend(found);
     if args.json {
-        return print_json(&json!({
-            "record": args.record,
-            "rate_hz": recording.rate(),
-            "duration_s": recording.duration(),
-            "provenance": recording.about.provenance,
-            "doubts": doubts_json(&recording.about.doubts)?,
-        }));
+        return print_document(&PlayDocument::of(&recording, &args.record));
     }
     say_doubts(&recording.about.doubts);
     print(&format!(
@@ -119,6 +55,46 @@ pub(crate) fn run(args: &Play) -> Outcome {
         recording.duration(),
         recording.about.provenance.source
     ))
+}
+
+fn of_drive(args: &Play, error: impl Into<anyhow::Error>) -> Failure {
+    Failure::Data(error.into().context(args.drive.display().to_string()))
+}
+
+/// The device that the drive is played with: the one that it was `made_for`, else that of the bench at the gain that the options
+/// state; `None` where nothing is known of either.
+fn setup(
+    args: &Play,
+    made_for: Option<&DriveSetup>,
+    bench: &mut Bench,
+) -> Outcome<Option<DriveSetup>> {
+    let here = bench.player.calibrate()?;
+    match (made_for, &args.gain) {
+        (Some(made_for), Some(gain)) if made_for.gain.name != *gain => Err(of_drive(
+            args,
+            anyhow!(
+                "expected the gain {} that the drive was rendered for, found --gain {gain}; leave it out, or render for {gain}",
+                made_for.gain
+            ),
+        )),
+        (Some(made_for), _) => Ok(Some(made_for.clone())),
+        (None, Some(gain)) => match here {
+            Some(here) => Ok(Some(here.with_gain(gain).map_err(usage)?)),
+            None => Err(usage(anyhow!(
+                "expected no --gain on the {}, whose device is not described, found {gain}; leave it out",
+                bench.player.describe().name
+            ))),
+        },
+        // Only the digital full scale counts.
+        (None, None) if here.is_none() => Ok(None),
+        (None, None) => Err(of_drive(
+            args,
+            anyhow!(
+                "expected the gain for which the drive was made, found none; state it with --gain, or render with a transfer \
+                 function that states it"
+            ),
+        )),
+    }
 }
 
 /// Plays `drive` and records the response. `made` is the provenance of the drive, `place` where the recording is kept, `what` the

@@ -3,24 +3,25 @@
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
-use piezotact_replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
-use serde_json::{Value, json};
+use piezotact::figure::Figure;
+use piezotact_replay::document::ReplayDocument;
+use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
+use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
 
 use super::outputs;
 use super::twin::twin_parameters;
-use crate::advice::merged_text;
+use crate::advice::OptionWords;
 use crate::cli;
 use crate::failure::Outcome;
-use crate::output::{print, print_json, say, write_text};
+use crate::output::{counted, document_text, print, say, write_text};
 use crate::report::name;
-use crate::report::replay::{Page, render, tally, word};
 
 pub(crate) fn run(args: &cli::Replay) -> Outcome {
     let parameters = twin_parameters(args.twin.as_deref())?;
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow!(
-            "cannot make the folder {}: {error}; check the path",
+            "cannot create the folder {}: {error}; check the path",
             out.display()
         )
     })?;
@@ -32,16 +33,14 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         seed: args.seed,
     };
     let chapters = measured(&replay, args.chapter)?;
-    let page = Page {
-        replay: &replay,
-        twin: args.twin.as_deref(),
-        chapters: &chapters,
-    };
-    let result = result_json(&page);
-    write_text(&report, &render(&page)?)?;
-    write_text(&findings, &serde_json::to_string_pretty(&result)?)?;
+    let page = page(&replay, args.twin.as_deref(), &chapters)?;
+    write_text(&report, &html(&page, &OptionWords)?)?;
+    let names = (name(&report), args.twin.as_deref().map(name));
+    let document = ReplayDocument::of(&replay, &chapters, (&names.0, names.1), &OptionWords);
+    let text = document_text(&document)?;
+    write_text(&findings, &text)?;
     if args.json {
-        return print_json(&result);
+        return print(&text);
     }
     print(&table(&chapters))?;
     print(&format!("report: {}", report.display()))?;
@@ -73,46 +72,204 @@ fn table(chapters: &[Chapter]) -> String {
     lines.join("\n")
 }
 
-fn result_json(page: &Page<'_>) -> Value {
-    let chapters: Vec<Value> = page
-        .chapters
-        .iter()
-        .map(|chapter| {
-            json!({
-                "number": chapter.number,
-                "title": chapter.title,
-                "measured": chapter.measured,
-                "doubts": chapter.doubts.iter().map(merged_text).collect::<Vec<_>>(),
-                "missing": chapter.missing,
-            })
+/// How many claims hold, do not hold, and cannot be measured yet.
+fn tally<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> String {
+    let words: Vec<&str> = findings.into_iter().map(|f| word(&f.verdict)).collect();
+    let counts = [Standing::Holds, Standing::DoesNot, Standing::NotYet].map(|standing| {
+        let same = words.iter().filter(|word| **word == standing.word());
+        format!("{} {}", standing.word(), same.count())
+    });
+    format!("{}: {}", counted(words.len(), "claim"), counts.join(", "))
+}
+
+fn standing(verdict: &Verdict) -> Standing {
+    match verdict {
+        Verdict::Holds => Standing::Holds,
+        Verdict::DoesNot { .. } => Standing::DoesNot,
+        Verdict::NotYet { .. } => Standing::NotYet,
+    }
+}
+
+/// A verdict in words.
+fn word(verdict: &Verdict) -> &'static str {
+    standing(verdict).word()
+}
+
+/// What the report shows.
+fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) -> Outcome<Page<'a>> {
+    let all_asked = chapters.len() == Replay::CHAPTERS.len();
+    let claims = CLAIMS.iter().map(|claim| {
+        let found = all(chapters).find(|finding| finding.claim == claim.number);
+        let otherwise = if all_asked {
+            Standing::NotYet
+        } else {
+            Standing::NotAsked
+        };
+        row(claim, found, otherwise)
+    });
+    let parts = chapters.iter().map(|chapter| {
+        let figures = chapter.figures.iter().map(|figure| {
+            let shown = Figure {
+                caption: figure.caption.clone(),
+                drawn: figure.drawn()?,
+            };
+            Ok((figure.number, shown))
+        });
+        let claims = chapter.findings.iter().filter_map(|finding| {
+            let claim = CLAIMS.iter().find(|claim| claim.number == finding.claim)?;
+            Some(row(claim, Some(finding), Standing::NotYet))
+        });
+        Ok(ChapterPart {
+            number: chapter.number,
+            title: chapter.title,
+            measured: &chapter.measured,
+            tally: tally(&chapter.findings),
+            claims: claims.collect(),
+            figures: figures.collect::<Outcome<_>>()?,
+            doubts: &chapter.doubts,
+            missing: &chapter.missing,
         })
-        .collect();
-    json!({
-        "report": "report.html",
-        "seed": page.replay.seed,
-        "twin": page.twin.map(name),
-        "changes": page.replay.parameters.changes(),
-        "chapters": chapters,
-        "findings": all(page.chapters).map(finding_json).collect::<Vec<_>>(),
+    });
+    Ok(Page {
+        seed: replay.seed,
+        twin: twin.map(name),
+        changes: replay.parameters.changes(),
+        claims: claims.collect(),
+        chapters: parts.collect::<Outcome<_>>()?,
     })
 }
 
-fn finding_json(finding: &Finding) -> Value {
-    let claim = CLAIMS.iter().find(|claim| claim.number == finding.claim);
-    let (verdict, reason) = match &finding.verdict {
-        Verdict::Holds => ("holds", None),
-        Verdict::DoesNot { reason } => ("does_not_hold", Some(reason.clone())),
-        Verdict::NotYet { with } => ("not_yet", Some(format!("comes with {with}"))),
-    };
-    json!({
-        "claim": finding.claim,
-        "chapter": claim.map(|claim| claim.chapter),
-        "at": claim.map(|claim| claim.at),
-        "says": claim.map(|claim| claim.says),
-        "criteria": finding.criteria,
-        "holds_if": claim.map(|claim| claim.holds_if),
-        "measured": finding.measured,
-        "verdict": verdict,
-        "reason": reason,
-    })
+/// A claim with what was found of it; where nothing was it stands as `otherwise`.
+fn row<'a>(claim: &'a Claim, found: Option<&'a Finding>, otherwise: Standing) -> ClaimRow<'a> {
+    let verdict = found.map(|finding| &finding.verdict);
+    let criteria = found.map_or(&[][..], |finding| &finding.criteria);
+    ClaimRow {
+        number: claim.number,
+        chapter: claim.chapter,
+        at: claim.at,
+        says: claim.says,
+        holds_if: claim.holds_if,
+        standing: verdict.map_or(otherwise, standing),
+        is_found: found.is_some(),
+        measured: found.map_or("", |finding| &finding.measured),
+        why: match verdict {
+            Some(Verdict::DoesNot { reason }) => reason.clone(),
+            Some(Verdict::NotYet { with }) => {
+                format!("needs {with}, which the program does not contain yet")
+            }
+            Some(Verdict::Holds) | None => String::new(),
+        },
+        criteria: (criteria.iter())
+            .map(|criterion| criterion.clone().called(criterion.what.unless_met.clone()))
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::Doubt;
+    use piezotact::doubt::merged_of;
+    use piezotact::recording::RecordingDoubt;
+    use piezotact_replay::{Axis, Line, Mark, Scale, Shown};
+    use piezotact_twin::TwinParameters;
+
+    fn finding(claim: u8, verdict: Verdict) -> Finding {
+        Finding {
+            claim,
+            measured: format!("measured of {claim}"),
+            verdict,
+            criteria: Vec::new(),
+        }
+    }
+
+    fn figure(number: &'static str) -> piezotact_replay::Figure {
+        let axis = |scale| Axis {
+            label: "Ra & rms".into(),
+            scale,
+        };
+        let line = |mark| Line {
+            label: format!("{mark:?}"),
+            points: vec![(0.0, 0.0), (1.0, 2.0)],
+            mark,
+        };
+        let marks = [
+            Mark::Dots,
+            Mark::Line,
+            Mark::Thin,
+            Mark::Dashed,
+            Mark::Joined,
+        ];
+        piezotact_replay::Figure {
+            number,
+            caption: "A caption.".into(),
+            shown: Shown::Lines {
+                x: axis(Scale::Names(vec!["S1".into(), "NO".into()])),
+                y: axis(Scale::Logarithmic),
+                lines: marks.map(line).into(),
+            },
+        }
+    }
+
+    /// Every claim has a row that the overview leads to, whatever became of it.
+    #[test]
+    fn every_claim_has_its_row() {
+        let replay = Replay {
+            parameters: TwinParameters::built_in(),
+            seed: 7,
+        };
+        let does_not = Verdict::DoesNot {
+            reason: "too loud".into(),
+        };
+        // Advice names the command line's option, as everywhere.
+        let uncalibrated = Doubt::from(RecordingDoubt::Uncalibrated {
+            channel: "a".into(),
+        });
+        let doubt = merged_of([(Some("S8"), &uncalibrated)]).remove(0);
+        let chapter = Chapter {
+            number: 4,
+            title: "Rendering",
+            measured: vec!["Somebody touched.".into()],
+            findings: vec![
+                finding(20, Verdict::Holds),
+                finding(21, does_not),
+                finding(24, Verdict::NotYet { with: "people" }),
+                finding(34, Verdict::Holds),
+            ],
+            figures: vec![figure("47a"), figure("47b"), figure("48")],
+            doubts: vec![doubt],
+            missing: vec!["figure 51".into()],
+        };
+        let chapters = [chapter];
+        let page = page(&replay, None, &chapters).ok().unwrap();
+        let html = html(&page, &OptionWords).unwrap();
+        for claim in CLAIMS {
+            let (row, link) = (
+                format!("id=\"claim-{}\"", claim.number),
+                format!("#claim-{}\"", claim.number),
+            );
+            assert_eq!(html.matches(&row).count(), 1, "{row}");
+            assert_eq!(html.matches(&link).count(), 1, "{link}");
+        }
+        for part in [
+            "4 claims: holds 2, does not hold 1, not yet 1.",
+            "too loud",
+            "comes with people",
+            "<li>S8: ",
+            "(--scale)",
+            "<li>figure 51</li>",
+            "Counterpart of figure 47b",
+            "Seed 7, built-in parameters.",
+        ] {
+            assert!(html.contains(part), "{part}");
+        }
+        // Neither was asked for.
+        let standing = |number: u8| page.claims[usize::from(number) - 1].standing.word();
+        assert_eq!(
+            [standing(33), standing(1)],
+            ["not selected", "not selected"]
+        );
+        // 47a begins a row of two; 48 stands alone.
+        assert_eq!(html.matches("<figure class=\"first\">").count(), 1);
+    }
 }

@@ -4,17 +4,20 @@ use std::fmt::Write as _;
 
 use anyhow::anyhow;
 use piezotact::discrimination::Model;
-use piezotact::doubt::Doubts;
-use piezotact::quantity::{Band, Decibels, Unit};
+use piezotact::page::limit_text;
+use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
+use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
+use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreDocument, ScoreError};
+use piezotact::series::Series;
 use piezotact_dataset::{ReadOptions, read_contact_map};
-use serde_json::Value;
+use piezotact_report::score::{Page, html};
 
 use super::{inspected, outputs, rate_option, read, texture};
+use crate::advice::OptionWords;
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts, write_text};
+use crate::output::{print, print_document, say_doubts, write_text};
 use crate::report;
 
 pub(crate) fn run(args: &Score) -> Outcome {
@@ -30,38 +33,68 @@ pub(crate) fn run(args: &Score) -> Outcome {
             args.full_scale
         )));
     }
-    let reference = read(&args.reference, &args.reading)?;
-    let scale = args
-        .test_scale
-        .clone()
-        .or_else(|| args.reading.scale.clone());
-    let test = inspected(
-        &args.test,
-        &ReadOptions {
-            scale,
-            rate: rate_option(args.reading.rate)?,
-        },
-    )?;
-    let test_channel = args.test_channel.as_ref().or(args.channel.as_ref());
-    let a = texture(
-        &args.reference,
-        &reference.recording,
-        args.channel.as_deref(),
-    )?;
-    let b = texture(
-        &args.test,
-        &test.recording,
-        test_channel.map(String::as_str),
-    )?;
-    let mut doubts = Doubts::new();
-    doubts.extend(reference.recording.about.doubts.iter().cloned());
-    doubts.extend(test.recording.about.doubts.iter().cloned());
+    let [reference, test] = [reference(args)?, test(args)?];
+    let score = scored(args, &reference, &test)?;
+    if let Some(path) = &args.report {
+        let names = [report::name(&args.reference), report::name(&args.test)];
+        let page = Page {
+            names: [&names[0], &names[1]],
+            recordings: [&reference.recording, &test.recording],
+            score: &score,
+        };
+        write_text(path, &html(&page, &OptionWords)?)?;
+    }
+    if args.json {
+        return print_document(&ScoreDocument::of(&score));
+    }
+    print(&text(&score))?;
+    if let Some(path) = &args.report {
+        print(&format!("report: {}", path.display()))?;
+    }
+    say_doubts(&score.doubts);
+    Ok(())
+}
+
+/// A recording with the vibration that is scored.
+struct Scored {
+    recording: Recording,
+    vibration: Series<Acceleration>,
+}
+
+fn reference(args: &Score) -> Outcome<Scored> {
+    let recording = read(&args.reference, &args.reading)?.recording;
+    let vibration = texture(&args.reference, &recording, args.channel.as_deref())?;
+    Ok(Scored {
+        recording,
+        vibration,
+    })
+}
+
+fn test(args: &Score) -> Outcome<Scored> {
+    let scale = args.test_scale.clone();
+    let options = ReadOptions {
+        scale: scale.or_else(|| args.reading.scale.clone()),
+        rate: rate_option(args.reading.rate)?,
+    };
+    let recording = inspected(&args.test, &options)?.recording;
+    let channel = args.test_channel.as_ref().or(args.channel.as_ref());
+    let vibration = texture(&args.test, &recording, channel.map(String::as_str))?;
+    Ok(Scored {
+        recording,
+        vibration,
+    })
+}
+
+/// The score of the two, with what their recordings are doubted for before what it is doubted for itself.
+fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Score> {
     let CommonRate {
         first: a,
         second: b,
         doubt,
-    } = to_common_rate(("the reference", a), ("the test", b))?;
-    doubts.extend(doubt);
+    } = to_common_rate(
+        ("the reference", reference.vibration.clone()),
+        ("the test", test.vibration.clone()),
+    )?;
     let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
         level_jnd: felt.level_jnd,
@@ -81,27 +114,10 @@ pub(crate) fn run(args: &Score) -> Outcome {
         | ScoreError::Jnd { .. } => usage(error),
         _ => Failure::from(error),
     })?;
-    doubts.extend(score.doubts);
-    score.doubts = doubts;
-    let names = [report::name(&args.reference), report::name(&args.test)];
-    if let Some(path) = &args.report {
-        let page = report::score::Page {
-            names: [&names[0], &names[1]],
-            recordings: [&reference.recording, &test.recording],
-            score: &score,
-        };
-        write_text(path, &report::score::render(&page)?)?;
-    }
-    if args.json {
-        print_json(&json(&score)?)
-    } else {
-        print(&text(&score))?;
-        if let Some(path) = &args.report {
-            print(&format!("report: {}", path.display()))?;
-        }
-        say_doubts(&score.doubts);
-        Ok(())
-    }
+    let known = [&reference.recording, &test.recording];
+    let known = known.into_iter().flat_map(|read| &read.about.doubts);
+    score.doubts.put_first(known.cloned().chain(doubt));
+    Ok(score)
 }
 
 /// What a finger feels over `band`, as it was asked for.
@@ -124,20 +140,6 @@ pub(crate) fn model(args: &Feeling, band: Band) -> Outcome<Model> {
             .transpose()?,
         ..Model::over(band)
     })
-}
-
-/// A score as JSON, with the sentences of its doubts and its verdict.
-fn json(score: &score::Score) -> Outcome<Value> {
-    let mut value = serde_json::to_value(score)?;
-    if let Some(fields) = value.as_object_mut() {
-        fields.insert("doubts".into(), doubts_json(&score.doubts)?);
-        fields.insert("sentence".into(), score.sentence().into());
-        fields.insert(
-            "jnd_source".into(),
-            score.config.model().jnd_source().into(),
-        );
-    }
-    Ok(value)
 }
 
 /// The verdict first, then what it comes from.
@@ -166,10 +168,10 @@ fn text(score: &score::Score) -> String {
     let e = &score.spectrum_error;
     let _never_fails = write!(
         text,
-        "levels in dB re 1 m/s² rms; felt: over threshold, spread over neighbouring bands, ± 95 %\n\n\
+        "levels in dB re 1 m/s² rms; felt: difference above threshold, spread over neighbouring bands, ± 95 % limits\n\n\
          {}\n\
-         differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND ({:.0} Hz and {:.0} Hz)\n\
-         spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), lines {:.2} Hz apart; level {:+.2} dB",
+         differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND (centroids {:.0} Hz and {:.0} Hz)\n\
+         spectrum error: {:.2} dB rms over {}, {:.2} dB at most (at {:.0} Hz), resolution {:.2} Hz; level {:+.2} dB",
         criteria(score),
         score.spectrum.jnd,
         score.level.jnd,
@@ -200,7 +202,7 @@ fn text(score: &score::Score) -> String {
             .map_or_else(|| "no real value".into(), |v| format!("{v:.3}"));
         let _never_fails = write!(
             text,
-            "\nfor comparison with the literature: ST-SIM {st_sim}, SPQI {:.3} ({} m/s² taken for full scale)",
+            "\nfor comparison with the literature: ST-SIM {st_sim}, SPQI {:.3} (full scale {} m/s²)",
             l.spqi, l.config.full_scale_m_s2
         );
     }
@@ -215,9 +217,9 @@ fn criteria(score: &score::Score) -> String {
         .map(|c| {
             format!(
                 "criterion: {}: {}, limit {}",
-                report::score::criterion_name(c.what),
+                c.what,
                 c.outcome.word(),
-                report::score::limit_text(c.limit, &c.unit)
+                limit_text(c.limit, &c.unit)
             )
         })
         .collect();

@@ -9,15 +9,16 @@ use piezotact::quantity::{Hertz, Uncalibrated};
 use piezotact::recording::Channel;
 use piezotact::series::Series;
 use piezotact::spectrum::{
-    Averaging, Cells, EstimateError, SpectrogramConfig, WelchConfig, spectrogram, welch,
+    Averaging, Cells, EstimateError, SpectrogramConfig, SpectrumDocument, WelchConfig, spectrogram,
+    welch,
 };
-use serde_json::json;
+use piezotact_report::figures;
 
 use super::{outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{doubts_json, json_text, print, print_or_write, say_doubts, write_text};
-use crate::report::{figures, name};
+use crate::output::{document_text, print, print_or_write, say_doubts, say_merged, write_text};
+use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
     let written: Vec<&Path> = args
@@ -37,8 +38,28 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         say_doubts(&recording.about.doubts);
         return over_time(args, channel, &series, path);
     }
+    let psd = welch(&series, &config(args)).map_err(|error| refused(args, error))?;
+    let document = SpectrumDocument::of(&psd, (recording, channel), &args.file);
+    if args.json {
+        return print_or_write(args.out.as_deref(), &document_text(&document)?);
+    }
+    say_merged(&document.doubts);
+    if args.csv {
+        return print_or_write(args.out.as_deref(), &csv(&document));
+    }
+    if let Some(svg) = &args.svg {
+        let title = title(args, &document);
+        let figure = figures::psd(&title, &document.unit, &document.frequency_hz, document.psd)?;
+        write_text(svg, &figure)?;
+        return print(&format!("wrote {}", svg.display()));
+    }
+    print(&text(&document, psd.strongest()))
+}
+
+/// As the options ask, else as is usual.
+fn config(args: &Spectrum) -> WelchConfig {
     let usual = WelchConfig::thesis_2024();
-    let config = WelchConfig {
+    WelchConfig {
         window: args.window,
         segment: args.segment.unwrap_or(usual.segment),
         overlap: args.overlap.unwrap_or(usual.overlap),
@@ -48,64 +69,40 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
             Averaging::Mean
         },
         ..usual
-    };
-    let psd = welch(&series, &config).map_err(|error| refused(args, error))?;
-    let unit = channel.unit.of_psd();
-    let doubts: Vec<_> = recording
-        .about
-        .doubts
-        .iter()
-        .chain(&psd.doubts)
-        .cloned()
-        .collect();
-    let frequencies_hz = psd.frequencies_hz();
-    if args.json {
-        let value = json!({
-            "file": args.file,
-            "channel": channel.name,
-            "unit": unit,
-            "rate_hz": series.rate(),
-            "resolution_hz": psd.resolution_hz,
-            "averages": psd.averages,
-            "config": psd.config,
-            "frequency_hz": frequencies_hz,
-            "psd": psd.values,
-            "doubts": doubts_json(&doubts)?,
-        });
-        return print_or_write(args.out.as_deref(), &json_text(&value)?);
     }
-    say_doubts(&doubts);
-    if args.csv {
-        let mut text = format!("frequency (Hz),psd ({unit})");
-        for (frequency_hz, value) in frequencies_hz.iter().zip(&psd.values) {
-            let _never_fails = write!(text, "\n{frequency_hz},{value:e}");
-        }
-        return print_or_write(args.out.as_deref(), &text);
+}
+
+fn csv(document: &SpectrumDocument<'_>) -> String {
+    let mut text = format!("frequency (Hz),psd ({})", document.unit);
+    for (frequency_hz, value) in document.frequency_hz.iter().zip(document.psd) {
+        let _never_fails = write!(text, "\n{frequency_hz},{value:e}");
     }
-    if let Some(svg) = &args.svg {
-        let title = format!(
-            "{}, {} ({} window, {} samples, {:.2} Hz, {} segments)",
-            name(&args.file),
-            channel.name,
-            args.window.name(),
-            psd.config.segment,
-            psd.resolution_hz,
-            psd.averages
-        );
-        let figure = figures::psd(&title, &unit, &frequencies_hz, &psd.values)?;
-        write_text(svg, &figure)?;
-        return print(&format!("wrote {}", svg.display()));
-    }
-    let (frequency_hz, strongest) = psd.strongest();
-    print(&format!(
-        "{}, channel {}: {} segments of {} samples ({:.3} Hz), strongest line {strongest:.4e} {unit} at {frequency_hz:.2} Hz\n\
+    text
+}
+
+fn title(args: &Spectrum, document: &SpectrumDocument<'_>) -> String {
+    format!(
+        "{}, {} ({} window, {} samples, {:.2} Hz, {} segments)",
+        name(&args.file),
+        document.channel,
+        args.window.name(),
+        document.config.segment,
+        document.resolution_hz,
+        document.averages
+    )
+}
+
+fn text(document: &SpectrumDocument<'_>, (frequency_hz, strongest): (f64, f64)) -> String {
+    format!(
+        "{}, channel {}: {} segments of {} samples ({:.3} Hz), highest value {strongest:.4e} {} at {frequency_hz:.2} Hz\n\
          the whole spectrum: --json, --csv or --svg OUT; over time: --spectrogram OUT.svg",
-        args.file.display(),
-        channel.name,
-        psd.averages,
-        psd.config.segment,
-        psd.resolution_hz,
-    ))
+        document.file.display(),
+        document.channel,
+        document.averages,
+        document.config.segment,
+        document.resolution_hz,
+        document.unit,
+    )
 }
 
 fn refused(args: &Spectrum, error: EstimateError) -> Failure {

@@ -1,27 +1,23 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
-use piezotact::integrity::SignalDoubt;
-use piezotact::transfer::TransferDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
-use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup, drive_of_potential};
-use piezotact::integrity::{Pair, never_changes, said_of_a_pair, transfer_doubts};
-use piezotact::quantity::{Potential, Uncalibrated, Unit, Volts};
-use piezotact::recording::RecordingError;
+use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
+use piezotact::quantity::Volts;
 use piezotact::run::lost_s;
-use piezotact::series::Series;
 use piezotact::spectrum::{EstimateError, WelchConfig};
-use piezotact::transfer::{Estimator, OneClock, TransferError, estimate_without, prepared};
+use piezotact::transfer::{
+    BetweenConfig, BetweenError, EstimateDocument, Estimator, TransferError, between_channels,
+};
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
-use serde_json::json;
+use piezotact_report::transfer::{Page, html};
 
-use super::{drive_limit, outputs, read};
+use super::{outputs, read};
+use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{digits, doubts_json, print, print_json, say_doubts, write_text};
-use crate::report::transfer::{Page, render};
+use crate::output::{print, print_document, say_merged, write_text};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
     let written: Vec<&Path> = std::iter::once(&args.out)
@@ -30,159 +26,78 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .collect();
     outputs(&[&args.recording], &written)?;
     let contents = read(&args.recording, &args.reading)?;
-    let recording = &contents.recording;
-    let named = |error: RecordingError| {
-        Failure::Data(anyhow::Error::new(error).context(args.recording.display().to_string()))
-    };
-    let setup = match (&contents.setup, described(args, contents.setup.as_ref())?) {
-        (Some(stated), Some(asked)) => {
-            require_same(args, stated, &asked)?;
-            Some(stated.clone())
-        }
-        (stated, asked) => asked.or_else(|| stated.clone()),
-    };
-    if args.drive == args.response {
-        return Err(usage(anyhow!(
-            "expected two channels, found `{}` as both drive and response; name the one that answers",
-            args.drive
-        )));
-    }
-    recording
-        .require_one_clock([args.drive.as_str(), &args.response])
-        .map_err(named)?;
-    let (drive_channel, drive) = recording.raw(Some(&args.drive)).map_err(named)?;
-    let (response_channel, response) = recording.raw(Some(&args.response)).map_err(named)?;
-    let mut drive_unit = drive_channel.unit.clone();
-    let drive = match args.volts_per_full_scale {
-        Some(volts) if drive_unit == Unit::Volt => {
-            drive_unit = Unit::FullScale;
-            let potential = recording
-                .series::<Potential>(Some(&args.drive))
-                .map_err(named)?;
-            let drive = drive_of_potential(&potential, Volts(volts))?;
-            Series::<Uncalibrated>::new(drive.into_samples(), response.rate())?
-        }
-        Some(_) if drive_unit != Unit::FullScale => {
-            return Err(usage(anyhow!(
-                "expected the drive channel in V or FS, found {drive_unit}; state its unit in the header, or leave --volts-per-full-scale out"
-            )));
-        }
-        _ => drive,
-    };
-    let estimator = match args.estimator {
-        EstimatorName::H1 => Estimator::H1,
-        EstimatorName::H2 => Estimator::H2,
-        EstimatorName::Hv => Estimator::Hv,
-    };
-    for (name, series) in [(&args.drive, &drive), (&args.response, &response)] {
-        if never_changes(series.samples()) {
-            return Err(Failure::Data(anyhow!(
-                "{}: expected the channel `{name}` to hold a signal, found {} from beginning to end; check its cable, its range and its name",
-                args.recording.display(),
-                digits(series.samples()[0])
-            )));
-        }
-    }
-    let welch = WelchConfig::hann(args.segment);
-    let OneClock {
-        response,
-        missing_s: lost,
-        doubts: clocks,
-    } = prepared(&drive, response, &welch, lost_s(&recording.about.doubts));
-    let mut function = estimate_without(&drive, &response, &welch, estimator, &lost).map_err(
-        |error| match error {
-            TransferError::Estimate(EstimateError::Config { .. }) => usage(error),
-            _ => Failure::Data(
-                anyhow::Error::new(error).context(args.recording.display().to_string()),
-            ),
+    let config = BetweenConfig {
+        drive: &args.drive,
+        response: &args.response,
+        welch: WelchConfig::hann(args.segment),
+        estimator: match args.estimator {
+            EstimatorName::H1 => Estimator::H1,
+            EstimatorName::H2 => Estimator::H2,
+            EstimatorName::Hv => Estimator::Hv,
         },
-    )?;
-    function.about.doubts.extend(clocks);
-    if let Some(band) = recording.about.provenance.driven_hz {
-        function.driven_within(band);
-    }
-    // The channels here have names and units, not types.
-    function
-        .about
-        .doubts
-        .retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
-    let limit = drive_limit(setup.as_ref());
-    let broken = transfer_doubts(&Pair {
-        drive: drive.samples(),
-        response: response.samples(),
-        rate: response.rate(),
-        drive_name: &args.drive,
-        response_name: &args.response,
-        drive_limit: (drive_unit == Unit::FullScale).then_some(limit),
-    });
-    function.about.doubts.extend(broken.iter().cloned());
-    let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
-    if drive_unit == Unit::MetrePerSecondSquared && sends(&response_channel.unit) {
-        function
-            .about
-            .doubts
-            .push(Doubt::from(TransferDoubt::SwappedUnits {
-                drive: drive_unit.to_string(),
-                response: response_channel.unit.to_string(),
-            }));
-    }
-    if drive_unit == Unit::Newton && response_channel.unit == Unit::MetrePerSecondSquared {
-        function.about.doubts.extend(function.inverted_polarity());
-    }
-    let estimated = std::mem::take(&mut function.about.provenance.steps);
-    function.about.provenance = recording
-        .about
-        .provenance
-        .clone()
-        .then(format!("{} → {}", args.drive, args.response));
-    // The transfer function says itself which band was driven.
-    function.about.provenance.driven_hz = None;
-    function.about.provenance.steps.extend(estimated);
-    function.about.condition = recording.about.condition.clone();
-    function.drive = setup;
-    // What the transfer function says of its two channels is not said again of each.
-    let of_the_file = recording.about.doubts.iter();
-    let more = of_the_file.filter(|doubt| !said_of_a_pair(doubt, &broken));
-    function.about.doubts.extend(more.cloned());
-    let document = TransferDocument::of(&function, drive_unit, response_channel.unit.clone());
-    write_transfer(&args.out, &document)?;
-    function
-        .about
-        .doubts
-        .extend(TransferFormat::of_ending(&args.out).losses());
+        volts_per_full_scale: args.volts_per_full_scale.map(Volts),
+        setup: setup(args, contents.setup.as_ref())?,
+        lost_s: lost_s(&contents.recording.about.doubts),
+    };
+    let found = between_channels(&contents.recording, &config);
+    let mut found = found.map_err(|error| refused(args, error))?;
+    let units = [found.drive_unit, found.response_unit];
+    let [drive_unit, response_unit] = units.clone();
+    let stored = TransferDocument::of(&found.function, drive_unit, response_unit);
+    write_transfer(&args.out, &stored)?;
+    let lost = TransferFormat::of_ending(&args.out).losses();
+    found.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {
-        let page = Page {
-            title: format!("Transfer function: {} → {}", args.drive, args.response),
-            function: &function,
-            unit: format!("({})/{}", document.response_unit, document.drive_unit),
-            response_unit: document.response_unit.to_string(),
-            distortion: None,
-            repeats: None,
-            refused: Vec::new(),
-        };
-        write_text(report, &render(&page)?)?;
+        let title = format!("Transfer function: {} → {}", args.drive, args.response);
+        let page = Page::of(title, &found.function, units.each_ref());
+        write_text(report, &html(&page, &OptionWords)?)?;
     }
+    let document = EstimateDocument::of(&found.function, units.each_ref(), &args.out);
     if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "drive_unit": document.drive_unit,
-            "response_unit": document.response_unit,
-            "averages": function.averages,
-            "driven_hz": function.driven,
-            "resolution_hz": function.resolution_hz(),
-            "doubts": doubts_json(&function.about.doubts)?,
-        }));
+        return print_document(&document);
     }
-    say_doubts(&function.about.doubts);
-    print(&format!(
-        "wrote {}: {} lines in steps of {:.2} Hz from {} averages, from {} to {}",
-        args.out.display(),
-        function.response().len(),
-        function.resolution_hz(),
-        function.averages,
+    say_merged(&document.doubts);
+    print(&text(&document, found.function.response().len()))
+}
+
+fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
+    format!(
+        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, from {} to {}",
+        document.out.display(),
+        document.resolution_hz,
+        document.averages,
         document.drive_unit,
         document.response_unit
-    ))
+    )
+}
+
+/// What is refused because of the options is a matter of the command line; else the file is named.
+fn refused(args: &Transfer, error: BetweenError) -> Failure {
+    let file = args.recording.display().to_string();
+    match error {
+        BetweenError::SameChannel { .. } => usage(error),
+        BetweenError::NotVolts { .. } => usage(anyhow!(
+            "{error}; state its unit in the header, or leave --volts-per-full-scale out"
+        )),
+        BetweenError::Transfer(TransferError::Estimate(error @ EstimateError::Config { .. })) => {
+            usage(TransferError::Estimate(error))
+        }
+        BetweenError::Transfer(error) => Failure::Data(anyhow::Error::new(error).context(file)),
+        BetweenError::Recording(error) => Failure::Data(anyhow::Error::new(error).context(file)),
+        BetweenError::Series(error) => Failure::Data(error.into()),
+        BetweenError::Constant { .. } => Failure::Data(anyhow!("{file}: {error}")),
+    }
+}
+
+/// The device that the recording states or the options describe, which have to be the same where both do.
+fn setup(args: &Transfer, stated: Option<&DriveSetup>) -> Outcome<Option<DriveSetup>> {
+    match (stated, described(args, stated)?) {
+        (Some(stated), Some(asked)) => {
+            require_same(args, stated, &asked)?;
+            Ok(Some(stated.clone()))
+        }
+        (stated, asked) => Ok(asked.or_else(|| stated.cloned())),
+    }
 }
 
 /// The device that the options describe, if they do; what they leave out is as the recording has `stated` it.

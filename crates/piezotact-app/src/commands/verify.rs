@@ -1,201 +1,53 @@
 //! `piezotact verify`: how close a measurement came to its target.
 
-use piezotact::clipping::ClippingDoubt;
-use piezotact::verify::VerifyDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::clipping::clipping;
-use piezotact::doubt::Doubts;
-use piezotact::quantity::{Acceleration, Decibels, Drive, Quantity, Unit};
-use piezotact::recording::Recording;
-use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::score::with_felt_difference;
+use piezotact::device::DriveSetup;
+use piezotact::doubt::merged;
+use piezotact::quantity::{Acceleration, Drive, Quantity, Unit};
+use piezotact::recording::{Recording, RecordingError};
+use piezotact::render::Rendering;
+use piezotact::resample::to_common_rate;
+use piezotact::score::{
+    JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
+};
 use piezotact::series::Series;
+use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
-    self, Changed, Measured, Verdict, Verification, VerifyConfig, VerifyError, predicted_straight,
+    self, Changed, DriveSource, JudgedVerification, NamedChange, NamedVerification,
+    PredictedStraight, StraightOutcome, Verdict, Verification, VerifyConfig, VerifyDocument,
+    VerifyError, drive_beside, predicted_straight, tones,
 };
 use piezotact_bench::procedure::DRIVE_CHANNEL;
-use piezotact_dataset::sidecar::{Rendering, read_sidecar};
+use piezotact_dataset::sidecar::read_sidecar;
 use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
-use serde_json::{Value, json};
+use piezotact_report::verify::{Also, Before, Page, ShownDrive, Stated};
 
 use super::manipulate::Chosen;
 use super::{inspected, manipulate, outputs, rate_option, read, texture};
-use crate::advice::text;
+use crate::advice::{OptionWords, text};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{difference_db, doubts_json, print, print_json, say, say_doubts, write_text};
+use crate::output::{difference_db, print, print_document, say, say_doubts, write_text};
 use crate::report;
-use crate::report::verify::{Also, Before, Found, Page, ShownDrive, Told};
 
 pub(crate) fn run(args: &Verify) -> Outcome {
-    let named = [Some(&args.target), Some(&args.measured)].into_iter();
-    let named = named.chain([args.transfer.as_ref(), args.drive.as_ref()]);
-    let inputs: Vec<&Path> = named
-        .flatten()
-        .chain(&args.also)
-        .chain(&args.before)
-        .map(PathBuf::as_path)
-        .collect();
-    let written: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
-    outputs(&inputs, &written)?;
-    let target = read(&args.target, &args.reading)?.recording;
-    let function = args
-        .transfer
-        .as_ref()
-        .map(|path| read_transfer(path)?.function::<Drive, Acceleration>(path))
-        .transpose()?;
-    let wanted = texture(&args.target, &target, args.channel.as_deref())?;
-    let stated = args
-        .drive
-        .as_ref()
-        .map(|path| rendered_in(path))
-        .transpose()?;
-    let asked = Asked {
-        args,
-        target: &target,
-        wanted: &wanted,
-    };
-    let about_function = function.iter().flat_map(|function| &function.about.doubts);
-    let about_function: Vec<Doubt> = about_function.cloned().collect();
-    let mut judged = judge(
-        &asked,
-        &args.measured,
-        stated.as_ref().map(|(rendering, _)| rendering),
-        &about_function,
-    )?;
-    let also: Vec<Judged> = args
-        .also
-        .iter()
-        .map(|path| judge(&asked, path, None, &[]))
-        .collect::<Outcome<_>>()?;
-    let before = args
-        .before
-        .iter()
-        .map(|path| textures_before(&asked, path))
-        .collect::<Outcome<Vec<Earlier>>>()?;
-    for earlier in &before {
-        let doubts = &mut judged.verification.doubts;
-        doubts.extend(earlier.doubts.iter().cloned());
-    }
-    let predicted = function
-        .as_ref()
-        .map(|function| predicted_straight(&judged.wanted, function, &judged.config));
-    let measurements = [&args.measured].into_iter().chain(&args.also);
-    let names = apart(measurements.map(PathBuf::as_path));
-    let names_before = apart(args.before.iter().map(PathBuf::as_path));
-
+    let found = found(args)?;
     if let Some(path) = &args.report {
-        let also: Vec<Also<'_>> = also
-            .iter()
-            .zip(&names[1..])
-            .map(|(also, label)| Also {
-                label,
-                verification: &also.verification,
-                doubts: also.doubts_of_its_own(&target).collect(),
-                rendering: also
-                    .rendering
-                    .as_ref()
-                    .map_or(Told::Nothing, |_| Told::Rendering),
-            })
-            .collect();
-        let before: Vec<Before<'_>> = before
-            .iter()
-            .zip(&names_before)
-            .map(|(earlier, label)| Before {
-                label,
-                series: &earlier.series,
-                changed: &earlier.changed,
-            })
-            .collect();
-        let recorded = judged.drive.as_ref().map(|(series, limit)| ShownDrive {
-            series,
-            limit: *limit,
-            found: Found::Recorded,
-        });
-        let rendered = stated.as_ref().map(|(rendering, series)| ShownDrive {
-            series,
-            limit: rendering.headroom.limit,
-            found: Found::Rendered,
-        });
-        let page = Page {
-            title: format!("Verification of {}", report::name(&args.target)),
-            target: &target,
-            verification: &judged.verification,
-            texture: &judged.wanted,
-            measured: &names[0],
-            function: function.as_ref(),
-            drive: recorded.or(rendered),
-            rendering: judged.rendering.as_ref(),
-            provenance: &judged.recording.about.provenance,
-            condition: &judged.recording.about.condition,
-            predicted: predicted.as_ref(),
-            also: &also,
-            before: &before,
-            straight: None,
-        };
-        write_text(path, &report::verify::render(&page)?)?;
+        write_text(path, &found.report(args)?)?;
     }
     if args.json {
-        let mut value = verification_json(&judged.verification)?;
-        if let Some(fields) = value.as_object_mut() {
-            if let Some(predicted) = &predicted {
-                let told = match predicted {
-                    Ok(predicted) => serde_json::to_value(predicted)?,
-                    Err(error) => json!({ "not_computed": error.to_string() }),
-                };
-                fields.insert("straight_predicted".into(), told);
-            }
-            if !also.is_empty() {
-                let also = also.iter().zip(&names[1..]);
-                let all = also.map(|(also, name)| named_json(name, &also.verification));
-                fields.insert("also".into(), all.collect::<Outcome<Value>>()?);
-            }
-            if !before.is_empty() {
-                let before = before.iter().zip(&names_before);
-                let all = before.map(|(earlier, name)| {
-                    let mut value = serde_json::to_value(&earlier.changed)?;
-                    value["file"] = json!(name);
-                    Ok(value)
-                });
-                fields.insert("before".into(), all.collect::<Outcome<Value>>()?);
-            }
-        }
-        print_json(&value)?;
+        print_document(&found.document())?;
     } else {
-        say_doubts(&judged.verification.doubts);
-        for (also, name) in also.iter().zip(&names[1..]) {
-            for doubt in also.doubts_of_its_own(&target) {
-                say(&format!("{name}: doubt: {}", text(doubt)));
-            }
-        }
-        for (earlier, name) in before.iter().zip(&names_before) {
-            print(&format!(
-                "from {name} to the target: level {} dB, shape {:.2} dB rms apart over {}",
-                difference_db(earlier.changed.level_db),
-                earlier.changed.shape_error_db_rms,
-                earlier.changed.band_hz
-            ))?;
-        }
-        if let Some(Ok(predicted)) = &predicted {
-            print(&format!(
-                "sent straight instead (computed, level-matched): {:.2} dB rms over {}, waveform correlation {:.3}",
-                predicted.error_db_rms_level_matched,
-                predicted.judged_band(&judged.verification),
-                predicted.waveform_correlation
-            ))?;
-        }
-        for (also, name) in also.iter().zip(&names[1..]) {
-            print(&format!("{name}: {}", also.verification.sentence()))?;
-        }
+        found.say()?;
         if let Some(path) = &args.report {
             print(&format!("report: {}", path.display()))?;
         }
-        print(&judged.verification.sentence())?;
+        print(&found.judged.found.verification.sentence())?;
     }
-    verdict(&judged.verification)
+    verdict(&found.judged.found.verification)
 }
 
 /// What every measurement is compared with.
@@ -207,10 +59,7 @@ struct Asked<'a> {
 
 /// A measurement with how close it came.
 struct Judged {
-    verification: Verification,
-    config: VerifyConfig,
-    /// The target at the rate of the comparison.
-    wanted: Series<Acceleration>,
+    found: JudgedMeasurement,
     /// What was recorded of the drive, and the level at which the device clips.
     drive: Option<(Series<Drive>, f64)>,
     rendering: Option<Rendering>,
@@ -219,10 +68,205 @@ struct Judged {
 
 impl Judged {
     /// What is doubted of it and not of its target alone.
-    fn doubts_of_its_own(&self, target: &Recording) -> impl Iterator<Item = &Doubt> {
-        let of_target = target.about.doubts.clone();
-        let all = self.verification.doubts.iter();
-        all.filter(move |doubt| !of_target.contains(doubt))
+    fn doubts_of_its_own<'a>(&'a self, target: &'a Recording) -> impl Iterator<Item = &'a Doubt> {
+        let all = self.found.verification.doubts.iter();
+        all.filter(|doubt| !target.about.doubts.contains(doubt))
+    }
+}
+
+/// All that was asked for: the measurement that decides, others, textures before the target, and what they are shown with.
+struct Found {
+    target: Recording,
+    function: Option<TransferFunction<Drive, Acceleration>>,
+    /// The drive that `--drive` names, and how it was rendered.
+    stated: Option<(Rendering, Series<Drive>)>,
+    judged: Judged,
+    also: Vec<Judged>,
+    before: Vec<Earlier>,
+    predicted: Option<Result<PredictedStraight, VerifyError>>,
+    /// The names of the measurements, that of the one that decides first, and of the textures before.
+    names: [Vec<String>; 2],
+}
+
+fn found(args: &Verify) -> Outcome<Found> {
+    check_outputs(args)?;
+    let target = read(&args.target, &args.reading)?.recording;
+    let read_function = |path: &PathBuf| read_transfer(path)?.function::<Drive, Acceleration>(path);
+    let function = args.transfer.as_ref().map(read_function).transpose()?;
+    let wanted = texture(&args.target, &target, args.channel.as_deref())?;
+    let stated = args.drive.as_deref().map(rendered_in).transpose()?;
+    let asked = Asked {
+        args,
+        target: &target,
+        wanted: &wanted,
+    };
+    let about_function = function.as_ref().map(|f| f.about.doubts.as_slice());
+    let rendering = stated.as_ref().map(|(rendering, _)| rendering);
+    let mut judged = judge(
+        &asked,
+        &args.measured,
+        rendering,
+        about_function.unwrap_or_default(),
+    )?;
+    let also = args.also.iter().map(|path| judge(&asked, path, None, &[]));
+    let also = also.collect::<Outcome<_>>()?;
+    let before = args.before.iter().map(|path| textures_before(&asked, path));
+    let before = before.collect::<Outcome<Vec<Earlier>>>()?;
+    for earlier in &before {
+        let doubts = &mut judged.found.verification.doubts;
+        doubts.extend(earlier.doubts.iter().cloned());
+    }
+    let predicted = (function.as_ref())
+        .map(|function| predicted_straight(&judged.found.texture, function, &judged.found.config));
+    let measurements = [&args.measured].into_iter().chain(&args.also);
+    let names = [
+        apart(measurements.map(PathBuf::as_path)),
+        apart(args.before.iter().map(PathBuf::as_path)),
+    ];
+    Ok(Found {
+        target,
+        function,
+        stated,
+        judged,
+        also,
+        before,
+        predicted,
+        names,
+    })
+}
+
+/// Refuses a report that would replace an input.
+fn check_outputs(args: &Verify) -> Outcome {
+    let named = [Some(&args.target), Some(&args.measured)].into_iter();
+    let named = named.chain([args.transfer.as_ref(), args.drive.as_ref()]);
+    let inputs: Vec<&Path> = named
+        .flatten()
+        .chain(&args.also)
+        .chain(&args.before)
+        .map(PathBuf::as_path)
+        .collect();
+    let written: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
+    outputs(&inputs, &written)
+}
+
+impl Found {
+    /// Further measurements with their names.
+    fn also(&self) -> impl Iterator<Item = (&Judged, &str)> {
+        let names = self.names[0].iter().skip(1).map(String::as_str);
+        self.also.iter().zip(names)
+    }
+
+    /// The textures before, with their names.
+    fn before(&self) -> impl Iterator<Item = (&Earlier, &str)> {
+        let names = self.names[1].iter().map(String::as_str);
+        self.before.iter().zip(names)
+    }
+
+    /// The drive that is shown: the recorded one, else the one that is stated.
+    fn drive(&self) -> Option<ShownDrive<'_>> {
+        let recorded = self.judged.drive.as_ref();
+        let recorded = recorded.map(|(drive, limit)| (drive, *limit, DriveSource::Recorded));
+        let stated = self.stated.as_ref();
+        let stated = stated
+            .map(|(rendering, drive)| (drive, rendering.headroom.limit, DriveSource::Rendered));
+        let (drive, limit, source) = recorded.or(stated)?;
+        let judged = &self.judged;
+        let beside = drive_beside(
+            &judged.found.verification,
+            (drive, source),
+            judged.rendering.as_ref(),
+        );
+        Some(ShownDrive {
+            series: drive,
+            limit,
+            beside,
+        })
+    }
+
+    fn report(&self, args: &Verify) -> Outcome<String> {
+        let judged = &self.judged;
+        let also = self.also().map(|(also, label)| Also {
+            label,
+            verification: &also.found.verification,
+            doubts: merged(also.doubts_of_its_own(&self.target)),
+            rendering: match also.rendering {
+                Some(_) => Stated::Rendering,
+                None => Stated::Nothing,
+            },
+        });
+        let before = self.before().map(|(earlier, label)| Before {
+            label,
+            series: &earlier.series,
+            changed: &earlier.changed,
+        });
+        let page = Page {
+            title: format!("Verification of {}", report::name(&args.target)),
+            target: &self.target,
+            verification: &judged.found.verification,
+            tones: tones(&judged.found.verification)?,
+            texture: &judged.found.texture,
+            measured: &self.names[0][0],
+            function: self.function.as_ref(),
+            drive: self.drive(),
+            rendering: judged.rendering.as_ref(),
+            provenance: &judged.recording.about.provenance,
+            condition: &judged.recording.about.condition,
+            predicted: self.predicted.as_ref(),
+            also: also.collect(),
+            before: before.collect(),
+            straight: None,
+        };
+        Ok(piezotact_report::verify::html(&page, &OptionWords)?)
+    }
+
+    fn document(&self) -> VerifyDocument<'_> {
+        let also = self.also().map(|(also, file)| NamedVerification {
+            file,
+            verification: JudgedVerification::of(&also.found.verification),
+        });
+        let before = self.before().map(|(earlier, file)| NamedChange {
+            file,
+            changed: &earlier.changed,
+        });
+        VerifyDocument {
+            verification: JudgedVerification::of(&self.judged.found.verification),
+            straight_predicted: self.predicted.as_ref().map(StraightOutcome::from),
+            also: also.collect(),
+            before: before.collect(),
+        }
+    }
+
+    /// Says what is doubted, and prints what was found beside the verdict.
+    fn say(&self) -> Outcome {
+        let verification = &self.judged.found.verification;
+        say_doubts(&verification.doubts);
+        for (also, name) in self.also() {
+            for doubt in also.doubts_of_its_own(&self.target) {
+                say(&format!("{name}: doubt: {}", text(doubt)));
+            }
+        }
+        for (earlier, name) in self.before() {
+            print(&format!(
+                "from {name} to the target: level {} dB, difference in spectral shape {:.2} dB rms over {}",
+                difference_db(earlier.changed.level_db),
+                earlier.changed.shape_error_db_rms,
+                earlier.changed.band_hz
+            ))?;
+        }
+        if let Some(Ok(predicted)) = &self.predicted {
+            print(&format!(
+                "texture played directly, without rendering (predicted, level-matched): {:.2} dB rms over {}, waveform \
+                 correlation {:.3}",
+                predicted.error_db_rms_level_matched,
+                predicted.judged_band(verification),
+                predicted.waveform_correlation
+            ))?;
+        }
+        for (also, name) in self.also() {
+            let sentence = also.found.verification.sentence();
+            print(&format!("{name}: {sentence}"))?;
+        }
+        Ok(())
     }
 }
 
@@ -234,106 +278,66 @@ fn judge(
     more_doubts: &[Doubt],
 ) -> Outcome<Judged> {
     let args = asked.args;
-    let scale = args
-        .measured_scale
-        .clone()
-        .or_else(|| args.reading.scale.clone());
-    let options = ReadOptions {
-        scale,
-        rate: rate_option(args.reading.rate)?,
-    };
-    let measured = inspected(path, &options)?;
+    let measured = inspected(path, &measured_options(args)?)?;
     let mut channels = measured.recording.channels().iter();
     if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
         return Err(Failure::Data(anyhow!(
-            "{}: expected what was recorded while a drive was played, found the drive itself; give the recording with --measured, and the drive with --drive",
+            "{}: expected the recording made while a drive was played, found the drive itself; give the recording with \
+             --measured, and the drive with --drive",
             path.display()
         )));
     }
-    let response = texture(path, &measured.recording, args.measured_channel.as_deref())?;
+    let channel = args.measured_channel.as_deref();
+    let response = texture(path, &measured.recording, channel)?;
     let rendering = stated.or(measured.rendering.as_ref());
-
-    let mut doubts: Doubts = asked.target.about.doubts.iter().cloned().collect();
-    doubts.extend(measured.recording.about.doubts.iter().cloned());
-    doubts.extend(more_doubts.iter().cloned());
-    if let Some(rendering) = rendering {
-        doubts.extend(
-            rendering
-                .about
-                .condition
-                .doubts_when_measured(&measured.recording.about.condition),
-        );
-        let compared = report::name(&args.target);
-        if !rendering.target.is_empty() && rendering.target != compared {
-            doubts.push(VerifyDoubt::OtherTarget {
-                rendered: rendering.target.clone(),
-                compared,
-            });
-        }
-        doubts.extend(rendering.about.doubts.iter().cloned());
-    }
-    // Clipping is looked for at the rate it was acquired with.
-    let limit = measured
-        .setup
-        .as_ref()
-        .map_or(1.0, |setup| setup.drive_limit());
-    let drive = measured.recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
-    if drive.is_some() {
-        let channel = args.measured_channel.as_deref();
-        let response = measured.recording.pick(channel, &Acceleration::UNIT);
-        let names = [DRIVE_CHANNEL, response.map_or(DRIVE_CHANNEL, |c| &c.name)];
-        let shared = measured.recording.require_one_clock(names);
-        shared.map_err(|error| of_file(path, error))?;
-    }
-    let drive = drive.map(|drive| (drive, limit));
-    let clipping = clipping(
-        &response,
-        drive.as_ref().map(|(drive, limit)| (drive, *limit)),
-        rendering.map(|rendering| rendering.headroom.clipped_fraction),
-    );
-    let common = to_common_rate(
-        ("the target", asked.wanted.clone()),
-        ("the measurement", response),
-    );
-    let CommonRate {
-        first: wanted,
-        second: response,
-        doubt,
-    } = common.map_err(|error| of_file(path, error))?;
-    doubts.extend(doubt);
-    let mut config = VerifyConfig::over(args.band, wanted.rate().hz());
-    if let Some(rendering) = rendering {
-        config.reached.clone_from(&rendering.achievable_band_hz);
-        config.level = Decibels(rendering.level_db);
-        config = config.rendered_as(&rendering.config, rendering.mode());
-    }
-    let compared = Measured {
-        response: &response,
-        clipping,
+    let limit = measured.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
+    let drive = recorded_drive(&measured.recording, channel);
+    let drive = drive.map_err(|error| of_file(path, error))?;
+    let name = report::name(&args.target);
+    let target = Target {
+        name: &name,
+        recording: asked.target,
+        texture: asked.wanted,
     };
-    let verification = verify::verify(&wanted, compared, &config);
-    let verification = verification.map_err(|error| refused(path, error))?;
-    let mut verification = with_felt_difference(verification);
-    let known = &measured.recording.about.doubts;
-    verification = verification.with_known_losses(known, &asked.target.about.doubts);
-    // What clipped is said by the verification, with what was measured of it.
-    doubts.retain(|doubt| match doubt.kind() {
-        Some(ClippingDoubt::Clipped { .. }) => {
-            let same = |other: &Doubt| (&other.code, &other.about) == (&doubt.code, &doubt.about);
-            !verification.doubts.iter().any(same)
-        }
-        of_the_drive => of_the_drive.is_none(),
-    });
-    doubts.retain(|doubt| !verification.doubts.say(doubt));
-    verification.doubts.put_first(doubts);
+    let measurement = Measurement {
+        recording: &measured.recording,
+        response,
+        drive: drive.as_ref().map(|drive| (drive, limit)),
+        rendering,
+    };
+    let found = judged_measurement(target, measurement, args.band, more_doubts);
+    let found = found.map_err(|error| match error {
+        MeasurementError::Rate(error) => of_file(path, error),
+        MeasurementError::Verify(error) => refused(path, error),
+    })?;
     Ok(Judged {
-        verification,
-        config,
-        wanted,
-        drive,
+        found,
+        drive: drive.map(|drive| (drive, limit)),
         rendering: rendering.cloned(),
         recording: measured.recording,
     })
+}
+
+fn measured_options(args: &Verify) -> Outcome<ReadOptions> {
+    let scale = args.measured_scale.clone();
+    Ok(ReadOptions {
+        scale: scale.or_else(|| args.reading.scale.clone()),
+        rate: rate_option(args.reading.rate)?,
+    })
+}
+
+/// The drive in a recording, where there is one, which has to share its clock with the response.
+fn recorded_drive(
+    recording: &Recording,
+    channel: Option<&str>,
+) -> Result<Option<Series<Drive>>, RecordingError> {
+    let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
+    if drive.is_some() {
+        let response = recording.pick(channel, &Acceleration::UNIT);
+        let names = [DRIVE_CHANNEL, response.map_or(DRIVE_CHANNEL, |c| &c.name)];
+        recording.require_one_clock(names)?;
+    }
+    Ok(drive)
 }
 
 /// What cannot be compared, with the file where it is not the target's fault.
@@ -372,7 +376,7 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         option: "--before-stroke",
     });
     let opened = manipulate::open(path, stroke, channel, &reading)?.texture;
-    let called = format!("{}, the texture before,", report::name(path));
+    let called = format!("{}, the source texture,", report::name(path));
     let common = to_common_rate(
         (&called, opened.series),
         ("the target", asked.wanted.clone()),
@@ -433,13 +437,6 @@ fn rendered_in(path: &Path) -> Outcome<(Rendering, Series<Drive>)> {
     Ok((rendering, drive.map_err(|error| of_file(path, error))?))
 }
 
-/// A further verification as JSON, with the name of its file.
-fn named_json(name: &str, verification: &Verification) -> Outcome<Value> {
-    let mut value = verification_json(verification)?;
-    value["file"] = json!(name);
-    Ok(value)
-}
-
 /// What a verification concludes, as an outcome with its exit code.
 pub(crate) fn verdict(verification: &Verification) -> Outcome {
     match verification.verdict {
@@ -448,15 +445,4 @@ pub(crate) fn verdict(verification: &Verification) -> Outcome {
         Verdict::PassedInPart { .. } => Err(Failure::PassedInPart),
         Verdict::NotDecided => Err(Failure::NotDecided),
     }
-}
-
-/// A verification as JSON, with the sentences of its doubts and its verdict.
-pub(crate) fn verification_json(verification: &Verification) -> Outcome<Value> {
-    let mut value = serde_json::to_value(verification)?;
-    if let Some(fields) = value.as_object_mut() {
-        fields.insert("doubts".into(), doubts_json(&verification.doubts)?);
-        fields.insert("passed".into(), verification.passed().into());
-        fields.insert("sentence".into(), verification.sentence().into());
-    }
-    Ok(value)
 }

@@ -7,7 +7,7 @@ use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::run::{Attempt, Judged, RunCriterion};
-use piezotact::transfer::{BundleError, TransferFunction, farthest_apart_db, pooled};
+use piezotact::transfer::{BundleError, Distortion, TransferFunction, farthest_apart_db, pooled};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
 use super::run::excite_and_record;
@@ -60,6 +60,15 @@ pub struct Refused {
     pub attempt: usize,
     /// Why.
     pub refusal: Refusal,
+}
+
+impl Repeated {
+    /// Noise and distortion of all repeats together; `None` where the excitation cannot tell them apart.
+    #[must_use]
+    pub fn distortion(&self) -> Option<Distortion> {
+        let each = self.each.iter().filter_map(|one| one.distortion.clone());
+        Distortion::together(&each.collect::<Vec<_>>())
+    }
 }
 
 impl fmt::Display for Refused {

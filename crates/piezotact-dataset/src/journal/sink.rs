@@ -247,7 +247,7 @@ impl RunFolder {
         keep_before(&self.path)
     }
 
-    /// Removes those `files` of the folder that are there on purpose, and the folder where nothing else is in it. How many were
+    /// Removes those `files` of the folder on request, and the folder where nothing else is in it. How many were
     /// removed, and how many recordings of other commands are left.
     ///
     /// # Errors
@@ -269,7 +269,7 @@ impl RunFolder {
         Ok((removed, left))
     }
 
-    /// Removes the runs of the folder on purpose, and the folder where nothing else is in it.
+    /// Removes the runs of the folder on request, and the folder where nothing else is in it.
     ///
     /// # Errors
     /// [`WriteError::Io`] when the operating system refuses.

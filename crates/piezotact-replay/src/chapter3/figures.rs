@@ -201,10 +201,7 @@ fn strokes_of(sample: &Touched) -> Result<Vec<Figure>, ReplayError> {
             .collect();
         figures.push(Figure {
             number,
-            caption: format!(
-                "The first strokes over {} as they were recorded.",
-                sample.name
-            ),
+            caption: format!("The first strokes over {}, as recorded.", sample.name),
             shown: Shown::Lines {
                 x: Axis::linear("time, s"),
                 y: Axis::linear(label),

@@ -48,7 +48,8 @@ pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
     let told = ["active", "passive"].iter().zip(&both).map(
         |(touch, ((share, narrow), (apart, pair)))| {
             format!(
-                "{touch}: at least {:.1} % of the power within 10–600 Hz ({narrow}), shapes at most {apart:.2} dB rms apart ({pair})",
+                "{touch}: at least {:.1} % of the power within 10–600 Hz ({narrow}), spectral shapes differ by at \
+                    most {apart:.2} dB rms ({pair})",
                 share * 100.0
             )
         },
@@ -60,9 +61,14 @@ pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
                 share,
                 0.9,
                 "",
-                "less than 90 % of the power lies within 10–600 Hz",
+                "less than 90 % of the power is within 10–600 Hz",
             ),
-            at_most(apart, 3.0, "dB", "two shapes differ by more than 3 dB rms"),
+            at_most(
+                apart,
+                3.0,
+                "dB",
+                "two spectral shapes differ by more than 3 dB rms",
+            ),
         ]),
         told.collect::<Vec<String>>().join("; "),
     )
@@ -107,8 +113,8 @@ pub(super) fn close_levels(samples: &[Touched]) -> Finding {
     Finding::of(
         12,
         Holds::all([
-            at_most(s2 / s4, 1.25, "", "S2 and S4 are further apart"),
-            at_most(s2 / s3, 1.05, "", "S2 and S3 are further apart"),
+            at_most(s2 / s4, 1.25, "", "the levels of S2 and S4 differ by more"),
+            at_most(s2 / s3, 1.05, "", "the levels of S2 and S3 differ by more"),
         ]),
         format!("S2/S4 {:.3}, S2/S3 {:.3}", s2 / s4, s2 / s3),
     )
@@ -118,7 +124,7 @@ pub(super) fn same_roughness(samples: &[Touched]) -> Finding {
     let ratio = level(samples, "S7") / level(samples, "S8");
     Finding::of(
         13,
-        Holds::all([at_least(ratio, 1.15, "", "the levels are closer")]),
+        Holds::all([at_least(ratio, 1.15, "", "the levels differ by less")]),
         format!("S7/S8 {ratio:.3}"),
     )
 }
@@ -130,8 +136,8 @@ pub(super) fn hard_samples(samples: &[Touched]) -> Finding {
     Finding::of(
         14,
         Holds::all([
-            below(loudest, 0.7, "m/s²", "one of S10–S13 is louder"),
-            above(softest, 0.7, "m/s²", "one of S1–S8 is softer"),
+            below(loudest, 0.7, "m/s²", "one of S10–S13 has a higher level"),
+            above(softest, 0.7, "m/s²", "one of S1–S8 has a lower level"),
         ]),
         format!("S10–S13 at most {loudest:.3} m/s², S1–S8 at least {softest:.3} m/s²"),
     )
@@ -159,7 +165,11 @@ pub(super) fn friction(samples: &[Touched]) -> Finding {
         Holds::all([
             above(with_ra, 0.7, "", "friction does not follow Ra"),
             above(with_level, 0.7, "", "friction does not follow the level"),
-            no_exception(1 - usize::from(extreme), "NO is not at both extremes"),
+            no_exception(
+                1 - usize::from(extreme),
+                "the plate without texture (NO) does not have the highest friction and the \
+                lowest level",
+            ),
         ]),
         format!(
             "Spearman with Ra {with_ra:.2}, with the level {with_level:.2}; NO: friction {:.2}, {:.2} m/s²",
@@ -196,7 +206,7 @@ pub(super) fn speed(samples: &[Touched]) -> Finding {
             no_exception(falls.len(), "the level does not rise for every sample"),
             no_exception(
                 1 - usize::from(slopes.0 >= 0.8 && slopes.1 <= 1.2),
-                "a slope lies outside 0.8–1.2",
+                "a slope is outside 0.8–1.2",
             ),
             above(order, 0.95, "", "the order of samples changes with speed"),
         ]),
@@ -229,7 +239,7 @@ pub(super) fn fingerprint(samples: &[Touched]) -> Finding {
         17,
         Holds::all([no_exception(
             off.len(),
-            &named_or(&off, "a fingerprint lies elsewhere"),
+            &named_or(&off, "a fingerprint peak is at another frequency"),
         )]),
         format!("at 10/20/30 mm/s: {} Hz", told.join(", ")),
     )
@@ -265,7 +275,9 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
             ),
             above(order, 0.95, "", "the order of levels differs"),
         ]),
-        format!("at most {apart:.2} dB rms apart ({name}); Spearman of the levels {order:.3}"),
+        format!(
+            "difference of at most {apart:.2} dB rms ({name}); Spearman of the levels {order:.3}"
+        ),
     )
 }
 
@@ -289,7 +301,7 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
     let s1 = named(samples, "S1").map_or(String::new(), |s1| {
         let (near, of, usual_hz) = repeats(s1);
         format!(
-            "; on S1, where the fingerprint stands out, of {near} of {of} around {usual_hz:.0} Hz"
+            "; on S1, where the fingerprint peak is clear, {near} of {of} around {usual_hz:.0} Hz"
         )
     });
     let centroid = sample.active_summary.centroid_hz;
@@ -298,7 +310,8 @@ pub(super) fn repeatable(samples: &[Touched]) -> Finding {
         Holds::all([
             no_exception(
                 1 - usize::from(near == of),
-                "the highest line of one stroke over a broad spectrum is likely a matter of chance: it holds some nine segments, whose lines scatter by a third; the centroid repeats",
+                "in a broad spectrum, the highest line of a single stroke is probably random: a stroke has about nine segments, \
+                    so its lines scatter by a third; the centroid is repeatable",
             ),
             at_most(variation, 0.2, "", "the level varies by more than 20 %"),
         ]),
@@ -322,22 +335,22 @@ pub(super) fn stick_slip(samples: &[Touched]) -> String {
     };
     let mut told = Vec::new();
     for (judging, became) in [
-        (Judging::Sliding, "were left out"),
+        (Judging::Sliding, "were excluded"),
         (
             Judging::ContactOnly,
-            "were analysed all the same, as nothing else was left",
+            "were analysed nevertheless, since no other strokes remained",
         ),
     ] {
         let listed = of(judging);
         if !listed.is_empty() {
             told.push(format!(
-                "Active strokes that stuck and slipped {became}: {}.",
+                "Active strokes with stick-slip {became}: {}.",
                 listed.join(", ")
             ));
         }
     }
     if told.is_empty() {
-        told.push("No active stroke stuck and slipped.".into());
+        told.push("No active stroke had stick-slip.".into());
     }
     told.join(" ")
 }

@@ -135,7 +135,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         panels.widest_condition(),
         panels.average_inside(),
         averaged.finding,
-        Finding::not_yet(26, "the issue of campaigns"),
+        Finding::not_yet(26, "discrimination experiments"),
     ];
     let of_entries = fingers
         .entries()
@@ -154,10 +154,14 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         title: "Transfer functions of finger and device",
         measured: vec![
             format!(
-                "On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20°, each {REPEATS} times for {SHAKER_S} s of random drive to 1 kHz without taking the finger off; the control measurement had the accelerometer on the plate."
+                "On the shaker participants 1 to {ON_SHAKER} pressed with 0.2, 0.4 and 0.6 N at 20°, each {REPEATS} times \
+                    for {SHAKER_S} s of random drive to 1 kHz without lifting the finger; the control measurement had the \
+                    accelerometer on the plate."
             ),
             format!(
-                "On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each time. The {REPEATS} are averaged. Participant 1 was measured six times for {REPEATED_S} s at 20° and 0.2 N, three times without taking the finger off and three times putting it back."
+                "On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each time. The {REPEATS} \
+                    are averaged. Participant 1 was measured six times for {REPEATED_S} s at 20° and 0.2 N, three times without \
+                    lifting the finger and three times with the finger repositioned."
             ),
             averaged.measured,
         ],
@@ -176,7 +180,10 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
                 .chain(of_panel(&panels.devices.doubts).map(|d| ("panel on the device", d))),
         ),
         figures,
-        missing: vec!["Figure 80, with the issue of campaigns.".into()],
+        missing: vec![
+            "Figure 80: a discrimination experiment, which the program does not contain yet."
+                .into(),
+        ],
     })
 }
 
@@ -272,7 +279,7 @@ fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
     Ok(Panel::new(all)?)
 }
 
-/// One finger three times as it lies, and three times put back.
+/// One finger measured three times without repositioning, and three times with repositioning.
 fn repeats(replay: &Replay) -> Result<Devices, ReplayError> {
     let mut bench = device(replay, 1);
     let lying = (1..=REPEATS).map(|repeat| (1, repeat));
@@ -331,21 +338,17 @@ fn antiresonance(
         Holds::all([
             no_exception(
                 1 - usize::from(near(control_hz)),
-                "it is not in the control",
+                "the antiresonance is not in the control",
             ),
             no_exception(
                 1 - usize::from(places.len() == count && near(lowest) && near(highest)),
-                "it is not in every finger",
+                "the antiresonance is not in the measurement of every finger",
             ),
-            at_most(
-                left,
-                2.0,
-                "dB",
-                "more than 2 dB are left after compensation",
-            ),
+            at_most(left, 2.0, "dB", "more than 2 dB remain after compensation"),
         ]),
         format!(
-            "control {control_hz:.1} Hz, {:.1} dB deep; {} of {count} fingers, {lowest:.1}–{highest:.1} Hz; after division by the control's narrow structure at most {left:.1} dB are left",
+            "control {control_hz:.1} Hz, {:.1} dB deep; {} of {count} fingers, {lowest:.1}–{highest:.1} Hz; after division by \
+                the narrow structure of the control, at most {left:.1} dB remain",
             artefact.as_ref().map_or(f64::NAN, |a| a.depth_db),
             places.len(),
         ),
@@ -384,10 +387,11 @@ fn repeatable(repeats: &Devices) -> Result<Finding, ReplayError> {
             most([lying, put_back]),
             1.0,
             "dB",
-            "two are further apart",
+            "two measurements differ by more",
         )]),
         format!(
-            "any two of three as the finger lies at most {lying:.2} dB rms apart over 20–1000 Hz, and any two with the finger put back at most {put_back:.2} dB"
+            "any two of three measurements without moving the finger differ by at most {lying:.2} dB rms over 20–1000 Hz, and \
+                any two with the finger repositioned by at most {put_back:.2} dB"
         ),
     ))
 }
@@ -557,20 +561,20 @@ fn figures(
             placement: 1,
             repeat,
             ..
-        } => format!("as it lies, {repeat}"),
-        Filing { placement, .. } => format!("put back, {}", placement - 1),
+        } => format!("not moved, {repeat}"),
+        Filing { placement, .. } => format!("repositioned, {}", placement - 1),
     };
     let all = || repeats.entries().iter();
     let repeated = all().map(|e| (named(e), levels(&e.function, ALL_HZ[0], ALL_HZ[1])));
     figures.push(drawn(
         "78a",
-        "Six measurements of one finger: three as it lies, three with the finger put back.",
+        "Six measurements of one finger: three without moving it, three with the finger repositioned.",
         DEVICE,
         repeated.collect(),
     ));
     figures.push(Figure {
         number: "78b",
-        caption: "Their coherence.".into(),
+        caption: "The coherence of these six measurements.".into(),
         shown: Shown::Lines {
             x: frequency(),
             y: Axis::linear("coherence"),

@@ -62,7 +62,7 @@ impl Panels {
             1,
             Holds::all([no_exception(
                 1 - usize::from((6.0..=9.0).contains(&deviation)),
-                "the deviation lies outside 6–9 dB; the load drifts as the force cell warms, which widens the bundle",
+                "the deviation is outside 6–9 dB; the load drifts while the force cell warms up, which widens the bundle",
             )]),
             format!(
                 "{deviation:.1} dB at {hz:.0} Hz over {} transfer functions",
@@ -82,7 +82,7 @@ impl Panels {
                 .collect();
             let share = f.share_overall.map_or(String::new(), |share| {
                 format!(
-                    " (0.6 below 0.2 N in {:.0} % of draws of half of the people)",
+                    " (smaller at 0.6 N than at 0.2 N in {:.0} % of random halves of the participants)",
                     share * 100.0
                 )
             });
@@ -122,23 +122,25 @@ impl Panels {
             Holds::all([
                 no_exception(
                     1 - usize::from(shaker.0 > 0.0 && device.0 > 0.0),
-                    "somebody's mean gain falls",
+                    "the mean gain of some participant falls",
                 ),
                 at_least(
                     device.1,
                     0.95,
                     "",
-                    "on the device somebody's gain rises on fewer than 95 % of the lines",
+                    "on the device, the gain of some participant rises on fewer than 95 % of the lines",
                 ),
                 at_least(
                     shaker.1,
                     0.95,
                     "",
-                    "on the shaker somebody's gain rises on fewer than 95 % of the lines: around 100 Hz, where the step is small there, a person's own ripple outweighs it",
+                    "on the shaker, the gain of some participant rises on fewer than 95 % of the lines: around 100 Hz the step \
+                        is small, and the ripple of an individual finger is larger",
                 ),
             ]),
             format!(
-                "0.2 to 0.6 N, least of all people: shaker {:+.2} dB, {:.1} % of lines; device {:+.2} dB, {:.1} % of lines",
+                "0.2 to 0.6 N, smallest value of all participants: \
+                    shaker {:+.2} dB, {:.1} % of lines; device {:+.2} dB, {:.1} % of lines",
                 shaker.0,
                 shaker.1 * 100.0,
                 device.0,
@@ -168,12 +170,13 @@ impl Panels {
                     effect.largest_db_rms,
                     1.5,
                     "dB",
-                    "somebody's differs by 1.5 dB rms or more",
+                    "for some participant, the difference is 1.5 dB rms or more",
                 ),
                 above(p, 0.05, "", "the angle has a trend"),
             ]),
             format!(
-                "at most {:.2} dB rms; louder at 40° for {} of {} people, p = {p:.2}; mean step {:+.2} dB, at least {:+.2}",
+                "at most {:.2} dB rms; higher gain at 40° for {} of {} participants, p = {p:.2}; mean step {:+.2} dB, at \
+                    least {:+.2}",
                 effect.largest_db_rms,
                 effect.louder,
                 effect.people.len(),
@@ -187,7 +190,10 @@ impl Panels {
         let Some(worst) = &self.devices.worst else {
             return Finding::of(
                 8,
-                Holds::all([no_exception(1, "nobody is complete")]),
+                Holds::all([no_exception(
+                    1,
+                    "no participant was measured in every condition",
+                )]),
                 "–".into(),
             );
         };
@@ -197,7 +203,7 @@ impl Panels {
             .map_or(String::new(), |(at, db)| format!("; next {at}: {db:.1} dB"));
         let sure = worst.share.map_or(String::new(), |share| {
             format!(
-                "; the widest in {:.0} % of draws of half of the people",
+                "; the largest in {:.0} % of random halves of the participants",
                 share * 100.0
             )
         });
@@ -205,10 +211,10 @@ impl Panels {
             8,
             Holds::all([no_exception(
                 1 - usize::from(worst.cell.is(cell(LOADS_N[0], ANGLES_DEG[0]))),
-                "another condition spreads more",
+                "another condition has a larger deviation",
             )]),
             format!(
-                "{}: {:.1} dB over {} people{next}{sure}",
+                "{}: {:.1} dB over {} participants{next}{sure}",
                 worst.cell, worst.max_deviation_db, worst.people
             ),
         )
@@ -245,11 +251,18 @@ impl Panels {
         Finding::of(
             9,
             Holds::all([
-                at_least(log, 1.0, "", "the mean of log magnitudes leaves the bundle"),
-                at_least(complex, 1.0, "", "the complex mean leaves the bundle"),
+                at_least(
+                    log,
+                    1.0,
+                    "",
+                    "the mean of log magnitudes is outside the bundle",
+                ),
+                at_least(complex, 1.0, "", "the complex mean is outside the bundle"),
             ]),
             format!(
-                "at 20° and 0.2 N on the device: {:.0} % of the lines for the mean of log magnitudes, {:.0} % for the complex mean; the average of the others misses a person by {:.1} dB rms ({low:.1} to {high:.1}), at most {worst:.1} dB",
+                "at 20° and 0.2 N on the device: {:.0} % of the lines for the mean of log magnitudes, {:.0} % for the complex \
+                    mean; the average of the others has an error of {:.1} dB rms for a participant ({low:.1} to {high:.1}), at \
+                    most {worst:.1} dB",
                 log * 100.0,
                 complex * 100.0,
                 costs.mean_db_rms

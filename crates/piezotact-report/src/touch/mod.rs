@@ -5,7 +5,7 @@ mod figures;
 
 use figures::Sets;
 use maud::{Markup, html};
-use piezotact::compare::{CommonLine, SpatialPeriod, Summary};
+use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::Words;
 use piezotact::feature::{Receptor, STROKE_COLUMNS, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
@@ -44,8 +44,8 @@ pub fn cuts(takes: &[Take], words: &dyn Words) -> Result<String, DrawError> {
 /// [`DrawError`] where a figure cannot be drawn.
 pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawError> {
     let title = match &study.asked {
-        Some(asked) => format!("What changes with the {}", asked.by),
-        None => format!("What the strokes say, by {}", study.by),
+        Some(asked) => format!("Comparison by {}", asked.by),
+        None => format!("Features of the strokes, by {}", study.by),
     };
     let body = html! {
         h1 { (title) }
@@ -73,7 +73,7 @@ fn doubts(sentences: &[String]) -> Markup {
         section {
             h2 { "Doubts" }
             @if sentences.is_empty() {
-                p.soft { "None: nothing had to be guessed or left out." }
+                p.soft { "None: no value was guessed or left out." }
             } @else {
                 ul.doubts { @for doubt in sentences { li { (doubt) } } }
             }
@@ -185,8 +185,8 @@ fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
             (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each group, over all its strokes."))
             @let lines = &study.common_lines;
             @if !lines.is_empty() {
-                p { "Lines that every sample has:" }
-                ul { @for line in lines { li { (CommonLine::conclusion(line)) } } }
+                p { "Spectral lines found in every sample:" }
+                ul { @for line in lines { li { (line.conclusion()) } } }
             }
         }
     })
@@ -291,7 +291,7 @@ fn speed_row(comparison: &Comparison, trend: &SpeedTrend) -> [String; 6] {
             let word = match fit.direction() {
                 Direction::Rises => "rises",
                 Direction::Falls => "falls",
-                Direction::NotShown => "none shown",
+                Direction::NotShown => "no trend shown",
             };
             match fit.p_value {
                 Some(p) => format!("{word}, {}", p_text(p)),
@@ -348,7 +348,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
                     }
                     @if let Some(period) = &trend.period {
                         @for doubt in &period.doubts { li.doubt { (words.doubt(doubt)) } }
-                        li { (period.conclusion()) (format!(", {:.1} dB above the background in the mean over speeds", period.prominence_db)) }
+                        li { (period.conclusion()) (format!(", on average over speeds {:.1} dB above the background", period.prominence_db)) }
                     }
                 }
                 @if let Some(period) = &trend.period {
@@ -377,7 +377,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
             (over_all)
             @if all.len() > 1 {
                 table {
-                    tr { th { "setting" } th.n { "exponent of rms on speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
+                    tr { th { "setting" } th.n { "exponent of rms versus speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
                     @for row in &rows { tr { td { (row[0]) } @for cell in &row[1..] { td.n { (cell) } } } }
                 }
             }
@@ -441,7 +441,8 @@ fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
         section {
             h2 { "Single strokes and their mean: " (take.name) }
             @if let Some(samples) = &example.samples {
-                (figure(&figures::stroke(take, samples, &unit)?, "The first stroke, freed of the gesture as stated below."))
+                (figure(&figures::stroke(take, samples, &unit)?, "The first stroke, with the gesture filtered out as described \
+                    below."))
             }
             (figure(&fft, "Amplitude spectrum (FFT) of every stroke (of the first 40 where there are more) over the same length, and the mean of all."))
             (figure(&psd, "Power spectral density of every stroke (of the first 40 where there are more), and the mean of all."))
@@ -466,7 +467,7 @@ fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Signals and cuts" }
-            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; all cuts are in the table of `piezotact segment --csv`.", takes.len())) } }
+            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; the table of cuts holds all of them.", takes.len())) } }
             @for part in &parts { (part) }
         }
     })
@@ -479,9 +480,9 @@ fn rejects(takes: &[Take]) -> Markup {
     }
     html! {
         section {
-            h2 { "What was rejected" }
+            h2 { "Rejected parts" }
             table {
-                tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } th { "judged" } }
+                tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } th { "criteria" } }
                 @for take in takes {
                     @for r in &take.segmentation.rejected {
                         tr {
@@ -521,9 +522,10 @@ fn methods(takes: &[Take]) -> Markup {
             h2 { "How it was done" }
             ul {
                 @for text in cuts.iter().chain(&computed) { li { (text) } }
-                @for file in &files { li { "Cuts by a person: " (file) } }
+                @for file in &files { li { "Strokes cut by hand: " (file) } }
                 @if features {
-                    li { "Friction coefficient: √(Fx² + Fy²)/Fz above the forces' zeros in the lifts, sample by sample over each stroke; absent below 10 mN." }
+                    li { "Friction coefficient: √(Fx² + Fy²)/Fz for every sample of a stroke, with each force relative to its \
+                        zero while the finger is lifted; not given below 10 mN." }
                     li { "Mechanoreceptor bands, after the filter: "
                         @for (i, receptor) in Receptor::ALL.iter().enumerate() {
                             @if i > 0 { ", " } (receptor.name())

@@ -25,7 +25,7 @@ impl ShakerParameters {
 /// The load on the shaker.
 #[derive(Clone, Debug)]
 pub(super) enum Standing {
-    /// A finger, as it lies this time.
+    /// A finger in one placement.
     Finger {
         finger: Box<Finger>,
         placement: Placement,

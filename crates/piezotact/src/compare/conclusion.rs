@@ -42,13 +42,14 @@ impl SpatialPeriod {
             Outcome::Met if groups.is_empty() => format!("spatial period {number}"),
             Outcome::Met => format!("spatial period {number}; {groups}"),
             _ if self.jumps() => {
-                format!("spatial period not decided: the loads show different ones ({groups})")
+                format!("spatial period not decided: it differs between loads ({groups})")
             }
             Outcome::NotDecided if self.missed_at_a_speed() => format!(
-                "spatial period not decided: it stands out of the noise at some speeds only, as a line does that stays at its frequency; the candidate is {number}"
+                "spatial period not decided: its peak stands out of the noise at some speeds only, as a peak at a fixed frequency \
+             does; the candidate is {number}"
             ),
             Outcome::NotDecided => format!(
-                "spatial period not decided: it fits into the shortest stroke fewer than 3 times; the candidate is {number}"
+                "spatial period not decided: the shortest stroke covers fewer than 3 periods; the candidate is {number}"
             ),
             Outcome::NotMet => format!(
                 "no spatial period stands out at all speeds; the strongest candidate is {number}"
@@ -68,17 +69,18 @@ impl CommonLine {
             self.samples
         );
         let speeds = self.speed_ratio.map_or(String::new(), |ratio| {
-            format!(" at speeds up to {ratio:.1} times apart")
+            format!(" at speeds that differ by a factor of up to {ratio:.1}")
         });
         match self.origin {
             LineOrigin::Mains => {
-                format!("{where_found}{speeds}: the mains, no texture's and no finger's")
+                format!("{where_found}{speeds}: mains hum, not due to a texture or the finger")
             }
             LineOrigin::Machine => {
-                format!("{where_found}{speeds}: the machine's, no texture's and no finger's")
+                format!("{where_found}{speeds}: due to the machine, not to a texture or the finger")
             }
             LineOrigin::NotDecided => format!(
-                "{where_found}: the machine's or the finger's; record at another speed to decide, a finger's moves with it"
+                "{where_found}: due to the machine or to the finger; record at another speed to decide: a line due to the finger \
+             moves with the speed"
             ),
         }
     }
@@ -90,10 +92,11 @@ impl LevelSpread {
     pub fn conclusion(&self) -> String {
         match self.sd_interval_db {
             Some([low, high]) => format!(
-                "levels of {} participants differ by {:.1} dB (standard deviation; 95 %: {low:.1} to {high:.1} dB for people like them)",
+                "standard deviation of the level between {} participants: {:.1} dB (95 %: {low:.1} to {high:.1} dB in their \
+             population)",
                 self.participants, self.level_db.sd
             ),
-            None => "one participant: how far people differ is not decided".into(),
+            None => "one participant: the variability between participants is not decided".into(),
         }
     }
 }
@@ -155,25 +158,28 @@ impl Summary {
             },
         );
         if let Some(friction) = self.friction_coefficient {
-            text += &format!(", friction {}", spread(friction, |v| format!("{v:.3}")));
+            text += &format!(
+                ", friction coefficient {}",
+                spread(friction, |v| format!("{v:.3}"))
+            );
         }
         if let Some(force) = self.normal_force_n {
-            text += &format!(", {:.3} N", force.mean);
+            text += &format!(", normal force {:.3} N", force.mean);
         }
         if let Some(speed) = self.speed_m_s {
-            text += &format!(", {:.1} mm/s", speed.mean * 1e3);
+            text += &format!(", speed {:.1} mm/s", speed.mean * 1e3);
         }
         text += &format!(
-            ", centroid {} Hz, strongest {} Hz",
+            ", centroid {} Hz, highest peak at {} Hz",
             digits(self.centroid_hz.mean),
             digits(self.strongest_hz)
         );
         if let Some(found_hz) = self.fingerprint.and_then(|f| f.found_hz) {
-            text += &format!(", fingerprint {} Hz", digits(found_hz));
+            text += &format!(", fingerprint frequency {} Hz", digits(found_hz));
         }
         if !self.machine_lines_hz.is_empty() {
             let lines: Vec<String> = self.machine_lines_hz.iter().map(|hz| digits(*hz)).collect();
-            text += &format!(", the machine's {} Hz", lines.join(", "));
+            text += &format!(", machine lines at {} Hz", lines.join(", "));
         }
         text
     }

@@ -1,5 +1,5 @@
-//! Doubts that differ in numbers, or in what they name, as one with its range: twenty recordings that are each doubted for
-//! the same reason are one thing to know.
+//! Merges doubts that differ only in numbers or names into one with a range: twenty recordings with the same doubt give one
+//! entry.
 
 use std::fmt;
 
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 
 use super::{About, Doubt, Value};
 
-/// As many names are written out.
+/// The number of names that are written out.
 const NAMED: usize = 3;
 
 /// Doubts of one kind. Its written form is that of the first doubt, with `of`, `subjects` and `ranges` where there are any.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Merged {
-    /// The first of them, with how many there are.
+    /// The first of them, with their number in `seen`.
     #[serde(flatten)]
     pub doubt: Doubt,
     /// The names of the recordings, files or groups that they are about, each once; empty where none was given.
     #[serde(rename = "of", default, skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<String>,
-    /// What they name themselves (groups, channels, measurements), each once; empty where that is one or none.
+    /// Their own subjects (groups, channels, measurements), each once; empty for one or none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub subjects: Vec<String>,
     /// The numbers in which they differ.
@@ -51,6 +51,14 @@ mod ranges {
     }
 }
 
+/// Writes doubts as they stand in a document: those of one kind as one.
+pub(crate) fn serialize_merged<S: serde::Serializer>(
+    doubts: &[Doubt],
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    merged(doubts).serialize(to)
+}
+
 /// A number of several doubts from its lowest to its highest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Range {
@@ -62,8 +70,8 @@ pub struct Range {
     pub high: f64,
 }
 
-/// `doubts`, those of one kind as one. Two are of one kind when they are the same doubt about the same things and differ in
-/// numbers, in the parts of a band that they list, or in what they name as their subject.
+/// Merges the doubts of one kind in `doubts`. Two doubts are of one kind when they differ only in
+/// numbers, in the parts of a band that they list, or in the name of their subject.
 ///
 /// Source: decision 0030 of this project.
 #[must_use]
@@ -71,7 +79,7 @@ pub fn merged<'a>(doubts: impl IntoIterator<Item = &'a Doubt>) -> Vec<Merged> {
     merged_of(doubts.into_iter().map(|doubt| (None, doubt)))
 }
 
-/// As [`merged`], of doubts with the name of what each is about, where it has one.
+/// As [`merged`], for doubts given with the name of what each is about (a recording, file or group), if there is one.
 ///
 /// Source: decision 0030 of this project.
 #[must_use]
@@ -128,7 +136,7 @@ pub fn merged_of<'a>(
     merged
 }
 
-/// What makes a doubt the same as another, and what may differ.
+/// The properties that must be equal for two doubts to be merged, and those that may differ.
 #[derive(PartialEq)]
 struct Kind<'a> {
     code: &'a str,
@@ -144,7 +152,7 @@ impl<'a> Kind<'a> {
         let values = doubt.values.iter().map(|(name, value)| {
             let differs = match value {
                 Value::Number(_) | Value::Example(_) | Value::Counts(_) => true,
-                // An example of others is one of several; a cause is not.
+                // An example may differ; a cause may not.
                 Value::Doubt(_) => name == "example",
                 // The parts of a band, or of a recording.
                 Value::List(parts) => parts
@@ -163,7 +171,7 @@ impl<'a> Kind<'a> {
 }
 
 impl Merged {
-    /// What it tells a person, with `words` for the sentence of the first.
+    /// The text of the merged doubt; `words` gives the sentence of the first doubt.
     #[must_use]
     pub fn text_with(&self, words: &dyn Fn(&Doubt) -> String) -> String {
         match self.about.as_slice() {
@@ -172,8 +180,8 @@ impl Merged {
         }
     }
 
-    /// As [`Self::text_with`], where `all` recordings (or whatever `called` says, in the plural) could be doubted: that it is
-    /// all of them, or which.
+    /// As [`Self::text_with`], with the number of recordings (or of `called`, in the plural) that could be concerned: says
+    /// whether all of them are, or which.
     #[must_use]
     pub fn text_of(
         &self,
@@ -220,7 +228,7 @@ impl fmt::Display for Merged {
     }
 }
 
-/// The first names, and how many there are beside them.
+/// The first names, and the number of the others.
 fn listed(names: &[String]) -> String {
     match names {
         [] => String::new(),
@@ -237,7 +245,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// How the names of fields end, and the units that this stands for.
+/// The suffixes of field names, and the units they stand for.
 const UNITS: [(&str, &str); 10] = [
     ("_db_rms", "dB rms"),
     ("_v_per_s", "V/s"),
@@ -273,7 +281,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// Three digits that count, and none beyond.
+/// A number with three significant digits.
 fn digits(value: f64) -> String {
     let before = if value == 0.0 {
         0.0

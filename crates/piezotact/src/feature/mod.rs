@@ -1,4 +1,4 @@
-//! What the strokes of a recording say: level, spectrum, friction, and what a person can feel of them.
+//! Features of the strokes of a recording: level, spectrum, friction, and perceptually weighted power.
 
 mod doubt;
 mod peaks;
@@ -36,7 +36,7 @@ pub const RECOMMENDED_STROKES: usize = 10;
 /// How features are computed. It is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeatureConfig {
-    /// What takes the gesture away from the vibration; none leaves it.
+    /// The high-pass filter that removes the gesture from the vibration; none keeps the gesture.
     pub high_pass: Option<HighPass>,
     /// How PSDs are estimated.
     pub welch: WelchConfig,
@@ -234,7 +234,7 @@ impl StrokeSpectra {
     }
 }
 
-/// What the strokes of one recording say.
+/// The features and spectra of the strokes of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analysis {
     /// One for each stroke, in order.
@@ -505,13 +505,11 @@ fn amplitudes(
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FeatureError {
     /// There is no stroke.
-    #[error(
-        "expected at least one stroke, found none; look at what was rejected with `piezotact segment`"
-    )]
+    #[error("expected at least one stroke, found none; look at what was rejected, and why")]
     NoStroke,
     /// There is no vibration.
     #[error(
-        "expected a channel that vibrates, found none that changes; name one or check its cable"
+        "expected a channel with a vibration, found only constant channels; name one or check its cable"
     )]
     NoVibration,
     /// Channels of several quantities.

@@ -60,7 +60,7 @@ const FLOOR: f64 = 0.1;
 const SHORTEST: Seconds = Seconds(0.02);
 /// The drive goes on where its level is this part of its usual one.
 const DRIVEN: f64 = 0.3;
-/// The crests of a drive of noise are cut on purpose, up to this share.
+/// A noise drive may have its crests clipped intentionally, up to this share.
 const CRESTS: f64 = 0.005;
 /// A drive within this part of its limit is not beyond it.
 const TOLERANCE: f64 = 1e-6;

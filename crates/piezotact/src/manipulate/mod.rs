@@ -1,9 +1,10 @@
 //! Texture manipulations: another level, another spectrum, other phases, another length.
 //!
-//! Every function gives a [`Manipulated`]: the new texture, the [`Step`] that says what was done with which
-//! parameters, and its doubts. A [`Texture`] carries all of them along as its [`Lineage`], so that a person who feels
-//! it later knows what it was. Levels are rms about the mean, since a mean is nothing that is felt.
+//! Every function returns a [`Manipulated`]: the new texture, the [`Step`] that states the operation with its
+//! parameters, and its doubts. A [`Texture`] keeps all steps as its [`Lineage`], so that the origin of a played texture
+//! is always known. Levels are rms about the mean, since a mean is not perceptible.
 
+mod document;
 mod doubt;
 mod error;
 mod frequency;
@@ -11,7 +12,8 @@ mod level;
 mod looping;
 mod spectral;
 
-// What is public in each of them: a new manipulation is a function in one file.
+// All public items of each module: a new manipulation is a function in one file.
+pub use document::ManipulateDocument;
 pub use doubt::*;
 pub use error::*;
 pub use frequency::*;
@@ -20,18 +22,20 @@ pub use looping::*;
 pub use spectral::*;
 
 use crate::doubt::Doubt;
+use crate::feature::{FeatureConfig, FeatureError};
 use crate::lineage::{Lineage, Operation, Step};
-use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, SampleRate};
 use crate::series::Series;
+use crate::spectrum::{Spectrum, welch};
 use crate::statistics::{mean, standard_deviation};
 
-/// Less than this share of the power may leave the band without being said.
+/// A doubt is raised when at least this share of the power leaves the band.
 pub const SHARE_TOLD: f64 = 1e-3;
 
-/// A mean below this share of the rms is none.
+/// A mean below this share of the rms is neglected.
 const NO_MEAN_RATIO: f64 = 0.01;
 
-/// What is left of a texture below this share of its rms is rounding.
+/// A remainder below this share of the rms of a texture is rounding error.
 const ROUNDING_RATIO: f64 = 1e-9;
 
 /// A texture after one operation.
@@ -39,7 +43,7 @@ const ROUNDING_RATIO: f64 = 1e-9;
 pub struct Manipulated<Q: Quantity> {
     /// The new texture.
     pub series: Series<Q>,
-    /// What was done.
+    /// The operation.
     pub step: Step,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -56,7 +60,33 @@ pub struct Texture<Q: Quantity> {
     pub doubts: Vec<Doubt>,
 }
 
+/// The PSDs of `textures`, in the unit of `Q` squared per Hz: Hann windows, lines about 5 Hz apart, overlapping by half.
+///
+/// Formula: that of [`welch`].
+///
+/// Source: as [`FeatureConfig::usual`].
+///
+/// # Errors
+/// [`FeatureError`] for a texture of fewer than eight samples.
+pub fn spectra_of<'a, Q: Quantity>(
+    textures: impl IntoIterator<Item = &'a Texture<Q>>,
+) -> Result<Vec<Spectrum<Q>>, FeatureError> {
+    let of = |texture: &Texture<Q>| {
+        let length = texture.series.samples().len();
+        let usual = FeatureConfig::usual(texture.series.rate(), &[length], None)?;
+        welch(&texture.series, &usual.welch).map_err(FeatureError::Estimate)
+    };
+    textures.into_iter().map(of).collect()
+}
+
 impl<Q: Quantity> Texture<Q> {
+    /// Its level, rms about the mean, relative to `other`, dB.
+    #[must_use]
+    pub fn level_re_db(&self, other: &Self) -> f64 {
+        let [own, other] = [self, other].map(|texture| texture.series.rms_about_mean().value);
+        Decibels::from_amplitude_ratio(own / other).0
+    }
+
     /// A texture as it was recorded, called `source`.
     #[must_use]
     pub fn of(source: impl Into<String>, series: Series<Q>) -> Self {
@@ -67,7 +97,7 @@ impl<Q: Quantity> Texture<Q> {
         }
     }
 
-    /// The texture without its mean; as it is where the mean is less than a hundredth of its rms, which changes the rms by 0.005 %.
+    /// The texture without its mean; unchanged when the mean is below 1 % of its rms, which changes the rms by 0.005 %.
     ///
     /// # Errors
     /// [`ManipulateError::Silent`] when nothing is left.
@@ -130,7 +160,7 @@ fn about_mean<Q: Quantity>(x: &Series<Q>) -> Result<(f64, Vec<f64>), ManipulateE
     let mean = mean(x.samples());
     let changing: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
     let largest = crate::statistics::peak(&changing);
-    // What the subtraction of the mean leaves of a constant is rounding.
+    // Subtracting the mean from a constant leaves rounding errors.
     if largest <= 1e-13 * mean.abs() {
         return Err(ManipulateError::Silent {
             quantity: Q::NAME,
@@ -171,7 +201,7 @@ fn line_hz(k: usize, n: usize, rate: SampleRate) -> f64 {
     k as f64 * rate.hz() / n as f64
 }
 
-/// The doubt about the share of the power that left the band, where it is worth being said.
+/// The doubt about the share of the power that left the band, if it reaches [`SHARE_TOLD`].
 fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt> {
     if share <= SHARE_TOLD {
         return Vec::new();

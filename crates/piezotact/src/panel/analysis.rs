@@ -1,4 +1,4 @@
-//! All that a panel says, as one value.
+//! The complete analysis of a panel, as one value.
 
 use crate::panel::PanelDoubt;
 use serde::{Deserialize, Serialize};
@@ -22,19 +22,20 @@ use crate::transfer::{Bundle, BundleAverage, BundleError};
 pub struct PanelConfig {
     /// The band.
     pub band: Band,
-    /// Its parts, for tables.
+    /// Parts of the band that are reported separately in tables.
     pub bands: Vec<Band>,
-    /// How a person's own measurements are averaged, and by which average a new person is served.
+    /// How a person's own measurements are averaged, and which average over people a new person would be rendered with.
     pub averaging: BundleAverage,
-    /// When an average will do.
+    /// The criterion for an average to be acceptable for a new person.
     pub criterion: Criterion,
-    /// How near the penalty of few people in an average is to come to that of all but one to be enough, dB.
+    /// The tolerance for "enough people": the largest excess of the penalty of a small average over its limit for many people,
+    /// dB.
     pub enough_within_db: f64,
     /// Random orders of people for the learning curve, where there are too many for every subset.
     pub orders: usize,
-    /// Resamples, each half of the people, for how sure the worst case is.
+    /// Resamples of half of the people each, for the reliability of the worst case.
     pub resamples: usize,
-    /// Draws orders and resamples.
+    /// The seed of the random orders and resamples.
     pub seed: u64,
 }
 
@@ -61,17 +62,18 @@ impl PanelConfig {
     }
 }
 
-/// All that a panel says.
+/// The complete analysis of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PanelAnalysis {
     /// How it was analysed.
     pub config: PanelConfig,
     /// The participants.
     pub participants: Vec<String>,
-    /// At how many loads and angles each was measured: who lacks one is left out of comparisons with it.
+    /// The number of loads and angles at which each participant was measured; participants without a cell are left out of
+    /// comparisons that need it.
     #[serde(default)]
     pub attendances: Vec<Attendance>,
-    /// Every measurement with what makes it a member of the panel and its averages.
+    /// Every measurement with the criteria that decide whether it is a member of the panel and its averages.
     #[serde(default)]
     pub members: Vec<Member>,
     /// How many participants were measured in every cell.
@@ -80,18 +82,18 @@ pub struct PanelAnalysis {
     pub measurements: usize,
     /// The cells, by angle and load.
     pub cells: Vec<Cell>,
-    /// The cell in which people lie furthest apart; absent when fewer than two people were measured in all.
+    /// The cell with the largest difference between people; absent when fewer than two people were measured in all cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst: Option<WorstCase>,
     /// All curves together.
     pub all: Bundle,
     /// How far people lie apart, by cell.
     pub spreads: Vec<CellSpread>,
-    /// Whether that falls with load, by angle.
+    /// Whether the difference between people falls with load, by angle.
     pub falls: Vec<FallsWithLoad>,
-    /// What load does.
+    /// The effect of load.
     pub load_steps: Vec<LoadStep>,
-    /// What the angle does.
+    /// The effect of angle.
     pub angle_effects: Vec<AngleEffect>,
     /// How well measurements repeat.
     pub repeatability: Repeatability,
@@ -100,11 +102,12 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 
 impl PanelAnalysis {
-    /// The cell by which the panel is judged: the one in which people lie furthest apart.
+    /// The cell that represents the panel in the verdict: the worst case, with the largest difference between people.
     #[must_use]
     pub fn judged(&self) -> Option<Cell> {
         let widest = || {
@@ -125,7 +128,7 @@ impl PanelAnalysis {
     }
 }
 
-/// Curves that cancel in a complex mean, by name where it is known whose sign is opposite.
+/// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
 pub(super) fn naming_opposites(error: PanelError, opposites: &[Doubt]) -> PanelError {
     match (error, opposites.first()) {
         (PanelError::Bundle(BundleError::Cancel { .. }), Some(doubt)) => PanelError::Opposite {
@@ -135,8 +138,8 @@ pub(super) fn naming_opposites(error: PanelError, opposites: &[Doubt]) -> PanelE
     }
 }
 
-/// All that `panel` says over the band of `config`: how far people lie apart and where most, what load and angle do, how
-/// well measurements repeat, and what an average over people costs a new person. Levels in dB re 1 unit of `O` per `I`.
+/// The complete analysis of `panel` over the band of `config`: differences between people and the worst cell, the effects of load
+/// and angle, repeatability, and the penalty of an average over people for a new person. Levels in dB re 1 unit of `O` per `I`.
 ///
 /// Source: L. Felicetti's thesis (2024), chapter 5, and the sources of [`super::spread_by_cell`], [`super::worst_case`],
 /// [`super::load_steps`], [`super::angle_effects`], [`repeatability`], [`super::cell_averages`] and

@@ -1,12 +1,14 @@
-//! Transfer functions of a panel of people, by load and angle: how far people lie apart, what load and angle do, how
-//! well measurements repeat, and what an average over people costs a new person.
+//! Transfer functions of a panel of people, by load and angle: differences between people, effects of load and angle,
+//! repeatability of measurements, and the penalty of an average over people for a new person.
 //!
-//! A [`Panel`] is all of them as one value; it is refused when they do not belong together. [`analyse`] says what it
-//! holds.
+//! A [`Panel`] holds all of them as one value; it is refused when they cannot be combined. [`analyse`] computes everything
+//! that is reported about it.
 
 mod analysis;
 mod average;
+mod cleaning;
 mod control;
+mod document;
 mod doubt;
 mod learning;
 mod levels;
@@ -14,6 +16,7 @@ mod membership;
 mod placement;
 mod random;
 mod repeat;
+mod sentences;
 mod spread;
 mod together;
 mod trend;
@@ -23,7 +26,9 @@ pub use average::{
     AverageDifference, AverageRule, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict,
     average_of_panel, cell_averages, share_interval,
 };
+pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
 pub use membership::{Attendance, Member, MemberRule, ParticipantRule};
@@ -44,7 +49,7 @@ use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
 
-/// Numbers of a protocol that differ by less than this are one.
+/// Loads and angles that differ by less than this count as equal.
 const SAME: f64 = 1e-9;
 
 /// A load and an angle at which people are measured.
@@ -71,7 +76,7 @@ impl fmt::Display for Cell {
     }
 }
 
-/// Under what a transfer function is filed in a panel.
+/// The key of a transfer function in a panel: participant, load and angle, placement and repeat.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Filing {
     /// The participant's pseudonym.
@@ -79,7 +84,7 @@ pub struct Filing {
     /// Load and angle.
     #[serde(flatten)]
     pub cell: Cell,
-    /// Which time the finger was put down, from 1.
+    /// The number of the placement of the finger, from 1.
     pub placement: u32,
     /// Which measurement of that placement, from 1.
     pub repeat: u32,
@@ -105,10 +110,10 @@ impl fmt::Display for Filing {
     }
 }
 
-/// One measured transfer function of a panel, and under what it is filed.
+/// One measured transfer function of a panel, with its filing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry<I: Quantity, O: Quantity> {
-    /// Who, how, which time.
+    /// Participant, load and angle, placement and repeat.
     pub filing: Filing,
     /// What was measured.
     pub function: TransferFunction<I, O>,
@@ -288,15 +293,16 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Why transfer functions make no panel.
+/// Why transfer functions cannot form a panel.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanelError {
     /// There is none.
-    #[error("expected transfer functions of people, found none; measure or add some")]
+    #[error("expected transfer functions of participants, found none; measure or add some")]
     Nothing,
     /// Two people under one name: participants of twins of different seeds.
     #[error(
-        "expected one person under the name {}, found {one_is} in {one} and {other_is} in {other}; file them under names of their own, or in panels of their own",
+        "expected one person under the name {}, found {one_is} in {one} and {other_is} in {other}; file them under different \
+            names, or in separate panels",
         .one.participant
     )]
     TwoPeople {
@@ -311,7 +317,8 @@ pub enum PanelError {
     },
     /// Nobody was measured twice in a cell.
     #[error(
-        "expected somebody who was measured more than once at a load and angle, found nobody: how far placements lie apart is not known; measure a few people with the finger put back"
+        "expected a participant who was measured more than once at a load and angle, found none: the variation between \
+            placements is not known; measure a few participants with the finger repositioned"
     )]
     NothingRepeated,
     /// A name, load, angle or number that no measurement has.
@@ -328,7 +335,7 @@ pub enum PanelError {
     },
     /// One measurement under two names.
     #[error(
-        "expected different measurements, found the same response, bit by bit, as {one} and as {other}; take one of them out"
+        "expected different measurements, found a bit-identical response as {one} and as {other}; remove one of them"
     )]
     Same {
         /// The first.
@@ -336,15 +343,15 @@ pub enum PanelError {
         /// The other.
         other: String,
     },
-    /// People of whose complex mean nothing is left.
-    #[error("cannot average people: {what}")]
+    /// Transfer functions that cancel in the complex mean.
+    #[error("cannot average participants: {what}")]
     Opposite {
         /// Whose sign is opposite.
         what: String,
     },
     /// A transfer function that does not say who touched how.
     #[error(
-        "expected to know the {what} of the transfer function filed as {filing}, found nothing that says it; state it"
+        "expected the {what} of the transfer function filed as {filing}, found no statement of it; state it"
     )]
     Unknown {
         /// Where.
@@ -354,7 +361,7 @@ pub enum PanelError {
     },
     /// A transfer function of somebody else.
     #[error(
-        "cannot mix people: the transfer function filed as {filing} is of participant {found}; file it under {found}"
+        "cannot mix participants: the transfer function filed as {filing} is of participant {found}; file it under {found}"
     )]
     Mixed {
         /// Where.
@@ -364,7 +371,7 @@ pub enum PanelError {
     },
     /// A transfer function of another load or angle.
     #[error(
-        "cannot file a transfer function as {filing}: it was measured at {found}; file it under that"
+        "cannot file a transfer function as {filing}: it was measured at {found}; file it under this load and angle"
     )]
     Misfiled {
         /// Where.
@@ -374,7 +381,8 @@ pub enum PanelError {
     },
     /// Two that cannot be combined.
     #[error(
-        "cannot combine transfer functions of different {what}: {one} has {one_has}, {other} has {other_has}; measure and estimate them alike"
+        "cannot combine transfer functions of different {what}: {one} has {one_has}, {other} has {other_has}; measure and \
+            estimate them in the same way"
     )]
     Differ {
         /// Lines, rate or device.
@@ -396,7 +404,8 @@ pub enum PanelError {
     },
     /// A line without a level.
     #[error(
-        "cannot compare levels: the transfer function of participant {participant} at {cell} is 0 at {at_hz:.1} Hz, which is no measurement; narrow the band to what was measured"
+        "cannot compare levels: the transfer function of participant {participant} at {cell} is 0 at {at_hz:.1} Hz, which is \
+            not a valid measurement; narrow the band to the measured part"
     )]
     NoResponse {
         /// Whose.
@@ -414,7 +423,7 @@ pub enum PanelError {
     },
     /// Fewer people than a comparison needs.
     #[error(
-        "expected at least {expected} participants at {cell}, found {found}; measure more people"
+        "expected at least {expected} participants at {cell}, found {found}; measure more participants"
     )]
     Few {
         /// Where.

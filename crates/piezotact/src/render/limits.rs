@@ -1,4 +1,4 @@
-//! What a drive asks of the device, before it plays.
+//! The demands of a drive on the device, checked before it is played.
 
 use super::floored;
 use crate::render::RenderDoubt;
@@ -6,14 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::device::{DriveSetup, GainName};
 use crate::doubt::Doubt;
+use crate::number::digits;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::Series;
 use crate::statistics::{peak, rms};
 
-/// Half a step of a converter of 24 bits, full scale = 1: what is smaller is not played.
+/// Half a step of a 24-bit converter, full scale = 1: smaller values are not played.
 const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;
 
-/// How much of what the device can do a drive uses.
+/// The demands of a drive re the limits of the device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Headroom {
     /// The largest sample of the drive as computed, full scale = 1.
@@ -22,10 +23,10 @@ pub struct Headroom {
     pub rms: f64,
     /// The drive at which the first limit is reached, full scale = 1.
     pub limit: f64,
-    /// What that limit is.
+    /// The name of that limit.
     pub limited_by: String,
-    /// How far the peak stays below the limit; negative when it does not fit. Absent for a drive below half a step of 24 bits,
-    /// which no converter plays: how far silence stays below a limit is no number.
+    /// How far the peak is below the limit, dB; negative when it does not fit. Absent for a drive below half a 24-bit step, which
+    /// no converter plays: the headroom of silence is undefined.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub headroom_db: Option<f64>,
     /// The share of samples beyond the limit, 0–1.
@@ -36,7 +37,25 @@ pub struct Headroom {
 }
 
 impl Headroom {
-    /// Whether the amplifier of `setup` cannot follow the steepest slope.
+    /// How far the drive stays below what limits it, in words.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let Some(headroom_db) = self.headroom_db else {
+            return "the drive is silent: it is below the resolution of any converter".into();
+        };
+        let side = if headroom_db >= 0.0 { "below" } else { "above" };
+        format!(
+            "peak {} of full scale, {:.1} dB {side} the limit of {} ({:.3})",
+            digits(self.peak),
+            headroom_db.abs(),
+            self.limited_by,
+            self.limit
+        )
+    }
+
+    /// The doubt about a slope that the amplifier of `setup` cannot follow, if there is one.
     #[must_use]
     pub fn slew_doubt(&self, setup: Option<&DriveSetup>) -> Option<Doubt> {
         let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
@@ -47,8 +66,8 @@ impl Headroom {
     }
 }
 
-/// A drive turned down until it stays 1 dB below the first limit of the device, or below the digital full scale where
-/// nothing describes it; unchanged when it does already.
+/// The drive attenuated (full scale = 1) to 1 dB below the first limit of the device, or below the digital full scale if the
+/// device is not described; unchanged when it already fits.
 ///
 /// Source: [`DriveSetup::drive_limit`].
 #[must_use]
@@ -58,7 +77,7 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
     drive.clone().amplified(Decibels((room.0 - 1.0).min(0.0)))
 }
 
-/// What a device plays of a drive at one rate: neither louder nor steeper, full scale = 1.
+/// The limits of a device for drives at one rate: amplitude and slope, full scale = 1.
 pub(super) struct Room {
     limit: f64,
     /// Per second; absent where the device is not described.
@@ -75,7 +94,7 @@ impl Room {
         }
     }
 
-    /// How much of the limit and of the slope `drive` takes; more than 1 does not fit.
+    /// The peak and the steepest slope of `drive` re their limits; more than 1 does not fit.
     fn taken(&self, drive: &[f64]) -> [f64; 2] {
         let slope = self.slope.map_or(0.0, |slope| {
             steepest(drive) * self.rate_hz / slope.max(f64::MIN_POSITIVE)
@@ -105,8 +124,8 @@ fn steepest(drive: &[f64]) -> f64 {
     changes.fold(0.0, f64::max)
 }
 
-/// Cuts `drive` at `limit`, both full scale = 1: at the largest number of 32 bits that does not exceed it, as a file holds no
-/// other.
+/// Clips `drive` at `limit`, both full scale = 1: at the largest 32-bit float that does not exceed it, the resolution of a
+/// file.
 pub(crate) fn cut(drive: &mut [f64], limit: f64) {
     let nearest = limit as f32;
     let held = match f64::from(nearest) > limit {
@@ -119,7 +138,7 @@ pub(crate) fn cut(drive: &mut [f64], limit: f64) {
     }
 }
 
-/// How much of what a device can do `drive` (full scale = 1) at `rate` uses; without a description of the
+/// The demands of `drive` (full scale = 1) at `rate` re the limits of a device; without a description of the
 /// device only the digital full scale counts.
 ///
 /// Formula: headroom = 20·log10(limit/peak); slope = max|Δ|·rate·gain·volts per full scale.
@@ -146,7 +165,7 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
     }
 }
 
-/// What a drive would need, and have, at one gain of the amplifier.
+/// Whether a drive fits at one gain of the amplifier, and with which headroom.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GainFit {
     /// The gain.
@@ -168,8 +187,8 @@ impl GainFit {
     }
 }
 
-/// How the potential that a drive with `headroom` puts on the actuator of `setup` fits each gain of the amplifier, from the
-/// lowest: the lowest that fits has the least noise. The transfer function has to be measured at the gain that is chosen.
+/// For each gain of the amplifier, from the lowest, whether the voltage of a drive with `headroom` at the actuator of `setup`
+/// fits (headroom in dB): the lowest that fits has the least noise. The transfer function has to be measured at the chosen gain.
 ///
 /// Formula: the drive at another gain is the drive times the ratio of the gains; limits are those of [`DriveSetup`].
 ///
@@ -196,8 +215,8 @@ pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
         .collect()
 }
 
-/// The share of a line that is left, 0–1, when lines are turned down so that the rms of what is taken from them in dB is the
-/// least for the drive's power that is saved: of a line whose power costs `cost_ratio` times the price of a decibel.
+/// The share of a line that remains, 0–1, when lines are attenuated so that the rms attenuation in dB is the
+/// least for the drive power saved; for a line whose drive power is `cost_ratio` times the price of a decibel.
 ///
 /// Formula: minimising Σ x² + 2λ·Σ c·exp(−x), x the logarithm of the power taken from a line that costs c, gives
 /// x·exp(x) = λ·c, so x = W(λ·c) with Lambert's W, and the share is exp(−x/2). `cost_ratio` is λ·c.

@@ -1,25 +1,31 @@
-//! Whether a finger could tell two vibrations apart: one number in just-noticeable differences (JND), that does not
+//! Whether two vibrations can be distinguished by touch: one number in just-noticeable differences (JND) that does not
 //! depend on which realisation of a texture was recorded.
 //!
 //! Every realisation of a texture has another waveform and the same spectrum. The score looks at what both excite, band
-//! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. How
-//! alike the waveforms are stands beside it, and so do the indices of the literature.
+//! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
+//! similarity and the indices of the literature are reported as well.
 
+mod document;
 mod doubt;
 mod excitation;
 mod felt;
 pub mod literature;
+mod measurement;
 mod verdict;
 mod waveform;
 
 use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
+pub use document::ScoreDocument;
 pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
 pub use felt::with_felt_difference;
 pub use literature::{Literature, LiteratureConfig};
+pub use measurement::{
+    JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
+};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
@@ -145,15 +151,15 @@ pub struct SpectrumError {
     pub resolution_hz: f64,
 }
 
-/// Whether a finger could tell two vibrations apart, and what else is known of how they differ.
+/// The perceptual distance of two vibrations with its verdict, and further measures of their difference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// The score, JND: the largest of the three differences below.
     pub score: Difference,
-    /// What decides: the score against the just-noticeable difference and, where the two are realisations, against how far
-    /// the halves of one of them lie apart.
+    /// The criteria: the score re the just-noticeable difference and, for two realisations, re the distance between the halves of
+    /// one recording.
     pub criteria: Vec<Criterion<ScoreCriterion>>,
-    /// What they mean.
+    /// The verdict that follows from the criteria.
     pub verdict: Verdict,
     /// How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -196,10 +202,11 @@ pub struct Score {
     /// How it was computed.
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 
-/// How far `test` is from `reference` for a finger, in JND, and whether it could tell.
+/// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
 /// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
 /// they are aligned, and the time that they share is compared; or else all of each.
@@ -517,7 +524,7 @@ fn over_time(
 pub enum ScoreError {
     /// The rates differ.
     #[error(
-        "cannot score: the reference is sampled at {reference_hz} Hz, the test at {test_hz} Hz; bring both to one rate"
+        "cannot score: the reference is sampled at {reference_hz} Hz, the test at {test_hz} Hz; resample both to one rate"
     )]
     Rate {
         /// The reference's rate.
@@ -535,7 +542,7 @@ pub enum ScoreError {
     },
     /// Shorter than a segment of the spectra.
     #[error(
-        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or join it with itself"
+        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or loop it"
     )]
     TooShort {
         /// Which of the two.
@@ -563,7 +570,7 @@ pub enum ScoreError {
     },
     /// Nothing there.
     #[error(
-        "expected {what} to hold a signal in {band}, found none; check the channel and the band"
+        "expected {what} to contain a signal in {band}, found none; check the channel and the band"
     )]
     Silent {
         /// Which of the two.

@@ -1,4 +1,4 @@
-//! What a score means, as a person would act on it.
+//! The verdict on a score.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::discrimination::Model;
 use crate::quantity::{Band, Seconds};
 use crate::statistics::LevelSpread;
 
-/// Recording longer than this is no advice, s.
+/// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
 
 /// How B, the test, differs from A, the reference, by more than can just be noticed.
@@ -46,6 +46,21 @@ pub enum ScoreCriterion {
     LoudestMoment,
 }
 
+impl fmt::Display for ScoreCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::JustNoticeableDifference => {
+                "score below the just-noticeable difference (75 % correct)"
+            }
+            Self::DifferenceWithin => "score below the difference between the halves of one recording",
+            Self::ShortTimeSpread => "difference in the spread of short-time levels (0.1 s)",
+            Self::LoudestMoment => {
+                "loudest 0.1 s re the detection threshold, if neither reaches it over its whole length"
+            }
+        })
+    }
+}
+
 /// Whether `what` is among `criteria` and is not met.
 pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriterion) -> bool {
     let mut all = criteria.iter();
@@ -65,7 +80,7 @@ pub(super) fn criteria(
         ScoreCriterion::JustNoticeableDifference,
         model.limit(),
     )];
-    // Where one follows the other, what changes over time changes in both.
+    // If one waveform follows the other, changes over time are common to both.
     if let (Extent::WholeOfEach, Some([a, b])) = (extent, within_jnd) {
         criteria.push(against(
             ScoreCriterion::DifferenceWithin,
@@ -107,7 +122,7 @@ pub enum Verdict {
         /// How they differ.
         how: Vec<How>,
     },
-    /// The recordings allow both.
+    /// The recordings are compatible with both.
     NotDecided {
         /// How long both should be, s; absent when no length helps.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -135,7 +150,7 @@ impl Verdict {
         let in_time =
             |c: &&Criterion<ScoreCriterion>| matches!(c.what, ShortTimeSpread | LoudestMoment);
         if jnd.outcome == Outcome::Met {
-            // Long-time levels below the JND say nothing of what happens in time.
+            // Long-time levels below the JND give no information about changes over time.
             return if criteria
                 .iter()
                 .filter(in_time)
@@ -258,7 +273,7 @@ impl super::Score {
             Verdict::Distinguishable { how } => {
                 let how: Vec<String> = how.iter().map(ToString::to_string).collect();
                 let how = match how.as_slice() {
-                    [] => "differs a little everywhere".into(),
+                    [] => "differs slightly in all bands".into(),
                     how => format!("is {}", how.join(", ")),
                 };
                 format!("{word}: score {range}; B {how}")
@@ -270,19 +285,21 @@ impl super::Score {
                 });
                 let why = match needed_s {
                     _ if not_met(&self.criteria, ScoreCriterion::LoudestMoment) => {
-                        "over their whole length neither reaches the detection threshold, but the loudest 0.1 s do, which the score does not judge".into()
+                        "over their whole length neither reaches the detection threshold, but the loudest 0.1 s do, which the \
+                            score does not evaluate".into()
                     }
                     _ if score.high_jnd < 1.0
                         && not_met(&self.criteria, ScoreCriterion::ShortTimeSpread) =>
                     {
-                        "one swells and fades more than the other, which the score does not judge".into()
+                        "the level of one varies more over time than that of the other, which the score does not evaluate".into()
                     }
                     _ if within && score.low_jnd > model.noticed_jnd() => {
-                        format!("halves of one recording lie {halves:.2} JND apart")
+                        format!("the halves of one recording differ by {halves:.2} JND")
                     }
                     Some(needed_s) => format!("record about {} of each", duration(*needed_s)),
                     None => format!(
-                        "it lies in the published range of the just-noticeable difference, {:.1}–{:.1} dB or 1–{:.2} JND, or so close to it that no length of recording decides",
+                        "it is in the published range of the just-noticeable difference, {:.1}–{:.1} dB or 1–{:.2} JND, or so \
+                            close to it that a longer recording cannot decide",
                         model.level_jnd.0,
                         model.level_jnd_high.0.max(model.level_jnd.0),
                         model.noticed_jnd()

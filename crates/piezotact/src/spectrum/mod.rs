@@ -3,6 +3,7 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod butterfly;
+mod document;
 mod doubt;
 mod eight;
 mod kernel;
@@ -11,6 +12,7 @@ mod spectrogram;
 mod sums;
 mod window;
 
+pub use document::SpectrumDocument;
 pub use doubt::SpectrumDoubt;
 use std::marker::PhantomData;
 
@@ -71,7 +73,7 @@ pub struct WelchConfig {
     pub segment: usize,
     /// The share of a segment that the next one repeats, 0 ≤ overlap < 1.
     pub overlap: f64,
-    /// What is taken away from every segment.
+    /// The detrending of every segment.
     pub detrend: Detrend,
     /// How segments are averaged.
     pub averaging: Averaging,
@@ -112,7 +114,7 @@ impl WelchConfig {
         Self::hann(1024)
     }
 
-    /// The number of independent segments that scatter as much as `segments` overlapping ones, for noise.
+    /// The equivalent number of independent segments, with the same scatter as `segments` overlapping ones, for noise.
     ///
     /// Formula: n/(1 + 2·Σₖ(1 − k/n)·ρₖ²) with ρₖ = Σw(t)w(t + k·hop)/Σw².
     ///
@@ -511,7 +513,7 @@ pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Op
 /// Why a spectrum or a transfer function cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimateError {
-    /// The configuration cannot be.
+    /// The configuration is not possible.
     #[error(
         "expected {what}, found {found}; a Hann window, 1024 samples and an overlap of 0.5 are usual"
     )]
@@ -523,7 +525,7 @@ pub enum EstimateError {
     },
     /// The signal holds no segment.
     #[error(
-        "expected at least one segment of {expected} samples, found {found}; take a shorter segment or a longer recording"
+        "expected at least one segment of {expected} samples, found {found}; use a shorter segment or a longer recording"
     )]
     TooShort {
         /// The segment's length.
@@ -545,7 +547,8 @@ pub enum EstimateError {
     },
     /// Two signals that do not belong together.
     #[error(
-        "cannot relate {left} to {right}: {what} is {left_value} in one and {right_value} in the other; take both from one recording"
+        "cannot relate {left} to {right}: {what} is {left_value} in one and {right_value} in the other; use both from one \
+            recording"
     )]
     Mismatch {
         /// The first signal.
@@ -560,7 +563,9 @@ pub enum EstimateError {
         right_value: String,
     },
     /// A signal that is silent where it is needed.
-    #[error("expected {signal} to hold a signal, found silence; check the cable and the channel")]
+    #[error(
+        "expected {signal} to contain a signal, found silence; check the cable and the channel"
+    )]
     Silent {
         /// The signal.
         signal: &'static str,

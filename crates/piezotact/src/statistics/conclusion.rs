@@ -67,10 +67,10 @@ impl PairedDifference {
         );
         let [one, other] = between;
         match Direction::of(Some(self.interval)) {
-            Direction::Rises => format!("{one} is louder than {other}: {numbers}"),
-            Direction::Falls => format!("{one} is fainter than {other}: {numbers}"),
+            Direction::Rises => format!("{one} has a higher level than {other}: {numbers}"),
+            Direction::Falls => format!("{one} has a lower level than {other}: {numbers}"),
             Direction::NotShown => {
-                format!("{one} and {other}: no difference of level shown: {numbers}")
+                format!("{one} and {other}: no difference in level shown: {numbers}")
             }
         }
     }

@@ -155,7 +155,7 @@ fn bends(signal: &[f64], size: usize) -> Vec<f64> {
     squares
 }
 
-/// The mean over `width` frames around every frame; fewer at the ends. Summed anew every thousand values, so that
+/// The mean over `width` frames around every frame; fewer at the ends. The sum is computed again every thousand values, so that
 /// rounding does not pile up.
 pub(super) fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
     let (before, after) = ((width.max(1) - 1) / 2, width.max(1) / 2);

@@ -146,7 +146,7 @@ pub struct BothWays {
 }
 
 impl Grouping<'_> {
-    /// What changes with `by`; nothing where no recordings differ in it and share all else.
+    /// What changes with `by`; nothing where no recordings differ in it and agree in all else.
     pub(super) fn across(&self, by: By) -> Result<Across, StudyError> {
         let comparison = |(setting, groups): Setting| {
             let summaries = summaries(&groups);

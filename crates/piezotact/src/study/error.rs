@@ -13,7 +13,7 @@ use crate::stroke::SegmentError;
 pub enum StudyError {
     /// More than two channels of tangential force.
     #[error(
-        "expected one or two channels of tangential force, found {found}: forces along one axis have to be added first"
+        "expected one or two channels of tangential force, found {found}; add the forces along one axis first"
     )]
     TangentialForces {
         /// How many.
@@ -66,9 +66,9 @@ pub enum StudyError {
         /// Of which recording.
         recording: String,
     },
-    /// There are no recordings that differ in what is compared and share all else.
+    /// There are no recordings that differ in what is compared and agree in all else.
     #[error(
-        "expected recordings that differ in {by} and share all else, found none{}; give more recordings, or say more of them",
+        "expected recordings that differ in {by} and agree in all else, found none{}; give more recordings, or state more of their conditions",
         if differ_in.is_empty() { String::new() } else { format!(" (they differ in {})", listed(differ_in)) }
     )]
     NothingToCompare {

@@ -229,7 +229,7 @@ impl Grouping<'_> {
         groups.into_iter().map(group).collect()
     }
 
-    /// Every set of recordings that differ in `by` and share all else.
+    /// Every set of recordings that differ in `by` and agree in all else.
     pub(super) fn settings(&self, by: By) -> Result<Vec<Setting>, StudyError> {
         let analysed = analysed(self.takes);
         self.require(&analysed, by)?;

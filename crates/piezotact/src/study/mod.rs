@@ -260,8 +260,7 @@ fn usual_high_pass(take: &Take) -> Option<HighPass> {
 }
 
 fn example(takes: &[Take]) -> Result<Option<Example>, StudyError> {
-    let analysed = |take: &&Take| take.analysis.is_some();
-    let Some(place) = takes.iter().position(|take| analysed(&take)) else {
+    let Some(place) = takes.iter().position(|take| take.analysis.is_some()) else {
         return Ok(None);
     };
     let take = &takes[place];

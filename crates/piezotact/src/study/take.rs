@@ -10,7 +10,7 @@ use crate::recording::{Condition, Recording};
 use crate::roles::{Motion, Roles};
 use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeDoubt, segment};
 
-/// What the name of a recording says.
+/// The information in a file name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Naming {
     /// The fields that a condition knows.

@@ -42,7 +42,7 @@ impl Take {
             text += &format!("\n  rejected  {from:9.3} – {to:9.3} s  {}", rejected.reason);
         }
         if let Some(file) = &segmentation.cuts {
-            text += &format!("\n  with the cuts of {file}");
+            text += &format!("\n  with the cuts in {file}");
         }
         text
     }
@@ -123,7 +123,9 @@ impl Discrimination {
             Ok(found) => {
                 let model = &found.config.model;
                 format!(
-                    "what decides: told apart beyond what {} of one sample differ by (permutation test, {:.0} % over {}) and beyond {:.1} dB or {:.2} JND, below the JND within {:.2} dB; distances in JND of {:.2} dB over {}",
+                    "criteria: told apart if the difference exceeds the variability between {} of one sample (permutation test, \
+                 {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
+                 dB over {}",
                     found.units.word(),
                     found.config.alpha * 100.0,
                     pairs(found.family),
@@ -145,7 +147,7 @@ impl SampleTrend {
     pub fn one_stroke_each(&self) -> Option<String> {
         (self.single_strokes > 0).then(|| {
             format!(
-                "{} of {} samples rest on one stroke: how far strokes of one sample differ is not known, so that differences between samples are not decided; record 10 or more",
+                "{} of {} samples have only one stroke: the variability between strokes of one sample is not known, so differences between samples are not decided; record 10 or more",
                 self.single_strokes, self.samples
             )
         })

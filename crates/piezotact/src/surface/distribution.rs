@@ -92,6 +92,44 @@ pub fn height_limits_m(heights_m: &[f64], beyond_share: f64) -> Option<(f64, f64
     Some((low, high))
 }
 
+/// Classes of [`distribution_of`], at most, and points to each of them, at least on average.
+const CLASSES: usize = 80;
+const POINTS_PER_CLASS: usize = 10;
+/// The share of the points whose height may lie beyond what is shown.
+const BEYOND: f64 = 0.01;
+/// A flat map still has a scale, m on both sides.
+const FLAT_M: f64 = 1e-9;
+
+/// The distribution of 99 % of `heights_m`, in m, in at most 80 classes of at least ten points on average. `None` when nothing was
+/// measured, or all heights are the same.
+///
+/// Formula: [`height_distribution`] between the limits of [`height_limits_m`].
+///
+/// Source: as [`height_distribution`].
+#[must_use]
+pub fn distribution_of(heights_m: &[f64]) -> Option<HeightDistribution> {
+    let range_m = height_limits_m(heights_m, BEYOND).unwrap_or_default();
+    let classes = (heights_m.len() / POINTS_PER_CLASS).clamp(4, CLASSES);
+    height_distribution(heights_m, range_m, classes)
+}
+
+/// From which to which height, m, 99 % of `heights_m` lie; a nanometre on both sides of a flat map.
+///
+/// Formula: [`height_limits_m`].
+///
+/// Source: as [`height_limits_m`].
+///
+/// ```
+/// assert_eq!(piezotact::surface::height_span_m(&[0.0, 0.0]), (-1e-9, 1e-9));
+/// ```
+#[must_use]
+pub fn height_span_m(heights_m: &[f64]) -> (f64, f64) {
+    match height_limits_m(heights_m, BEYOND).unwrap_or_default() {
+        (low, high) if low < high => (low, high),
+        (low, high) => (low - FLAT_M, high + FLAT_M),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

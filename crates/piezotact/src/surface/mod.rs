@@ -9,19 +9,27 @@
 mod areal;
 mod autocorrelation;
 mod cutoff;
+mod description;
 mod distribution;
+mod document;
 mod doubt;
 mod filter;
 mod form;
+mod parameters;
 mod profile;
 mod section;
 
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
-pub use distribution::{HeightDistribution, height_distribution, height_limits_m};
+pub use description::{length_text, short_number, unit_for};
+pub use distribution::{
+    HeightDistribution, distribution_of, height_distribution, height_limits_m, height_span_m,
+};
+pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
 pub use doubt::SurfaceDoubt;
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use form::{Form, remove_map_form, remove_profile_form};
+pub use parameters::Parameter;
 pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
@@ -31,6 +39,26 @@ mod samples;
 use serde::{Deserialize, Serialize};
 
 pub use samples::{Judgement, SampleSet, SurfaceSample};
+
+/// The roughness of a profile or of a height map.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Roughness {
+    /// Of a profile.
+    Profile(Box<ProfileRoughness>),
+    /// Of a height map.
+    Map(Box<ArealRoughness>),
+}
+
+impl Roughness {
+    /// What limits it.
+    #[must_use]
+    pub fn doubts(&self) -> &[crate::Doubt] {
+        match self {
+            Self::Profile(roughness) => &roughness.doubts,
+            Self::Map(roughness) => &roughness.doubts,
+        }
+    }
+}
 
 /// Heights on a regular grid: `rows` × `columns` values, row by row, in m. NaN where nothing was measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,7 +355,8 @@ pub enum SurfaceError {
     },
     /// A polynomial that is no form.
     #[error(
-        "expected a polynomial of degree 1 to {most} with fewer terms than points, found degree {degree} for {points} points; take a lower degree"
+        "expected a polynomial of degree 1 to {most} with fewer terms than points, found degree {degree} for {points} points; \
+            use a lower degree"
     )]
     Degree {
         /// The degree asked for.

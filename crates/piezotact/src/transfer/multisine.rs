@@ -1,7 +1,7 @@
-//! The best linear approximation from multisines, with the noise and the distortion of the device told apart.
+//! The best linear approximation from multisines, with the noise and the distortion of the device separated.
 //!
-//! What differs from period to period is noise. What repeats with every period and is not the answer to the drive is
-//! distortion: it stands on lines that are not driven, on even ones by even powers, on odd ones by odd powers.
+//! Noise differs from period to period. Distortion repeats with every period and is not the linear response to the drive: it
+//! appears on lines that are not driven, on even lines from even powers and on odd lines from odd powers.
 
 use crate::transfer::TransferDoubt;
 use num_complex::Complex;
@@ -20,25 +20,40 @@ use crate::series::Series;
 pub struct DistortionLevels {
     /// The band.
     pub band_hz: Band,
-    /// The answer, on lines that are driven.
+    /// The linear response, on driven lines.
     pub linear: f64,
-    /// What differs from period to period.
+    /// The noise: the part that differs from period to period.
     pub noise: f64,
-    /// What repeats on odd lines that are not driven; 0 where it does not stand out of the noise, absent where no such
-    /// line lies in the band.
+    /// The odd distortion: the part that repeats on odd lines that are not driven; 0 if it does not exceed the noise, absent if
+    /// no such line lies in the band.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub odd: Option<f64>,
-    /// What repeats on even lines, likewise.
+    /// The even distortion: the part that repeats on even lines; 0 or absent likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub even: Option<f64>,
-    /// What differs from one realisation to another on the driven lines beyond noise: the distortion that looks like noise.
+    /// The stochastic distortion: the difference between realisations on the driven lines beyond the noise.
     pub stochastic: f64,
+}
+
+impl DistortionLevels {
+    /// `level`, in the unit of the response, re the answer, dB; infinitely low where it does not stand out of the noise.
+    ///
+    /// Formula: 20·log₁₀(level / answer).
+    ///
+    /// Source: by definition of the decibel.
+    #[must_use]
+    pub fn re_answer_db(&self, level: f64) -> f64 {
+        match level > 0.0 && self.linear > 0.0 {
+            true => 20.0 * (level / self.linear).log10(),
+            false => f64::NEG_INFINITY,
+        }
+    }
 }
 
 /// How far a device is from linear, from multisines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distortion {
-    /// Realisations with phases of their own.
+    /// The number of realisations, each with its own random phases.
     pub realisations: usize,
     /// Periods of each.
     pub periods: usize,
@@ -49,7 +64,7 @@ pub struct Distortion {
 }
 
 impl Distortion {
-    /// Where distortion stands highest above the answer: its level in dB re the answer, and the band.
+    /// The highest distortion: its level in dB re the linear response, and the band.
     #[must_use]
     pub fn worst(&self) -> Option<(f64, Band)> {
         self.levels
@@ -69,7 +84,7 @@ impl Distortion {
 }
 
 impl Distortion {
-    /// What several measurements of one grid say together: the root of the mean powers; `None` for none.
+    /// Several measurements with the same lines, combined: the root of the mean powers; `None` for none.
     #[must_use]
     pub fn together(all: &[Self]) -> Option<Self> {
         let mut one = all.first()?.clone();
@@ -96,20 +111,19 @@ impl Distortion {
     }
 }
 
-/// What multisines say of a device.
+/// The result of a multisine measurement of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestLinear<I: Quantity, O: Quantity> {
     /// The best linear approximation; its coherence and confidence count noise and distortion together.
     pub function: TransferFunction<I, O>,
-    /// Noise and distortion, told apart.
+    /// Noise and distortion, separated.
     pub distortion: Distortion,
 }
 
 /// Lines of an estimate are at least so many fine lines apart: the grid has gaps of six.
 pub const SEGMENTS_OF_A_PERIOD: usize = 4;
 
-/// What repeats counts as distortion when its mean over realisations is so many standard errors above zero, with Student's
-/// t of one in a thousand.
+/// The significance level of distortion: its mean over realisations must exceed zero by Student's t of this probability.
 const CHANCE: f64 = 1e-3;
 
 /// Sums of powers over the lines of one band.
@@ -124,7 +138,7 @@ struct Sums {
     noise_lines: usize,
 }
 
-/// What repeats on the lines of one kind, realisation by realisation.
+/// The repeating part on the lines of one kind, realisation by realisation.
 #[derive(Clone, Default)]
 struct Kept {
     powers: Vec<f64>,
@@ -150,7 +164,7 @@ impl Kept {
     }
 }
 
-/// The best linear approximation of what lies between `drive` and `response`, on lines rate/`segment` apart, from
+/// The best linear approximation from `drive` to `response` in units of `O` per `I`, on lines rate/`segment` apart, from
 /// multisines: every row of `blocks` holds the periods of one realisation.
 ///
 /// Formula: Gₘ = Ȳₘ/X̄ₘ of the means over periods; noise: the variance over periods of Y − Gₘ·X; distortion on a line that
@@ -229,7 +243,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
     })
 }
 
-/// Distortion louder than this re the answer is said, dB.
+/// A doubt is raised for distortion above this level re the linear response, dB.
 const LOUD_DISTORTION_DB: f64 = -20.0;
 
 fn distortion_doubt(distortion: &Distortion) -> Option<crate::Doubt> {
@@ -338,8 +352,8 @@ fn distortion(
     }
 }
 
-/// The power of what is common to the periods of a row, from products of periods that lie as far apart as they can: a hand
-/// that wanders makes neighbouring periods alike, and noise does not repeat.
+/// The power common to the periods of a row, from products of periods as far apart as possible: slow movements of the hand
+/// correlate neighbouring periods, noise is uncorrelated.
 fn repeating(periods: usize, left: &dyn Fn(usize) -> Complex<f64>) -> f64 {
     let apart = periods.div_ceil(2);
     let products: Vec<f64> = (0..periods - apart)

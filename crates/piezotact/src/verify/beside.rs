@@ -1,14 +1,15 @@
-//! A texture and the drive that was made of it, on one time and as multiples of their rms, so that their shapes compare.
+//! A texture and the drive rendered from it, aligned in time and normalised by their rms, so that their shapes can be compared.
 
 use super::align::in_band;
 use super::{Verification, VerifyError};
 use crate::quantity::{Drive, SampleRate, Seconds};
+use crate::render::Rendering;
 use crate::resample::resample;
 use crate::series::Series;
 use crate::spectrum::WelchPlan;
 use crate::statistics::rms;
 
-/// A texture and its drive on one time, both limited to the band that is compared, as multiples of their rms.
+/// A texture and its drive, aligned in time, both limited to the band of the comparison and normalised by their rms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beside {
     /// The rms of the texture in the band, in its unit.
@@ -21,14 +22,14 @@ pub struct Beside {
     pub target_psd: Vec<f64>,
     /// The PSD of the drive over its mean square, 1/Hz.
     pub drive_psd: Vec<f64>,
-    /// The texture at the rate of the comparison, times its rms.
+    /// The texture at the rate of the comparison, in multiples of its rms.
     pub target: Vec<f64>,
-    /// The drive at the texture's times, times its rms.
+    /// The drive at the texture's times, in multiples of its rms.
     pub drive: Vec<f64>,
 }
 
-/// The texture of `verification` beside its `drive`, which begins `lead` before the texture and is moved back by that, to
-/// the nearest sample; the PSDs by Welch's method as in the verification.
+/// The texture of `verification` and its `drive`, both in multiples of their rms. The drive begins `lead` before the texture
+/// and is shifted back by that, to the nearest sample; the PSDs by Welch's method as in the verification.
 ///
 /// Source: the thesis' figure 45.
 ///
@@ -80,4 +81,49 @@ pub fn beside(
         target: verification.target.iter().map(|v| v / target_rms).collect(),
         drive: moved.iter().map(|v| v / drive_rms).collect(),
     })
+}
+/// Where a drive comes from, which says on whose clock it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveSource {
+    /// Recorded beside the measurement.
+    Recorded,
+    /// As it was rendered.
+    Rendered,
+}
+
+/// A texture beside its drive, with the time by which the drive begins earlier.
+#[derive(Clone, Debug)]
+pub struct DriveBeside {
+    /// Where the drive comes from.
+    pub source: DriveSource,
+    /// How long the drive begins before the texture.
+    pub lead: Seconds,
+    /// What that time follows from: the rendering, or the delay of the measurement.
+    pub lead_from: DriveSource,
+    /// The two on one time, or why they cannot be compared.
+    pub found: Result<Beside, VerifyError>,
+}
+
+/// The texture of `verification` beside a drive from `source`, which was made as `rendering` says.
+///
+/// Formula: [`beside`], with the modelling delay of the rendering as the lead of a drive as it was rendered, else with the delay of
+/// the measurement, s.
+///
+/// Source: as [`beside`].
+#[must_use]
+pub fn drive_beside(
+    verification: &Verification,
+    (drive, source): (&Series<Drive>, DriveSource),
+    rendering: Option<&Rendering>,
+) -> DriveBeside {
+    let (lead, lead_from) = match (source, rendering) {
+        (DriveSource::Rendered, Some(made)) => (made.config.modelling_delay, source),
+        _ => (Seconds(verification.delay_s), DriveSource::Recorded),
+    };
+    DriveBeside {
+        source,
+        lead,
+        lead_from,
+        found: beside(verification, drive, lead),
+    }
 }

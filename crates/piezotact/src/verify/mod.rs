@@ -1,7 +1,7 @@
-//! How close the re-measured vibration came to its target: in spectrum, in level, and in waveform.
+//! Verification of a rendering: how close the re-measured vibration is to its target in spectrum, level and waveform.
 //!
-//! A spectrum cannot see a wrong phase. A drive made with the conjugate of the transfer function has the
-//! right PSD and no resemblance to the target, so the waveform is always looked at too.
+//! A power spectrum does not show a wrong phase. A drive computed with the conjugate of the transfer function has the
+//! right PSD and a waveform unrelated to the target, so the waveform is always compared too.
 
 mod align;
 mod alike;
@@ -10,6 +10,7 @@ mod changed;
 mod clock;
 mod close;
 mod config;
+mod document;
 mod doubt;
 mod error;
 mod events;
@@ -21,11 +22,15 @@ mod tones;
 mod verdict;
 
 pub(crate) use align::align;
-pub use beside::{Beside, beside};
+pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
 pub use close::CLOSE_DB;
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
+pub use document::{
+    DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome,
+    VerifyDocument,
+};
 pub use doubt::VerifyDoubt;
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
@@ -48,9 +53,10 @@ use lines::Pair;
 
 /// How close a measurement came to its target.
 ///
-/// [`criteria`](Self::criteria) decide. They are of the bands that are judged, with the sensor's noise and what estimates scatter by taken away. The
-/// numbers beside them describe all of [`band_hz`](Self::band_hz) as it was measured, with both, but for
-/// [`error_db_rms_achievable`](Self::error_db_rms_achievable), which is of the judged bands: they are not the same numbers.
+/// The verdict follows from [`criteria`](Self::criteria). They refer to the judged bands and are corrected for the sensor's
+/// noise and the scatter of the estimates. The other numbers are uncorrected and refer to all of [`band_hz`](Self::band_hz),
+/// except [`error_db_rms_achievable`](Self::error_db_rms_achievable), which refers to the judged bands: the two sets of numbers
+/// differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verification {
     /// The band over which they were compared, Hz.
@@ -61,12 +67,12 @@ pub struct Verification {
     pub error_db_max: f64,
     /// The frequency of the largest error, Hz.
     pub error_max_at_hz: f64,
-    /// The same rms after the mean error of the lines is taken away: the error in shape alone, dB.
+    /// The same rms after removing the mean error of the lines: the error of the spectral shape alone, dB.
     pub error_db_rms_level_matched: f64,
     /// The parts of the band that the inverse declared achievable.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub achievable_band_hz: Vec<Band>,
-    /// The rms error over those alone, as measured, dB.
+    /// The rms error over the achievable parts, as measured, dB.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub error_db_rms_achievable: Option<f64>,
     /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`Aspect::Level`].
@@ -74,7 +80,7 @@ pub struct Verification {
     /// Pearson's correlation of the waveforms in all of the band, with the sensor's noise, after aligning the delay; the criterion is
     /// [`Aspect::WaveformCorrelation`].
     pub waveform_correlation: f64,
-    /// The power of the difference of those waveforms over that of the target (NMSE), dB; 0 dB is no better than silence. In all of the
+    /// The power of the difference of those waveforms re that of the target (NMSE), dB; silence would give 0 dB. Over all of the
     /// band, with the sensor's noise; the criterion is [`Aspect::WaveformError`].
     #[serde(default)]
     pub waveform_nmse_db: f64,
@@ -82,7 +88,7 @@ pub struct Verification {
     pub delay_s: f64,
     /// The share of samples at a limit, of the sensor or of the device, 0–1.
     pub clipped_fraction: f64,
-    /// The level at which the target was rendered on purpose, dB.
+    /// The level re the target at which it was intentionally rendered, dB.
     pub level_db: f64,
     /// The unit of the PSDs.
     pub psd_unit: String,
@@ -111,21 +117,22 @@ pub struct Verification {
     /// The measurement at the target's times, limited to the band, in its unit.
     #[serde(skip)]
     pub aligned: Vec<f64>,
-    /// Those of their samples that were compared: what the measurement covers.
+    /// The range of these samples that was compared: the part of the target that the measurement covers.
     #[serde(skip)]
     pub compared: std::ops::Range<usize>,
     /// How the clock of the measurement differs from that of the target, and what was corrected for it.
     #[serde(default)]
     pub clock: Clock,
-    /// What was looked at, what was found and whether it is met: the verdict follows from these.
+    /// The criteria, each with the value found, its limit and its outcome; the verdict follows from them.
     pub criteria: Vec<Criterion<Aspect>>,
     /// What is concluded.
     pub verdict: Verdict,
-    /// Whether the waveform counts, or its spectrum alone.
+    /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
+    #[serde(serialize_with = "crate::doubt::serialize_merged")]
     pub doubts: Doubts,
 }
 
@@ -141,7 +148,7 @@ impl Verification {
                 format!("{} of {}", bands.join(", "), self.band_hz)
             }
             many => format!(
-                "the achievable part ({} bands) of {}",
+                "the reached part ({} bands) of {}",
                 many.len(),
                 self.band_hz
             ),
@@ -198,27 +205,27 @@ impl Verification {
     }
 }
 
-/// The power of a difference over that of what it should have been, dB. What is equal to the last bit is as good as numbers
-/// are.
+/// The power of a difference re that of the target, dB; a difference of exactly zero gives the smallest value that rounding
+/// allows.
 pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
     20.0 * (difference_rms / target_rms.max(f64::MIN_POSITIVE))
         .max(1e-16)
         .log10()
 }
 
-/// A waveform that correlates by more, of either sign, follows its target in time.
+/// A waveform follows its target in time when the magnitude of their correlation exceeds this.
 const FOLLOWS: f64 = 0.5;
-/// From this much less than all of the band judged it is a doubt.
+/// A doubt is raised when at least this share of the band is not judged.
 const TOLD_SHARE: f64 = 0.05;
-/// More power than this where the target has none, over the target's, is a doubt.
+/// A doubt is raised when the power on lines without target exceeds this share of the target's power.
 const ADDED_TOLD: f64 = 0.01;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
-/// The target is taken as it was to be played: about its mean, at its level, with the fades and the band of its rendering. Both
-/// are limited to the band. The delay is found by cross-correlation, to a fraction of a sample, and taken away, and so are a
-/// drift between two clocks and lost samples where the delay shows them; then the PSDs are compared line by line and the
-/// waveforms sample by sample. What is concluded follows from [`Verification::criteria`].
+/// The target is compared as it was intended to be played: mean removed, at its level, with the fades and the band of its
+/// rendering. Both are limited to the band. The delay is found by cross-correlation to a fraction of a sample and removed, as are
+/// clock drift and lost samples where the delay shows them; then the PSDs are compared line by line and the
+/// waveforms sample by sample. The verdict follows from [`Verification::criteria`].
 ///
 /// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
 /// correlation = Σtm/√(Σt²·Σm²); NMSE = 10·log10(Σ(m − t)²/Σt²). The criteria use the same with the sensor's noise, as it
@@ -269,7 +276,7 @@ pub fn verify<Q: Quantity>(
     let waveform_nmse_db = nmse_db(rms(&missed), level_target);
 
     let mut plan = WelchPlan::new(&config.welch, rate)?;
-    // Of the band-limited signals: what lies outside was not rendered and must not leak in.
+    // PSDs of the band-limited signals: content outside the band was not rendered and must not leak in.
     let target_psd = plan.estimate::<Q>(&[wanted])?;
     let measured_psd = plan.estimate::<Q>(&[got])?;
     let lines = errors_in_band(
@@ -331,7 +338,7 @@ pub fn verify<Q: Quantity>(
             share: lines.without_target as f64 / all as f64,
         }));
     }
-    // A hundredth is what aligning costs at the ends.
+    // Aligning loses up to 1 % at the ends.
     if compared.len() * 100 < target.samples().len() * 99 {
         doubts.push(Doubt::from(VerifyDoubt::Cut {
             compared_s: rate.duration_of(compared.len()).0,
@@ -444,13 +451,13 @@ fn frozen<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> Option
     Some(response.rate().duration_of(longest).0)
 }
 
-/// A straight line of so many samples and so many seconds is no vibration.
+/// From this many samples and this duration (s) on, a straight line is not a vibration.
 const STRAIGHT: (usize, f64) = (12, 0.0025);
-/// What rounds off, over the peak.
+/// The tolerance for rounding, re the peak.
 const ROUNDED: f64 = 1e-11;
 
-/// The longest straight line in what is compared of `response`, s: samples that a recording lost are replaced by one. What holds
-/// one value is none.
+/// The longest straight line in the compared part of `response`, s: lost samples are replaced by straight lines. A constant
+/// value does not count.
 fn bridged<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> f64 {
     let rate = response.rate();
     let later = (aligned.delay.0 * rate.hz()).round() as i64;

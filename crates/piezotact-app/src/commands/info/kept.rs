@@ -1,27 +1,22 @@
 //! What `piezotact info` says of files and folders that are no recording: panels, kept runs, descriptions of devices.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::doubt::DoubtKind as _;
-use piezotact::recording::RecordingDoubt;
-use piezotact_dataset::{ReadOptions, read_device, read_recording};
-use serde_json::{Value, json};
+use piezotact_dataset::document::{DeviceInfo, InfoDocument, PanelIndexInfo, RunInfo, RunsInfo};
+use piezotact_dataset::{PANEL_INDEX, read_device};
 
 use crate::failure::{Failure, Outcome};
-use crate::output::doubts_json;
-
-/// The index in the folder of a panel.
-const PANEL_INDEX: &str = "panel.json";
+use crate::report::name;
 
 /// What there is, in words and as data.
-pub(super) struct Kept {
+pub(super) struct Kept<'a> {
     pub(super) text: String,
-    pub(super) json: Value,
+    pub(super) document: InfoDocument<'a>,
 }
 
 /// What stands at `path`; `None` where it is a file of another kind.
-pub(super) fn of(path: &Path) -> Outcome<Option<Kept>> {
+pub(super) fn of(path: &Path) -> Outcome<Option<Kept<'_>>> {
     if path.is_dir() {
         let index = path.join(PANEL_INDEX);
         if index.is_file() {
@@ -46,95 +41,66 @@ pub(super) fn of(path: &Path) -> Outcome<Option<Kept>> {
     Ok(None)
 }
 
-fn panel(folder: &Path, index: &Path) -> Outcome<Kept> {
-    let text = std::fs::read_to_string(index)?;
-    let of: Value = serde_json::from_str(&text).unwrap_or_default();
-    let count = of["entries"].as_array().map_or(0, Vec::len);
-    let read_with = format!("piezotact panel analyse {}", folder.display());
+fn panel(folder: &Path, index: &Path) -> Outcome<Kept<'static>> {
+    let info = PanelIndexInfo::of(
+        index,
+        format!("piezotact panel analyse {}", folder.display()),
+    )?;
     Ok(Kept {
         text: format!(
-            "{}\n  the index of a panel of {count} transfer function(s)\n  read it with `{read_with}`",
-            index.display()
+            "{}\n  the index of a panel of {} transfer function(s)\n  read it with `{}`",
+            index.display(),
+            info.measurements,
+            info.read_with
         ),
-        json: json!({
-            "file": index,
-            "kind": "index of a panel",
-            "measurements": count,
-            "read_with": read_with,
-        }),
+        document: InfoDocument::Panel(info),
     })
 }
 
 /// The runs that a command kept in a folder: what each is, and how it ended.
-fn runs(folder: &Path) -> Outcome<Kept> {
-    let mut files: Vec<PathBuf> = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        if matches!(ending, Some("parquet" | "part")) {
-            files.push(path);
-        }
-    }
-    files.sort();
-    if files.is_empty() {
+fn runs(folder: &Path) -> Outcome<Kept<'static>> {
+    let info = RunsInfo::of(folder)?;
+    if info.runs.is_empty() {
         return Err(Failure::Data(anyhow!(
-            "{}: expected a folder of kept runs, found none in it; give the folder OUT.runs that a command keeps them in",
+            "{}: expected a folder of kept runs, found no run in it; give the folder OUT.runs in which a command keeps its runs",
             folder.display()
         )));
     }
     let mut text = format!(
         "{}\n  a folder of {} kept run(s)",
         folder.display(),
-        files.len()
+        info.runs.len()
     );
-    let mut runs = Vec::with_capacity(files.len());
-    for file in &files {
-        let name = file
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let contents = match read_recording(file, &ReadOptions::default()) {
-            Ok(contents) => contents,
-            Err(error) => {
-                text += &format!("\n  {name}: cannot be read ({error})");
-                runs.push(json!({ "file": file, "ended": "unreadable", "why": error.to_string() }));
-                continue;
-            }
-        };
-        let about = &contents.recording.about;
-        let is_cut = |doubt| {
-            matches!(
-                RecordingDoubt::of(doubt),
-                Some(RecordingDoubt::Interrupted { .. })
-            )
-        };
-        let ended = match about.doubts.iter().any(is_cut) {
-            true => "interrupted",
-            false => "ended",
-        };
-        let condition = about.condition.to_string();
-        text += &format!("\n  {name}: {:.3}, {ended}", contents.recording.duration());
-        if !condition.is_empty() {
-            text += &format!(", {condition}");
-        }
-        runs.push(json!({
-            "file": file,
-            "kind": contents.kind.to_string(),
-            "duration_s": contents.recording.duration(),
-            "ended": ended,
-            "condition": about.condition,
-            "steps": about.provenance.steps,
-            "doubts": doubts_json(&about.doubts)?,
-        }));
+    for run in &info.runs {
+        text += "\n  ";
+        text += &run_text(run);
     }
     Ok(Kept {
         text,
-        json: json!({ "file": folder, "kind": "kept runs", "runs": runs }),
+        document: InfoDocument::Runs(info),
     })
 }
 
-fn device(path: &Path) -> Outcome<Kept> {
+fn run_text(run: &RunInfo) -> String {
+    match run {
+        RunInfo::Unreadable { file, why, .. } => format!("{}: cannot be read ({why})", name(file)),
+        RunInfo::Read {
+            file,
+            duration_s,
+            ended,
+            condition,
+            ..
+        } => {
+            let text = format!("{}: {duration_s:.3}, {ended}", name(file));
+            match condition.to_string() {
+                nothing if nothing.is_empty() => text,
+                condition => format!("{text}, {condition}"),
+            }
+        }
+    }
+}
+
+fn device(path: &Path) -> Outcome<Kept<'_>> {
     let device = read_device(&path.to_string_lossy())?;
     let mut text = format!(
         "{}\n  the description of a device: {}, {:.0} nF",
@@ -144,16 +110,20 @@ fn device(path: &Path) -> Outcome<Kept> {
     );
     for gain in device.gains() {
         text += &format!(
-            "\n  gain {gain}: {:.4} times, up to {} V peak, {:.0} V/s into the actuator",
+            "\n  gain {gain}: ratio {:.4}, limit {} V peak, slew limit {:.0} V/s with the actuator",
             gain.voltage_ratio(),
             gain.limit_v,
             gain.slew_limit_v_per_s(device.actuator().capacitance_f)
         );
     }
     text +=
-        "\n  give it to `transfer` and `render` with --device, or to the twin as twin:device=FILE";
+        "\n  use it in `transfer` and `render` with --device, or in the twin as twin:device=FILE";
     Ok(Kept {
         text,
-        json: json!({ "file": path, "kind": "description of a device", "device": device }),
+        document: InfoDocument::Device(DeviceInfo {
+            file: path,
+            kind: "description of a device",
+            device,
+        }),
     })
 }

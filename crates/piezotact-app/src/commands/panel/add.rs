@@ -5,24 +5,16 @@ use std::path::Path;
 use anyhow::{Context as _, anyhow};
 use piezotact::panel::{Cell, Entry, Filing, Panel};
 use piezotact::quantity::{Degrees, Newtons, Uncalibrated};
+use piezotact_dataset::document::PanelAddDocument;
 use piezotact_dataset::{PanelFolder, TransferDocument, function_of_any_unit, read_transfer};
-use serde_json::json;
 
 use super::open_or_begin;
 use crate::cli::panel::Add;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_json};
+use crate::output::{print, print_document};
 
 pub(crate) fn run(args: &Add) -> Outcome {
-    if let Some(found) = [args.load, args.angle]
-        .into_iter()
-        .flatten()
-        .find(|v| !v.is_finite())
-    {
-        return Err(usage(anyhow!(
-            "expected a number for --load and --angle, found {found}; state it in N and degrees"
-        )));
-    }
+    require_finite(args)?;
     // Everything is read, and fits together, before anything is written.
     let mut documents = Vec::new();
     for path in &args.files {
@@ -49,17 +41,26 @@ pub(crate) fn run(args: &Add) -> Outcome {
         folder.file(filing, document)?;
     }
     if args.json {
-        let filings: Vec<&Filing> = filed.iter().map(|(filing, _)| filing).collect();
-        return print_json(&json!({
-            "folder": args.folder,
-            "filed": filings,
-            "measurements": folder.index.entries.len(),
-        }));
+        return print_document(&PanelAddDocument {
+            folder: &args.folder,
+            filed: filed.iter().map(|(filing, _)| filing).collect(),
+            measurements: folder.index.entries.len(),
+        });
     }
     for (filing, _) in &filed {
-        print(&format!("filed as {filing}"))?;
+        print(&format!("added as {filing}"))?;
     }
     Ok(())
+}
+
+fn require_finite(args: &Add) -> Outcome {
+    let mut stated = [args.load, args.angle].into_iter().flatten();
+    match stated.find(|v| !v.is_finite()) {
+        Some(found) => Err(usage(anyhow!(
+            "expected a number for --load and --angle, found {found}; state it in N and degrees"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Under what a transfer function goes: what it says of itself, or else what the person says.
@@ -72,7 +73,7 @@ fn filing_of(
 ) -> Outcome<Filing> {
     let lacks = |what: &str, option: &str| -> Failure {
         anyhow!(
-            "{}: expected to know the {what}, found nothing that says it; state it with {option}",
+            "{}: expected the {what}, found none; state it with {option}",
             path.display()
         )
         .into()

@@ -1,38 +1,29 @@
 //! `piezotact panel average`: the people of one load and angle as one transfer function.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::{Context as _, anyhow};
-use piezotact::panel::{Cell, average_of_panel};
+use piezotact::panel::{Cell, PanelAverageDocument, average_of_panel};
 use piezotact_dataset::{
     PANEL_INDEX, PanelFolder, TransferDocument, TransferFormat, panel_of, write_transfer,
 };
-use serde_json::json;
 
 use crate::cli::panel::Average;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
-use crate::output::{doubts_json, print, print_json, say_doubts};
+use crate::output::{print, print_document, say_merged};
 
 pub(crate) fn run(args: &Average) -> Outcome {
     let folder = PanelFolder::open(&args.folder)?;
-    let listed: Vec<_> = folder
-        .index
-        .entries
-        .iter()
-        .map(|e| args.folder.join(&e.file))
-        .collect();
-    let mut inputs: Vec<&std::path::Path> =
-        listed.iter().map(std::path::PathBuf::as_path).collect();
-    let index = args.folder.join(PANEL_INDEX);
-    inputs.push(&index);
-    outputs(&inputs, &[&args.out])?;
+    check_output(args, &folder)?;
     let contents = folder.read()?;
     let named = || args.folder.display().to_string();
     let panel = panel_of(&contents).with_context(named)?;
     let cell = chosen(args, panel.cells())?;
     let mut function =
         average_of_panel(&panel, cell, args.average.averaging(), args.band).with_context(named)?;
-    let document = TransferDocument::of(&function, contents.drive_unit, contents.response_unit);
-    write_transfer(&args.out, &document)?;
+    let stored = TransferDocument::of(&function, contents.drive_unit, contents.response_unit);
+    write_transfer(&args.out, &stored)?;
     function
         .about
         .doubts
@@ -43,23 +34,26 @@ pub(crate) fn run(args: &Average) -> Outcome {
         .map(String::as_str)
         .filter(|who| panel.of(who, cell).next().is_some())
         .collect();
+    let averaged = (people, args.average.averaging());
+    let document = PanelAverageDocument::of(&function, averaged, &args.out);
     if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "condition": function.about.condition,
-            "participants": people,
-            "average": args.average.averaging(),
-            "averages": function.averages,
-            "provenance": function.about.provenance,
-            "doubts": doubts_json(&function.about.doubts)?,
-        }));
+        return print_document(&document);
     }
-    say_doubts(&function.about.doubts);
+    say_merged(&document.doubts);
     print(&format!(
-        "wrote {}: the average of {} people at {cell}",
+        "wrote {}: the average of {} participants at {cell}",
         args.out.display(),
-        people.len()
+        document.participants.len()
     ))
+}
+
+/// Refuses an output that would replace the panel.
+fn check_output(args: &Average, folder: &PanelFolder) -> Outcome {
+    let entries = folder.index.entries.iter();
+    let mut inputs: Vec<PathBuf> = entries.map(|e| args.folder.join(&e.file)).collect();
+    inputs.push(args.folder.join(PANEL_INDEX));
+    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+    outputs(&inputs, &[&args.out])
 }
 
 /// The cell that is meant.
@@ -77,7 +71,7 @@ fn chosen(args: &Average, cells: &[Cell]) -> Outcome<Cell> {
     match fitting[..] {
         [only] => Ok(*only),
         [] => Err(usage(anyhow!(
-            "expected a load and angle at which people were measured ({}), found none that fits; take one of these with --load and --angle",
+            "expected a measured load and angle ({}), found no match; choose one of these with --load and --angle",
             told(&mut cells.iter())
         ))),
         _ => Err(usage(anyhow!(

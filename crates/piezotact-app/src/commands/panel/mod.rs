@@ -26,7 +26,7 @@ pub(crate) fn run(args: &Panel) -> Outcome {
 fn open_or_begin(folder: &Path) -> Outcome<PanelFolder> {
     std::fs::create_dir_all(folder).map_err(|error| {
         anyhow!(
-            "cannot make the folder {}: {error}; check the path",
+            "cannot create the folder {}: {error}; check the path",
             folder.display()
         )
     })?;

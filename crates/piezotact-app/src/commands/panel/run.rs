@@ -6,13 +6,13 @@ use anyhow::anyhow;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Distortion, Estimator};
+use piezotact::transfer::Estimator;
 use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excite, repeated};
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
+use piezotact_dataset::document::{PanelRunCounts, PanelRunDocument};
 use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocument};
-use serde_json::json;
 
 use super::open_or_begin;
 use crate::cli::OnOff;
@@ -21,7 +21,7 @@ use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
-use crate::output::{counted, print, print_json, progress, say};
+use crate::output::{counted, print, print_document, progress, say};
 
 /// The folder of the raw recordings in that of a panel.
 const RAW: &str = "raw";
@@ -34,94 +34,127 @@ struct Person {
 
 pub(crate) fn run(args: &Run) -> Outcome {
     let people = planned(args)?;
-    let gating = gating(&args.gate)?;
-    let mut folder = open_or_begin(&args.out)?;
-    let campaign = campaign(args);
-    let made_of = args.bench.file().map(BenchFile::of).transpose()?;
-    folder
-        .begin(&campaign, made_of.into_iter().collect())
-        .map_err(usage)?;
-    let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
-    for unreadable in folder.set_aside_unreadable(&all)? {
-        say(&unreadable);
-    }
-    folder.plan(&all)?;
-    let (mut before, mut adopted) = (0, 0);
-    for filing in &all {
-        if folder.holds(filing) {
-            before += 1;
-        } else if folder.adopt(filing)? == Adopted::Listed {
-            adopted += 1;
-        }
-    }
-    let left = all.iter().filter(|filing| !folder.holds(filing)).count();
-    if before + adopted > 0 {
-        say(&format!(
-            "{} of {} measurements are there already",
-            before + adopted,
-            all.len()
-        ));
-    }
+    let mut session = Session::begin(args, &people)?;
     let raw = runs_in(&args.out.join(RAW))?;
-    let (mut measured, mut reused, mut recorded) = (0, 0, Vec::new());
     for person in &people {
-        let open: Vec<&Filing> = person.filings.iter().filter(|f| !folder.holds(f)).collect();
-        let Some(first) = open.first() else {
-            continue;
-        };
-        let what = format!("{} ({measured} of {left} measured)", first.participant);
-        let bar = progress(&what, Seconds(args.seconds * open.len() as f64));
-        let mut bench = bench_of(args, person.number)?;
-        let mut keeper = Keeper::new(Place::Continued(raw.clone()), Shown::Together(&bar));
-        let mut done = || -> Outcome {
-            for filing in &open {
-                measure(
-                    &mut bench,
-                    (args, campaign.as_str()),
-                    &gating,
-                    filing,
-                    &mut folder,
-                    &mut keeper,
-                )?;
-                measured += 1;
-            }
-            Ok(())
-        };
-        let outcome = done();
-        bar.finish_and_clear();
-        reused += keeper.reused;
-        recorded.append(&mut keeper.files);
-        outcome?;
+        session.measure(person, &raw)?;
     }
-    if reused > 0 {
+    if session.reused > 0 {
         say(&format!(
-            "{reused} of them were recorded before the command was interrupted: taken from {}",
+            "{} of them were recorded before the command was interrupted: taken from {}",
+            session.reused,
             raw.path().display()
         ));
     }
     if args.discard_raw {
-        say(&discarded(&raw, &recorded)?);
+        say(&discarded(&raw, &session.recorded)?);
     }
+    let document = PanelRunDocument::of(&session.folder, &args.out, session.counts);
     if args.json {
-        return print_json(&json!({
-            "out": args.out,
-            "measured": measured,
-            "there_already": before + adopted,
-            "measurements": folder.index.entries.len(),
-            "accepted": folder.accepted(),
-            "participants": folder.index.participants,
-            "loads_n": folder.index.loads_n,
-            "angles_deg": folder.index.angles_deg,
-            "bench": folder.index.bench,
-        }));
+        return print_document(&document);
     }
     print(&format!(
-        "wrote {}: {measured} measurements, {} in all of {} participants; analyse them with `piezotact panel analyse {}`",
+        "wrote {}: {} measurements, {} in all of {} participants; analyse them with `piezotact panel analyse {}`",
         args.out.display(),
-        folder.index.entries.len(),
-        folder.index.participants.len(),
+        document.measured,
+        document.measurements,
+        document.participants.len(),
         args.out.display()
     ))
+}
+
+/// A panel while it is measured.
+struct Session<'a> {
+    args: &'a Run,
+    gating: Gating,
+    campaign: String,
+    folder: PanelFolder,
+    counts: PanelRunCounts,
+    /// How many measurements were not there when the command began.
+    left: usize,
+    /// How many were taken from the recordings of an interrupted command.
+    reused: usize,
+    /// The recordings of this command.
+    recorded: Vec<PathBuf>,
+}
+
+impl<'a> Session<'a> {
+    /// Opens the folder, lists what is planned, and counts what is there already.
+    fn begin(args: &'a Run, people: &[Person]) -> Outcome<Self> {
+        let gating = gating(&args.gate)?;
+        let mut folder = open_or_begin(&args.out)?;
+        let campaign = campaign(args);
+        let made_of = args.bench.file().map(BenchFile::of).transpose()?;
+        folder
+            .begin(&campaign, made_of.into_iter().collect())
+            .map_err(usage)?;
+        let all: Vec<Filing> = people.iter().flat_map(|p| p.filings.clone()).collect();
+        for unreadable in folder.set_aside_unreadable(&all)? {
+            say(&unreadable);
+        }
+        folder.plan(&all)?;
+        let mut there_already = 0;
+        for filing in &all {
+            if folder.holds(filing) || folder.adopt(filing)? == Adopted::Listed {
+                there_already += 1;
+            }
+        }
+        let left = all.iter().filter(|filing| !folder.holds(filing)).count();
+        if there_already > 0 {
+            say(&format!(
+                "{there_already} of {} measurements already exist",
+                all.len()
+            ));
+        }
+        Ok(Self {
+            args,
+            gating,
+            campaign,
+            folder,
+            counts: PanelRunCounts {
+                measured: 0,
+                there_already,
+            },
+            left,
+            reused: 0,
+            recorded: Vec::new(),
+        })
+    }
+
+    /// Measures what is open of a person, keeping the recordings in `raw`.
+    fn measure(&mut self, person: &Person, raw: &RunFolder) -> Outcome {
+        let open = person.filings.iter().filter(|f| !self.folder.holds(f));
+        let open: Vec<&Filing> = open.collect();
+        let Some(first) = open.first() else {
+            return Ok(());
+        };
+        let what = format!(
+            "{} ({} of {} measured)",
+            first.participant, self.counts.measured, self.left
+        );
+        let bar = progress(&what, Seconds(self.args.seconds * open.len() as f64));
+        let mut bench = bench_of(self.args, person.number)?;
+        let mut keeper = Keeper::new(Place::Continued(raw.clone()), Shown::Together(&bar));
+        let outcome = self.measure_all(&mut bench, &open, &mut keeper);
+        bar.finish_and_clear();
+        self.reused += keeper.reused;
+        self.recorded.append(&mut keeper.files);
+        outcome
+    }
+
+    fn measure_all(
+        &mut self,
+        bench: &mut Bench,
+        open: &[&Filing],
+        keeper: &mut Keeper<'_>,
+    ) -> Outcome {
+        for filing in open {
+            let asked = (self.args, self.campaign.as_str());
+            measure(bench, asked, &self.gating, filing, &mut self.folder, keeper)?;
+            self.counts.measured += 1;
+        }
+        Ok(())
+    }
 }
 
 /// Discards what this command recorded in the folder `raw`, and says how many recordings that were; those of before stay.
@@ -131,7 +164,7 @@ fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
     Ok(match left {
         0 => format!("discarded {removed} of this command"),
         left => format!(
-            "discarded {removed} of this command; {left} of before {} kept in {}",
+            "discarded {removed} of this command; {left} of earlier commands {} kept in {}",
             if left == 1 { "is" } else { "are" },
             raw.path().display()
         ),
@@ -142,7 +175,8 @@ fn discarded(raw: &RunFolder, recorded: &[PathBuf]) -> Outcome<String> {
 fn planned(args: &Run) -> Outcome<Vec<Person>> {
     if let Some(number) = args.bench.participant() {
         return Err(usage(anyhow!(
-            "expected a bench without participant, as --participants says who sits at it, found participant={number}; leave it out of --bench"
+            "expected a bench without participant, because --participants gives them, found participant={number}; leave it out \
+             of --bench"
         )));
     }
     let mut people: Vec<Person> = Vec::new();
@@ -151,7 +185,7 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
         let description = bench.acquirer.describe();
         let participant = description.condition.participant.ok_or_else(|| {
             anyhow!(
-                "expected a bench that says who sits at it, found {}; give participants pseudonyms",
+                "expected a bench that names its participant, found {}; give participants pseudonyms",
                 description.name
             )
         })?;
@@ -276,24 +310,20 @@ fn measure(
         ));
     })
     .map_err(|error| {
-        const GO_ON: &str = "what was measured before is kept, go on with the same command";
+        const GO_ON: &str =
+            "earlier measurements are kept; give the same command again to continue";
         match error {
             ProcedureError::RepeatRefused {
                 attempts, refusal, ..
             } => Failure::Data(anyhow!(
-                "{filing}: refused in {attempts} of {attempts} attempts; the last time {refusal}; {GO_ON}"
+                "{filing}: refused in all {attempts} attempts; in the last one, {refusal}; {GO_ON}"
             )),
             error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
             other => bench_failure(other),
         }
     })?;
-    let each: Vec<Distortion> = done
-        .each
-        .iter()
-        .filter_map(|c| c.distortion.clone())
-        .collect();
     let mut document = TransferDocument {
-        distortion: Distortion::together(&each),
+        distortion: done.distortion(),
         attempts: done.attempts,
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };

@@ -14,7 +14,6 @@ use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
 use piezotact_bench::{GateConfig, ProcedureError};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument};
-use serde_json::{Value, json};
 
 use super::Asked;
 use crate::cli::ModeName;
@@ -96,15 +95,15 @@ pub(super) fn run(
         ));
     }
     say(&format!(
-        "closed loop: {}; {:.2} dB rms open, {:.2} dB rms kept (iteration {}, {}); {}",
+        "closed loop: {}; spectrum error {:.2} dB rms in open loop, {:.2} dB rms for the kept drive (iteration {}, {}); {}",
         looped.kept,
         looped.iterations[0].verification.judged_error_db(),
         looped.told().judged_error_db(),
         looped.best,
         if looped.confirmed.is_some() {
-            "measured once more"
+            "confirmed by a further measurement"
         } else {
-            "not measured once more"
+            "not confirmed by a further measurement"
         },
         looped.end
     ));
@@ -114,7 +113,7 @@ pub(super) fn run(
 fn came(iteration: &Iteration) -> String {
     let v = &iteration.verification;
     format!(
-        "{:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        "spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
         v.judged_error_db(),
         v.error_db_max_achievable(),
         v.waveform_correlation,
@@ -123,46 +122,6 @@ fn came(iteration: &Iteration) -> String {
 }
 
 impl Corrected {
-    pub(super) fn json(&self) -> Value {
-        let of = |v: &piezotact::verify::Verification| {
-            json!({
-                "error_db_rms": v.error_db_rms,
-                "error_db_rms_achievable": v.error_db_rms_achievable,
-                "error_db_max": v.error_db_max,
-                "error_db_max_achievable": v.error_db_max_achievable(),
-                "level_error_db": v.level_error_db,
-                "waveform_correlation": v.waveform_correlation,
-                "waveform_nmse_db": v.waveform_nmse_db,
-            })
-        };
-        let each: Vec<Value> = self
-            .looped
-            .iterations
-            .iter()
-            .map(|i| {
-                let mut found = of(&i.verification);
-                if let Some(fields) = found.as_object_mut() {
-                    fields.insert("iteration".into(), i.number.into());
-                    fields.insert("held_at_limit".into(), i.held.into());
-                }
-                found
-            })
-            .collect();
-        let mut told = json!({
-            "best": self.looped.best,
-            "kept": self.looped.kept,
-            "gain": self.looped.gain,
-            "end": self.looped.end,
-            "ended": self.looped.end.to_string(),
-            "iterations": each,
-            "confirmed": self.looped.confirmed.as_ref().map(of),
-        });
-        if let (Some(failed), Some(fields)) = (&self.looped.failed, told.as_object_mut()) {
-            fields.insert("failed".into(), failed.as_str().into());
-        }
-        told
-    }
-
     /// Writes what was recorded of the best drive.
     pub(super) fn keep(&self, path: &Path, rendering: Rendering) -> Outcome {
         let recording = &self.looped.recording;
@@ -200,7 +159,7 @@ impl Corrected {
         )?;
         if let Some(kept) = kept {
             say(&format!(
-                "the recording of that name that was there is kept as {}",
+                "the earlier recording of that name is kept as {}",
                 kept.display()
             ));
         }

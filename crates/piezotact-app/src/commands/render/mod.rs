@@ -1,5 +1,6 @@
 //! `piezotact render`: the drives that make a finger feel textures.
 
+mod batch;
 mod looped;
 
 use std::cell::OnceCell;
@@ -18,18 +19,19 @@ use piezotact::render::{
 };
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
+use piezotact_bench::document::{RenderDocument, RenderNames};
 use piezotact_bench::{Bench, ProcedureError, RunPlan};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
-use serde_json::{Value, json};
 
 use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
-use crate::failure::{Failure, Outcome, sentence, usage};
-use crate::keeping::{self, Purpose, Raw, go_on, runs_of};
-use crate::output::{doubts_json, headroom_text, print, print_json, say, say_doubts, write_text};
-use crate::report::{self, name};
+use crate::failure::{Failure, Outcome, usage};
+use crate::keeping::{self, Purpose, go_on, runs_of};
+use crate::output::{print, say_doubts};
+use crate::report::name;
+use batch::Batch;
 use looped::Corrected;
 
 /// Softer than this a texture is not made to fit, dB.
@@ -37,135 +39,16 @@ const SOFTEST_DB: f64 = -120.0;
 
 pub(crate) fn run(args: &Render) -> Outcome {
     let jobs = jobs(args)?;
-    let several = jobs.len() > 1;
-    let mut page = report::rendering::Page::of(args.band, jobs.len());
-    let mut done: Vec<Value> = Vec::new();
-    let mut failed: Vec<Value> = Vec::new();
-    let mut unfinished: Vec<String> = Vec::new();
-    let (mut begun, mut rendered) = (0, 0);
+    let mut batch = Batch::new(args, &jobs);
     for job in &jobs {
         if keeping::interrupted() {
             break;
         }
-        begun += 1;
-        if several {
-            say(&format!("{}:", job.called));
-        }
-        match job.done(args) {
-            Ok(one) => {
-                rendered += 1;
-                if args.json {
-                    done.push(one.json(job, args)?);
-                } else {
-                    one.told()?;
-                }
-                if let (Some(_), Some(corrected)) = (&args.report, &one.corrected) {
-                    page.add(&job.called, one.level_db, &one.drive, &corrected.looped)?;
-                }
-                let looped = one.corrected.as_ref().map(|corrected| &corrected.looped);
-                if let Some(said) = looped.and_then(|looped| looped.failed.as_ref()) {
-                    let kept = format!("{said}; {} holds the best drive so far", job.out.display());
-                    if several {
-                        say(&format!("error: {kept}"));
-                    }
-                    unfinished.push(kept);
-                }
-            }
-            // What is wrong with one texture or person is not wrong with the next.
-            Err(Failure::Data(error) | Failure::Usage(error)) if several => {
-                let why = sentence(&error);
-                say(&format!("error: {why}"));
-                if continues(&error) {
-                    unfinished.push(why.clone());
-                }
-                failed.push(json!({ "called": job.called, "target": job.target, "transfer": job.transfer, "why": why }));
-                page.refuse(&job.called, why);
-            }
-            Err(Failure::Data(error)) if continues(&error) => {
-                return Err(Failure::Data(anyhow!(
-                    "{}; {}",
-                    sentence(&error),
-                    continued(&jobs)
-                )));
-            }
-            Err(failure) => return Err(failure),
-        }
-        // After every one: an interrupted run leaves the report of what is done.
-        if let Some(path) = &args.report {
-            write_text(path, &page.html())?;
-        }
+        batch.add(job)?;
     }
-    // All of them only now: a batch that is interrupted goes on with what it has.
-    let raw = if args.discard_raw {
-        Raw::Discarded
-    } else {
-        Raw::Kept
-    };
-    // One that was broken off goes on with them.
-    if unfinished.is_empty() && begun == jobs.len() {
-        for runs in jobs.iter().filter_map(|job| job.runs.as_ref()) {
-            keeping::done(runs, raw)?;
-        }
-    }
-    if args.json {
-        match done.as_slice() {
-            [only] if !several => print_json(only)?,
-            all => print_json(&json!({ "renderings": all, "refused": failed }))?,
-        }
-    } else if let Some(path) = &args.report {
-        print(&format!("report: {}", path.display()))?;
-    }
-    if let ([kept], false) = (unfinished.as_slice(), several) {
-        return Err(Failure::Data(anyhow!("{kept}; {}", continued(&jobs))));
-    }
-    if begun < jobs.len() {
-        return Err(Failure::Data(anyhow!(
-            "stopped by hand: {rendered} of {} were rendered; {}",
-            jobs.len(),
-            continued(&jobs)
-        )));
-    }
-    if !unfinished.is_empty() {
-        return Err(Failure::Data(anyhow!(
-            "{} of {} did not come to their end; {}",
-            unfinished.len(),
-            jobs.len(),
-            continued(&jobs)
-        )));
-    }
-    match (failed.len(), jobs.len()) {
-        (0, _) => Ok(()),
-        (some, all) if some == all => {
-            Err(Failure::Data(anyhow!("none of {all} could be rendered")))
-        }
-        (some, all) => Err(Failure::Data(anyhow!(
-            "{some} of {all} could not be rendered; the others were written"
-        ))),
-    }
-}
-
-/// What is said of closed loops that did not come to their end: that and where their measurements are kept.
-fn continued(jobs: &[Job<'_>]) -> String {
-    let mut kept = jobs.iter().filter_map(|job| job.runs.as_ref());
-    let kept = kept.find(|runs| runs.is_interrupted());
-    let kept = kept.map(|runs| match jobs.len() {
-        1 => format!(", which is kept in {}", runs.path().display()),
-        _ => format!(
-            ", which is kept in the folders *.runs of {}",
-            folder_of(runs.path()).display()
-        ),
-    });
-    format!(
-        "the same command continues with what was measured{}",
-        kept.unwrap_or_default()
-    )
-}
-
-/// Whether the same command continues with what was measured before this error.
-fn continues(error: &anyhow::Error) -> bool {
-    error
-        .downcast_ref::<ProcedureError>()
-        .is_some_and(ProcedureError::continues)
+    batch.tidy()?;
+    batch.print()?;
+    batch.outcome()
 }
 
 /// One texture for one finger.
@@ -185,7 +68,8 @@ struct Job<'a> {
 fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     if args.mode.is_none() && (args.finger.load.is_some() || args.finger.angle.is_some()) {
         return Err(usage(anyhow!(
-            "--load and --angle say how the finger lies in a closed loop, found no --mode; a drive is for the load and angle of its transfer function: characterise at others"
+            "expected --mode with --load and --angle, found none; without a closed loop, a drive is for the load and angle of \
+             its transfer function: characterise at other ones"
         )));
     }
     let people = args.transfer.len();
@@ -283,7 +167,7 @@ fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
     for folder in wanted.iter().flatten() {
         if ends_in(folder, "wav") || ends_in(folder, "parquet") || folder.is_file() {
             return Err(usage(anyhow!(
-                "{}: expected a folder for several textures or people, found the name of a file",
+                "{}: expected a folder for several textures or participants, found the name of a file",
                 folder.display()
             )));
         }
@@ -521,11 +405,12 @@ impl Asked<'_> {
         // To the tenth below: rounded up it would not fit.
         let level = ((level_db + fits_at.0) * 10.0 + 1e-6).floor() / 10.0;
         let failure = Failure::Data(anyhow!(
-            "{}: {error}: --level {level:.1} fits{}, --level fit finds it, --inverse drive-limited turns down what costs most{}",
+            "{}: {error}: --level {level:.1} fits{}, --level fit finds this level, --inverse drive-limited reduces what needs \
+             the largest drive{}",
             self.job.target.display(),
             self.other_gain(target).unwrap_or_default(),
             if self.args.mode.is_none() {
-                ", --allow-clipping cuts what is beyond"
+                ", --allow-clipping clips the drive"
             } else {
                 ""
             }
@@ -551,7 +436,7 @@ impl Asked<'_> {
             .into_iter()
             .find(|fit| fit.fits() && fit.gain != setup.gain.name)?;
         Some(format!(
-            ", a transfer function measured at gain {} would",
+            ", a transfer function measured at gain {} would fit",
             fit.gain
         ))
     }
@@ -569,7 +454,7 @@ impl Done {
             .map(ToString::to_string)
             .collect();
         let bands = if bands.is_empty() {
-            "nothing".into()
+            "none".into()
         } else {
             bands.join(", ")
         };
@@ -579,31 +464,21 @@ impl Done {
             format!(" at {:+.1} dB", self.level_db)
         };
         print(&format!(
-            "wrote {}{level}: {}; achievable {bands}",
+            "wrote {}{level}: {}; achievable band {bands}",
             self.out.display(),
-            headroom_text(&drive.headroom),
+            drive.headroom.text(),
         ))
     }
 
-    fn json(&self, job: &Job<'_>, args: &Render) -> Outcome<Value> {
-        let drive = &self.drive;
-        let gains = drive.setup.as_ref();
-        Ok(json!({
-            "called": job.called,
-            "target": job.target,
-            "transfer": job.transfer,
-            "out": self.out,
-            "rate_hz": args.rate,
-            "level_db": self.level_db,
-            "headroom": drive.headroom,
-            "achievable_band_hz": drive.coverage.reached,
-            "given_up_band_hz": drive.coverage.given_up,
-            "drive_setup": drive.setup,
-            "gains": gains.map(|setup| gains_for(&drive.headroom, setup)),
-            "loop": self.corrected.as_ref().map(|corrected| corrected.json()),
-            "condition": drive.about.condition,
-            "doubts": doubts_json(&drive.about.doubts)?,
-        }))
+    fn document(&self, job: &Job<'_>, args: &Render) -> RenderDocument {
+        let names = RenderNames {
+            called: &job.called,
+            target: job.target,
+            transfer: job.transfer,
+            out: &self.out,
+        };
+        let looped = self.corrected.as_ref().map(|corrected| &corrected.looped);
+        RenderDocument::of(names, &self.drive, (args.rate, self.level_db), looped)
     }
 }
 

@@ -18,8 +18,7 @@ use piezotact::study::{
 };
 use piezotact::surface::SampleSet;
 use piezotact_dataset::{cuts_path, known_naming, known_sample_sets, read_cuts, read_sample_set};
-
-use piezotact_report::touch;
+use piezotact_report::{report, touch};
 
 use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
@@ -71,7 +70,7 @@ fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
 pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
     if args.cuts.is_some() && args.recordings.len() > 1 {
         return Err(usage(anyhow!(
-            "--cuts is for one recording, found {}: put RECORDING.cuts beside each of several",
+            "expected one recording with --cuts, found {}; for several, put RECORDING.cuts beside each of them",
             args.recordings.len()
         )));
     }
@@ -203,7 +202,7 @@ fn shown(
 /// Writes `table` to `path`, where one is given.
 fn write_table(path: Option<&Path>, table: &Table) -> Outcome {
     match path {
-        Some(path) => write_text(path, &piezotact_report::report::csv(table)?),
+        Some(path) => write_text(path, &report::csv(table)?),
         None => Ok(()),
     }
 }

@@ -38,14 +38,14 @@ pub(crate) fn run(args: &Segment) -> Outcome {
 fn check(args: &Segment) -> Outcome {
     if args.write_cuts.is_some() && args.takes.recordings.len() > 1 {
         return Err(usage(anyhow!(
-            "--write-cuts is for one recording, found {}: cut one at a time",
+            "expected one recording with --write-cuts, found {}; give one at a time",
             args.takes.recordings.len()
         )));
     }
     check_outputs(&args.takes, &[&args.write_cuts, &args.csv, &args.report])?;
     match &args.write_cuts {
         Some(path) if path.exists() => Err(usage(anyhow!(
-            "{} is there and may hold a person's cuts: give another name, or move it away",
+            "{} already exists and may contain cuts edited by hand: give another name, or move it away",
             path.display()
         ))),
         _ => Ok(()),

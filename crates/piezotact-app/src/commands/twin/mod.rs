@@ -42,7 +42,7 @@ fn show(args: &Parameters) -> Outcome {
     };
     let parameters = twin_parameters(Some(file))?;
     match parameters.changes() {
-        [] => print("nothing is changed"),
+        [] => print("no parameter is changed"),
         changes => print(&changes.join("\n")),
     }
 }

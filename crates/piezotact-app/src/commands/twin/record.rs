@@ -12,18 +12,18 @@ use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
+use piezotact_twin::document::TwinRecordDocument;
 use piezotact_twin::{
     ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinParameters,
 };
-use serde_json::json;
 
 use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
 use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{say_moved, stopped_by_interrupt};
-use crate::output::{print, print_json};
+use crate::output::{print, print_document};
 
 /// What is usual unless it is stated.
 const SPEED_M_S: f64 = 0.03;
@@ -34,6 +34,37 @@ const SHAKER_S: f64 = 60.0;
 const SHAKER_ANGLE_DEG: f64 = 20.0;
 
 pub(crate) fn run(args: &Record) -> Outcome {
+    let wav = checked(args)?;
+    let parameters = twin_parameters(args.who.twin.as_deref())?;
+    let mut acquirer = bench(args, &parameters)?;
+    let run = plan(args, &parameters);
+    // Refused before a file is begun.
+    let stop = StopHandle::new();
+    acquirer.ready(&run, &stop).map_err(bench_failure)?;
+    acquirer.stop();
+    stopped_by_interrupt(&stop);
+    let (start, samples) = if wav {
+        sound(acquirer.as_mut(), &run, &args.out, &stop)?
+    } else {
+        journal(acquirer.as_mut(), &run, &args.out, &stop)?
+    };
+    let document = TwinRecordDocument::of(&start, samples, &args.out);
+    if stop.is_stopped() {
+        return Err(stopped(&document, samples).into());
+    }
+    if args.json {
+        return print_document(&document);
+    }
+    print(&format!(
+        "wrote {}: {:.2} on the {}",
+        args.out.display(),
+        document.duration_s,
+        document.provenance.source
+    ))
+}
+
+/// Refuses a label and outputs that cannot be; whether a sound is asked for.
+fn checked(args: &Record) -> Outcome<bool> {
     if args.label.chars().any(char::is_control) {
         return Err(usage(anyhow!(
             "expected a label without control characters, found {:?}; write plain words",
@@ -48,9 +79,11 @@ pub(crate) fn run(args: &Record) -> Outcome {
         let written = recording_files(&args.out);
         outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))?;
     }
-    let parameters = twin_parameters(args.who.twin.as_deref())?;
-    let mut acquirer = bench(args, &parameters)?;
-    let run = RunPlan {
+    Ok(wav)
+}
+
+fn plan(args: &Record, parameters: &TwinParameters) -> RunPlan {
+    RunPlan {
         label: args.label.clone(),
         load: (!args.free && !args.control).then(|| Newtons(args.load.unwrap_or(LOAD_N))),
         angle: Degrees(args.angle.unwrap_or(match args.bench {
@@ -59,45 +92,19 @@ pub(crate) fn run(args: &Record) -> Outcome {
         })),
         placement: Placement::New,
         until: Until::Stopped,
-    };
-    // Refused before a file is begun.
-    let stop = StopHandle::new();
-    acquirer.ready(&run, &stop).map_err(bench_failure)?;
-    acquirer.stop();
-    stopped_by_interrupt(&stop);
-    let (start, samples) = if wav {
-        sound(acquirer.as_mut(), &run, &args.out, &stop)?
-    } else {
-        journal(acquirer.as_mut(), &run, &args.out, &stop)?
-    };
-    let duration = start.rate_hz.duration_of(samples);
-    if stop.is_stopped() && samples == 0 {
-        return Err(
-            anyhow!("stopped by hand: nothing was acquired, and no file was written").into(),
-        );
     }
-    if stop.is_stopped() {
-        return Err(anyhow!(
-            "stopped by hand after {duration:.2}; what was recorded is kept in {}",
-            args.out.display()
-        )
-        .into());
+}
+
+/// What is said of a run that was stopped by hand.
+fn stopped(document: &TwinRecordDocument<'_>, samples: usize) -> anyhow::Error {
+    match samples {
+        0 => anyhow!("stopped by hand: nothing was acquired, and no file was written"),
+        _ => anyhow!(
+            "stopped by hand after {:.2}; the recording is kept in {}",
+            document.duration_s,
+            document.record.display()
+        ),
     }
-    if args.json {
-        return print_json(&json!({
-            "record": args.out,
-            "rate_hz": start.rate_hz,
-            "duration_s": duration,
-            "channels": start.channels,
-            "condition": start.about.condition,
-            "provenance": start.about.provenance,
-        }));
-    }
-    print(&format!(
-        "wrote {}: {duration:.2} on the {}",
-        args.out.display(),
-        start.about.provenance.source
-    ))
 }
 
 /// The bench with the participant at it.
@@ -177,7 +184,7 @@ fn only_where_they_count(args: &Record) -> Outcome {
     ];
     match stated.iter().find(|(_, given, counts)| *given && !counts) {
         Some((option, ..)) => Err(usage(anyhow!(
-            "expected options of the bench {}, found {option}, which has no meaning there; leave it out",
+            "expected options of the bench {}, found {option}, which this bench does not use; leave it out",
             match args.bench {
                 TouchBench::Acttouch => "acttouch",
                 TouchBench::Triboair => "triboair",

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use piezotact_dataset::write_sur;
+use piezotact_twin::document::TwinSurfaceDocument;
 use piezotact_twin::{Patch, SurfaceError};
-use serde_json::json;
 
 use super::twin_parameters;
 use crate::cli::twin::Surface;
 use crate::commands::{has_ending, outputs};
 use crate::failure::{Outcome, usage};
-use crate::output::{digits, print, print_json};
+use crate::output::{digits, print, print_document};
 
 pub(crate) fn run(args: &Surface) -> Outcome {
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
@@ -33,22 +33,17 @@ pub(crate) fn run(args: &Surface) -> Outcome {
         .height_map(&patch, args.seed, &sample.name)
         .map_err(usage::<SurfaceError>)?;
     write_sur(&args.out, &map)?;
-    let (columns, rows) = (map.columns(), map.rows());
+    let document =
+        TwinSurfaceDocument::of(&map, (sample, &parameters), (step_m, args.seed), &args.out);
     if args.json {
-        return print_json(&json!({
-            "map": args.out,
-            "sample": sample.name,
-            "columns": columns,
-            "rows": rows,
-            "step_m": step_m,
-            "seed": args.seed,
-            "twin": parameters.provenance(),
-        }));
+        return print_document(&document);
     }
     print(&format!(
-        "wrote {}: {} of the twin, {columns} × {rows} points, {} µm apart",
+        "wrote {}: {} of the twin, {} × {} points, spacing {} µm",
         args.out.display(),
-        sample.name,
+        document.sample,
+        document.columns,
+        document.rows,
         digits(step_m * 1e6)
     ))
 }

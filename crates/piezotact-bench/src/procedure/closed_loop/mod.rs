@@ -4,7 +4,7 @@ mod measured;
 mod outcome;
 
 use piezotact::clipping::ClippingDoubt;
-use piezotact::correct::{LoopDoubt, LoopStop};
+use piezotact::correct::{CorrectedRendering, LoopDoubt, LoopStop};
 use piezotact::render::RenderDoubt;
 use piezotact::resample::ResampleDoubt;
 use piezotact::verify::VerifyDoubt;
@@ -76,6 +76,41 @@ impl Looped {
     pub fn told(&self) -> &Verification {
         let judged = &self.iterations[self.best].verification;
         self.confirmed.as_ref().unwrap_or(judged)
+    }
+
+    /// What it came to, called `called`, for a texture rendered at `level_db` dB as `drive`.
+    #[must_use]
+    pub fn summary<'a>(
+        &'a self,
+        called: &'a str,
+        level_db: f64,
+        drive: &'a RenderedDrive,
+    ) -> CorrectedRendering<'a> {
+        CorrectedRendering {
+            called,
+            level_db,
+            drive,
+            open: &self.iterations[0].verification,
+            closed: self.told(),
+            is_confirmed: self.confirmed.is_some(),
+            is_close: self.is_close(),
+            is_open_kept: self.kept.is_open(),
+            kept: self.kept.to_string(),
+            got_worse: self.got_worse(),
+            gain_db: self.gain.as_ref().and_then(|gain| {
+                let [aim, _] = &gain.criteria;
+                aim.found.zip(aim.interval)
+            }),
+            best: self.best,
+            held: self.iterations[self.best].held,
+            ended: match self.end {
+                LoopEnd::Done => "number reached",
+                LoopEnd::NoBetter => "no improvement",
+                LoopEnd::Worse => "worse",
+                LoopEnd::Broken(_) => "invalid measurement",
+            },
+            bench: self.recording.about.provenance.bench,
+        }
     }
 
     /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
@@ -271,7 +306,7 @@ pub fn closed_loop(
         ..
     } = course
     else {
-        return Err(ProcedureError::Broken("no drive could be judged".into()));
+        return Err(ProcedureError::Broken("no drive could be evaluated".into()));
     };
     let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
         let label = format!("iteration {}, once more", drive.number);
@@ -328,7 +363,7 @@ pub fn closed_loop(
     let (confirmed, recording) = match again {
         Ok((verification, felt)) => {
             rendered.about.provenance = rendered.about.provenance.then(format!(
-                "measured once more at {:.2} dB rms, NMSE {:.1} dB, on the {}",
+                "confirmation measurement: {:.2} dB rms, NMSE {:.1} dB, on the {}",
                 verification.judged_error_db(),
                 verification.waveform_nmse_db,
                 bench.player.describe().name
@@ -654,7 +689,7 @@ fn finished(
         about: About {
             condition: first.about.condition,
             provenance: first.about.provenance.then(format!(
-                "closed loop, {}: iteration {} of at most {}, judged by a measurement of its own at {:.2} dB; {end}; {kept}",
+                "closed loop, {}: iteration {} of at most {}, evaluated by a separate measurement: {:.2} dB; {end}; {kept}",
                 config.correct.mode.name(),
                 best.number,
                 config.iterations,

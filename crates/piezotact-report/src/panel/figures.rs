@@ -1,0 +1,461 @@
+//! The figures of a report on a panel, one function for each.
+
+use piezotact::panel::{Cell, CellAverage, CellSpread, Cleaning, PanelAnalysis, PanelDoubt};
+use piezotact::quantity::{Band, Decibels, Degrees, Newtons, Quantity, Unit};
+use piezotact::transfer::{BundleAverage, TransferFunction};
+
+use super::{Function, Page};
+use crate::{Draw, DrawError};
+use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+
+const HEIGHT: u32 = 400;
+/// One among many.
+const SINGLE: Tone = Tone::Pale;
+const MEAN: Tone = Tone::Main;
+/// The odd one.
+const OUTSIDE: Tone = Tone::Accent;
+/// Where people lie furthest apart.
+const WIDEST: Tone = Tone::Reference;
+
+/// Levels of the lines of a band.
+fn levels<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+) -> Vec<(f64, f64)> {
+    function
+        .lines_in(band)
+        .map(|(line, hz)| {
+            let h = function.response()[line].norm();
+            (
+                hz,
+                Decibels::from_amplitude_ratio(h.max(f64::MIN_POSITIVE)).0,
+            )
+        })
+        .filter(|(hz, _)| *hz > 0.0)
+        .collect()
+}
+
+/// Where a person stands in one cell.
+fn person(page: &Page<'_>, who: &str, cell: Cell) -> Option<Vec<(f64, f64)>> {
+    let own = page.panel.person(who, cell, page.said.config.averaging);
+    let own = own.ok().flatten()?;
+    Some(levels(&own, page.said.config.band))
+}
+
+fn frequency(band: Band) -> Axis {
+    Axis::log("frequency, Hz", band.low().0.max(1.0), band.high().0)
+}
+
+fn unit(page: &Page<'_>) -> String {
+    let said = |unit: &Unit| match unit {
+        Unit::FullScale => "full scale".into(),
+        Unit::MetrePerSecondSquared => "(m/s²)".into(),
+        other => other.to_string(),
+    };
+    format!(
+        "magnitude, dB re 1 {}/{}",
+        said(page.response_unit),
+        said(page.drive_unit)
+    )
+}
+
+fn around(label: impl Into<String>, lines: &[Line]) -> Axis {
+    let values = lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p.1));
+    Axis::around(label, Scale::Linear, values)
+}
+
+fn over_frequency(
+    band: Band,
+    label: impl Into<String>,
+    lines: Vec<Line>,
+) -> Result<String, DrawError> {
+    let y = around(label, &lines);
+    let mut chart = Chart::new(frequency(band), y, lines);
+    chart.legend = Corner::Beside;
+    chart.svg(HEIGHT)
+}
+
+fn coloured(lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
+    let colours = Tone::several(lines.len());
+    lines
+        .into_iter()
+        .zip(colours)
+        .enumerate()
+        .map(|(i, ((label, points), colour))| {
+            let line = Line::new(label, colour, points);
+            // What many colours do not tell apart, dashes do.
+            if i % 2 == 1 {
+                line.marked(Mark::Dashed)
+            } else {
+                line
+            }
+        })
+        .collect()
+}
+
+fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    frequencies_hz
+        .iter()
+        .copied()
+        .zip(values.iter().copied())
+        .collect()
+}
+
+/// The counterpart of figures 67 and 76: everybody, and the average.
+pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, DrawError> {
+    let odd = |who: &str| {
+        page.said.doubts.iter().any(|doubt| {
+            matches!(doubt.kind(), Some(PanelDoubt::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
+        })
+    };
+    let mut lines = Vec::new();
+    let mut outside = Vec::new();
+    for person_there in &spread.people {
+        let who = &person_there.participant;
+        let points = person(page, who, spread.cell).unwrap_or_default();
+        if odd(who) {
+            outside.push(Line::new(who.as_str(), OUTSIDE, points));
+        } else {
+            lines.push(Line::new("", SINGLE, points).thin());
+        }
+    }
+    if let Some(first) = lines.first_mut() {
+        first.label = "each participant".into();
+    }
+    lines.extend(outside);
+    let average = page.said.averages.iter().find(|a| a.cell.is(spread.cell));
+    if let Some(average) = average {
+        let db = average_db(average, page.said.config.averaging);
+        lines.push(Line::new(
+            "average",
+            MEAN,
+            zipped(&average.frequencies_hz, db),
+        ));
+    }
+    let at_hz = spread.bundle.max_deviation_at_hz;
+    let y = around(unit(page), &lines);
+    let mut chart = Chart::new(frequency(page.said.config.band), y, lines);
+    let bundle = &spread.bundle;
+    let widest = bundle
+        .frequencies_hz
+        .iter()
+        .position(|hz| (hz - at_hz).abs() < 1e-9);
+    if let Some(line) = widest {
+        let ends = (at_hz, bundle.lowest_db[line], bundle.highest_db[line]);
+        chart
+            .lines
+            .push(Line::new("maximum deviation", WIDEST, Vec::new()).spread(vec![ends]));
+    }
+    chart.legend = Corner::Beside;
+    chart.svg(HEIGHT)
+}
+
+fn average_db(average: &CellAverage, averaging: BundleAverage) -> &[f64] {
+    match averaging {
+        BundleAverage::LogMagnitude => &average.log_magnitude_db,
+        BundleAverage::Complex => &average.complex_db,
+    }
+}
+
+/// The counterpart of figures 68 and 77.
+pub(super) fn deviations(said: &PanelAnalysis) -> Result<String, DrawError> {
+    let distinct = |values: Vec<f64>| -> Vec<f64> {
+        let mut values = values;
+        values.sort_by(f64::total_cmp);
+        values.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        values
+    };
+    let loads = distinct(said.spreads.iter().map(|s| s.cell.load_n.0).collect());
+    let angles = distinct(said.spreads.iter().map(|s| s.cell.angle_deg.0).collect());
+    let colours = Tone::several(angles.len());
+    let lines: Vec<Line> = angles
+        .iter()
+        .zip(colours)
+        .map(|(angle_deg, colour)| {
+            let points = loads
+                .iter()
+                .enumerate()
+                .filter_map(|(i, load_n)| {
+                    let cell = Cell {
+                        load_n: Newtons(*load_n),
+                        angle_deg: Degrees(*angle_deg),
+                    };
+                    let spread = said.spreads.iter().find(|s| s.cell.is(cell))?;
+                    Some((i as f64, spread.bundle.max_deviation_db))
+                })
+                .collect();
+            Line::new(format!("{angle_deg}°"), colour, points).marked(Mark::Joined)
+        })
+        .collect();
+    let highest = lines
+        .iter()
+        .flat_map(|l| &l.points)
+        .map(|p| p.1)
+        .fold(0.0, f64::max);
+    let names = loads.iter().map(|load| format!("{load} N")).collect();
+    // From zero: a step is seen as large as it is.
+    let y = Axis::new("maximum deviation, dB", 0.0, (highest * 1.15).max(0.1));
+    let mut chart = Chart::new(Axis::names("load", names), y, lines);
+    chart.legend = Corner::Beside;
+    chart.svg(HEIGHT)
+}
+
+pub(super) fn spreads(said: &PanelAnalysis) -> Result<String, DrawError> {
+    let lines = said.spreads.iter().map(|spread| {
+        let points = zipped(&spread.bundle.frequencies_hz, &spread.bundle.spread_db);
+        (spread.cell.to_string(), points)
+    });
+    over_frequency(
+        said.config.band,
+        "standard deviation over participants, dB",
+        coloured(lines.collect()),
+    )
+}
+
+pub(super) fn all(page: &Page<'_>) -> Result<String, DrawError> {
+    let cells = &page.said.cells;
+    let colours = Tone::several(cells.len());
+    let mut lines = Vec::new();
+    for (cell, colour) in cells.iter().zip(colours) {
+        let mut first = true;
+        for who in &page.said.participants {
+            if let Some(points) = person(page, who, *cell) {
+                let label = if first {
+                    cell.to_string()
+                } else {
+                    String::new()
+                };
+                lines.push(Line::new(label, colour, points).thin());
+                first = false;
+            }
+        }
+    }
+    over_frequency(page.said.config.band, unit(page), lines)
+}
+
+/// The first person who was measured in all of `cells`, with the curves.
+fn example(page: &Page<'_>, cells: &[(String, Cell)]) -> Option<(String, Vec<Line>)> {
+    let complete = |who: &&String| {
+        let there = |(_, cell): &(String, Cell)| page.panel.of(who, *cell).next().is_some();
+        cells.iter().all(there)
+    };
+    let who = page.said.participants.iter().find(complete)?;
+    let lines = cells
+        .iter()
+        .filter_map(|(name, cell)| Some((name.clone(), person(page, who, *cell)?)));
+    Some((who.clone(), coloured(lines.collect())))
+}
+
+fn drawn_example(
+    page: &Page<'_>,
+    cells: &[(String, Cell)],
+) -> Result<Option<(String, String)>, DrawError> {
+    if cells.len() < 2 {
+        return Ok(None);
+    }
+    let Some((who, lines)) = example(page, cells) else {
+        return Ok(None);
+    };
+    let svg = over_frequency(page.said.config.band, unit(page), lines)?;
+    Ok(Some((who, svg)))
+}
+
+/// The counterpart of figures 22, 70a and 74.
+pub(super) fn person_by_load(
+    page: &Page<'_>,
+    angle_deg: f64,
+) -> Result<Option<(String, String)>, DrawError> {
+    let there = |cell: &&Cell| (cell.angle_deg.0 - angle_deg).abs() < 1e-9;
+    let cells = page.said.cells.iter().filter(there);
+    let cells: Vec<(String, Cell)> = cells.map(|cell| (cell.load_n.to_string(), *cell)).collect();
+    drawn_example(page, &cells)
+}
+
+/// The counterpart of figure 75.
+pub(super) fn person_by_angle(
+    page: &Page<'_>,
+    load_n: f64,
+) -> Result<Option<(String, String)>, DrawError> {
+    let there = |cell: &&Cell| (cell.load_n.0 - load_n).abs() < 1e-9;
+    let cells = page.said.cells.iter().filter(there);
+    let cells: Vec<(String, Cell)> = cells
+        .map(|cell| (format!("{}°", cell.angle_deg.0), *cell))
+        .collect();
+    drawn_example(page, &cells)
+}
+
+/// The counterpart of figure 70b.
+pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String, DrawError> {
+    let said = page.said;
+    let there = |a: &&CellAverage| (a.cell.angle_deg.0 - angle_deg).abs() < 1e-9;
+    let lines = said.averages.iter().filter(there).map(|average| {
+        let db = average_db(average, said.config.averaging);
+        (
+            average.cell.load_n.to_string(),
+            zipped(&average.frequencies_hz, db),
+        )
+    });
+    over_frequency(said.config.band, unit(page), coloured(lines.collect()))
+}
+
+/// The counterpart of figure 78: the person and cell with most measurements, in the cell that is judged if it can be.
+pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)>, DrawError> {
+    let judged = page.said.judged();
+    let groups = page.said.participants.iter().flat_map(|who| {
+        let cells = page.said.cells.iter();
+        cells.map(move |cell| (who, *cell))
+    });
+    let counted = groups.map(|(who, cell)| {
+        let in_judged = judged.is_some_and(|judged| judged.is(cell));
+        (page.panel.of(who, cell).count(), in_judged, who, cell)
+    });
+    let most = counted.fold(
+        None,
+        |most: Option<(usize, bool, &String, Cell)>, next| match most {
+            Some(most) if (most.0, most.1) >= (next.0, next.1) => Some(most),
+            _ => Some(next),
+        },
+    );
+    let Some((count, _, who, cell)) = most.filter(|most| most.0 > 1) else {
+        return Ok(None);
+    };
+    let band = page.said.config.band;
+    let (mut functions, mut coherence) = (Vec::new(), Vec::new());
+    for entry in page.panel.of(who, cell) {
+        let filing = &entry.filing;
+        let name = format!("placement {}, repeat {}", filing.placement, filing.repeat);
+        let f = &entry.function;
+        functions.push((name.clone(), levels(f, band)));
+        let lines = f.lines_in(band).filter(|(_, hz)| *hz > 0.0);
+        coherence.push((
+            name,
+            lines.map(|(line, hz)| (hz, f.coherence()[line])).collect(),
+        ));
+    }
+    let functions = over_frequency(band, unit(page), coloured(functions))?;
+    let lines = coloured(coherence);
+    let lowest = lines
+        .iter()
+        .flat_map(|l| &l.points)
+        .map(|p| p.1)
+        .fold(1.0, f64::min);
+    let low = if lowest > 0.9 { 0.9 } else { 0.0 };
+    let mut chart = Chart::new(frequency(band), Axis::new("coherence", low, 1.005), lines);
+    chart.legend = Corner::Beside;
+    let caption = format!("{count} measurements of {who} at {cell}.");
+    Ok(Some((caption, functions, chart.svg(HEIGHT)?)))
+}
+
+pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Result<String, DrawError> {
+    let log = zipped(&average.frequencies_hz, &average.log_magnitude_db);
+    let complex = zipped(&average.frequencies_hz, &average.complex_db);
+    let lines = vec![
+        ("log magnitudes".to_owned(), log),
+        ("complex".to_owned(), complex),
+    ];
+    over_frequency(page.said.config.band, unit(page), coloured(lines))
+}
+
+pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<String, DrawError> {
+    let costs = average.penalties_of(said.config.averaging);
+    let points: Vec<(f64, f64)> = costs
+        .people
+        .iter()
+        .enumerate()
+        .map(|(i, person)| (i as f64, person.db_rms))
+        .collect();
+    let criterion_db = said.config.criterion.db_rms;
+    let highest = points.iter().map(|p| p.1).fold(criterion_db, f64::max);
+    let names = costs.people.iter().map(|p| p.participant.clone()).collect();
+    let line = Line::new("", MEAN, points).marked(Mark::Dots);
+    let y = Axis::new("error of the average, dB rms", 0.0, highest * 1.15);
+    let mut chart = Chart::new(
+        Axis::names("participant left out of the average", names),
+        y,
+        vec![line],
+    );
+    chart.levels.push(criterion_db);
+    chart.svg(HEIGHT)
+}
+
+/// The learning curve of the cell that is judged, and its caption.
+pub(super) fn learning(said: &PanelAnalysis) -> Result<Option<(String, String)>, DrawError> {
+    let judged = said.judged();
+    let found = said
+        .learning
+        .iter()
+        .find(|curve| judged.is_some_and(|cell| cell.is(curve.cell)));
+    let Some(curve) = found else {
+        return Ok(None);
+    };
+    let names = curve.points.iter().map(|p| p.people.to_string()).collect();
+    let at = |i: usize| i as f64;
+    let points = curve
+        .points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| (at(i), p.mean_db_rms));
+    let spread: Vec<(f64, f64, f64)> = curve
+        .points
+        .iter()
+        .enumerate()
+        .filter_map(|(i, p)| p.interval_db_rms.map(|[low, high]| (at(i), low, high)))
+        .collect();
+    let highest = spread.iter().map(|s| s.2).fold(0.0, f64::max);
+    let line = Line::new("", MEAN, points.collect())
+        .marked(Mark::Joined)
+        .spread(spread);
+    let y = Axis::new(
+        "error for a new participant, dB rms",
+        0.0,
+        (highest * 1.1).max(0.1),
+    );
+    let chart = Chart::new(
+        Axis::names("participants in the average", names),
+        y,
+        vec![line],
+    );
+    let how = match curve.orders {
+        0 => "over all subsets of the others".to_owned(),
+        orders => format!("over {orders} random orders of the others for each participant"),
+    };
+    let caption = format!(
+        "At {}, {how}; bars: 95 % over the participants left out. Number beyond which more participants reduce the error by \
+            less than {} dB: {}.",
+        curve.cell,
+        curve.within_db,
+        curve.enough_text()
+    );
+    Ok(Some((chart.svg(HEIGHT)?, caption)))
+}
+
+/// The counterpart of figure 71: the control, and a finger before and after.
+pub(super) fn artefact(
+    page: &Page<'_>,
+    cleaning: &Cleaning,
+) -> Result<(String, Option<String>), DrawError> {
+    let band = page.said.config.band;
+    let control = Line::new("", MEAN, levels(&cleaning.control, band));
+    let y = around(
+        "magnitude of the control, dB",
+        std::slice::from_ref(&control),
+    );
+    let mut chart = Chart::new(frequency(band), y, vec![control]);
+    let window = cleaning.artefact.window_hz;
+    chart.shaded.push((window.low().0, window.high().0));
+    let after: Option<&Function> = page.panel.entries().first().map(|entry| &entry.function);
+    let both = match (&cleaning.example_before, after) {
+        (Some(before), Some(after)) => Some(over_frequency(
+            band,
+            unit(page),
+            vec![
+                Line::new("before", SINGLE, levels(before, band)).thick(),
+                Line::new("after", MEAN, levels(after, band)),
+            ],
+        )?),
+        _ => None,
+    };
+    Ok((chart.svg(HEIGHT)?, both))
+}

@@ -1,0 +1,167 @@
+//! The report of one transfer function.
+
+use maud::{Markup, html};
+use piezotact::document::Words;
+use piezotact::doubt::merged;
+use piezotact::quantity::{Band, Quantity, Unit};
+use piezotact::transfer::{Distortion, TransferFunction};
+
+use crate::report::drawn_doubts_and;
+use crate::{DrawError, bench_text, document, figure, figures};
+
+/// What magnitude, phase and coherence say.
+pub(crate) const CAPTIONS: [&str; 3] = [
+    "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line.",
+    "Phase. Area behind the curve: 95 % confidence interval.",
+    "Coherence: the share of the response power that the drive explains linearly.",
+];
+
+/// What a report of a transfer function shows.
+#[derive(Clone, Debug)]
+pub struct Page<'a, I: Quantity, O: Quantity> {
+    /// Its title.
+    pub title: String,
+    /// The transfer function.
+    pub function: &'a TransferFunction<I, O>,
+    /// The unit of its values.
+    pub unit: String,
+    /// The unit of the response.
+    pub response_unit: String,
+    /// Noise and distortion; absent where nothing told them apart.
+    pub distortion: Option<&'a Distortion>,
+    /// How many repeats there are, and how far the two that differ most lie apart, dB rms.
+    pub repeats: Option<(usize, f64)>,
+    /// What was refused, and why.
+    pub refused: Vec<String>,
+}
+
+impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
+    /// A transfer function between channels in these units: drive, response.
+    #[must_use]
+    pub fn of(
+        title: String,
+        function: &'a TransferFunction<I, O>,
+        [drive_unit, response_unit]: [&Unit; 2],
+    ) -> Self {
+        Self {
+            title,
+            function,
+            unit: format!("({response_unit})/{drive_unit}"),
+            response_unit: response_unit.to_string(),
+            distortion: None,
+            repeats: None,
+            refused: Vec::new(),
+        }
+    }
+}
+
+/// The report as HTML, with doubts in `words`.
+///
+/// # Errors
+/// [`DrawError`] where a figure cannot be drawn.
+pub fn html<I: Quantity, O: Quantity>(
+    page: &Page<'_, I, O>,
+    words: &dyn Words,
+) -> Result<String, DrawError> {
+    let function = page.function;
+    let (shown, judged) = (function.shown_band(), function.felt_band());
+    let figures = figures::transfer(function, shown, &page.unit)?;
+    let distortion = page
+        .distortion
+        .map(|d| figures::distortion(d, &page.response_unit))
+        .transpose()?;
+    let body = html! {
+        h1 { (page.title) }
+        p.soft { (bench_line(function)) }
+        (numbers(page, judged))
+        section {
+            h2 { "Doubts" }
+            (drawn_doubts_and(&merged(&function.about.doubts), &page.refused, words))
+        }
+        section {
+            h2 { "Transfer function" }
+            @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
+            p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
+        }
+        @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
+            section {
+                h2 { "Is the device linear?" }
+                p { (linear_words(distortion)) }
+                (figure(svg, "Levels of single spectral lines: the square root of their mean power within third octaves. \
+                    Distortion that is not above the noise is not drawn."))
+                p.soft { (format!("{} realisations of {} periods; lines {:.2} Hz apart. Noise: the part that differs between \
+                    periods. Distortion: the part that repeats at lines that are not \
+                    driven.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
+            }
+        }
+        (origin(function))
+    };
+    Ok(document(&page.title, &body))
+}
+
+fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
+    let kind = bench_text(function.about.provenance.bench)
+        .unwrap_or("The recording does not say which bench it comes from.");
+    match function.about.condition.to_string() {
+        nothing if nothing.is_empty() => kind.into(),
+        known => format!("{kind} Measured with {known}."),
+    }
+}
+
+fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Markup {
+    let function = page.function;
+    let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
+    html! {
+        section.verdict {
+            strong { (format!("{:?} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
+            div.numbers {
+                @if let Some(reach_db) = function.median_reach_db(judged) {
+                    @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
+                    (number(reach, &format!("95 % confidence interval of the median line over {judged}")))
+                }
+                @if let Some(coherence) = function.coherence_in(judged) {
+                    (number(format!("{:.3}", coherence.median), "median coherence"))
+                    (number(format!("{:.3}", coherence.lowest), &format!("lowest coherence, at {:.0} \
+                        Hz", coherence.lowest_at_hz)))
+                }
+                @if let Some(delay) = function.delay() {
+                    (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.reach_s * 1e3), "from the drive to the response, within a segment"))
+                }
+                @if let Some((repeats, apart_db)) = page.repeats {
+                    (number(format!("{apart_db:.2} dB"), &format!("largest rms difference between two of {repeats} repeats")))
+                }
+                @if let Some((level_db, band)) = page.distortion.and_then(Distortion::worst) {
+                    (number(format!("{level_db:.0} dB").replace('-', "−"), &format!("largest distortion re the \
+                        response, {band}")))
+                }
+            }
+        }
+    }
+}
+
+fn linear_words(distortion: &Distortion) -> String {
+    match distortion.worst() {
+        Some((level_db, band)) if level_db > -200.0 => format!(
+            "At the level of this drive, distortion reaches −{:.0} dB re the response at {band}; even lines show even-order \
+                distortion, odd lines odd-order distortion.",
+            -level_db
+        ),
+        _ => "At the level of this drive, no distortion is above the noise.".into(),
+    }
+}
+
+fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Markup {
+    html! {
+        section {
+            h2 { "Origin of the data" }
+            table {
+                tr { th { "source" } td { (function.about.provenance.source) } }
+                tr { th { "steps" } td { ol { @for step in &function.about.provenance.steps { li { (step) } } } } }
+                @if let Some(setup) = &function.drive {
+                    tr { th { "device" } td { (format!("gain {}, {:.3} V at full scale, {:.0} nF", setup.gain, setup.volts_per_full_scale, setup.load_f * 1e9)) } }
+                }
+                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A manipulated texture as it is handed out, without its samples.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::Texture;
+use crate::document::Content;
+use crate::doubt::{Merged, merged};
+use crate::lineage::Lineage;
+use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
+use crate::recording::Condition;
+use crate::statistics::standard_deviation;
+
+/// A texture that was manipulated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ManipulateDocument<'a> {
+    /// The file that holds it.
+    pub out: &'a Path,
+    /// Its rate, Hz.
+    pub rate_hz: SampleRate,
+    /// How long it is, s.
+    pub duration_s: Seconds,
+    /// Its root mean square about the mean before, in `unit`.
+    pub rms_before: f64,
+    /// The same after, in `unit`.
+    pub rms_after: f64,
+    /// Its unit.
+    pub unit: Unit,
+    /// What still holds of how it was recorded.
+    pub condition: &'a Condition,
+    /// What was done.
+    pub lineage: &'a Lineage,
+    /// What was done, in words.
+    pub text: String,
+    /// What limits it.
+    pub doubts: Vec<Merged>,
+}
+
+impl Content for ManipulateDocument<'_> {
+    const SCHEMA: &'static str = "manipulate";
+}
+
+impl<'a> ManipulateDocument<'a> {
+    /// What became of the texture `before`, kept in the file `out`.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of<Q: Quantity>(
+        before: &Texture<Q>,
+        after: &'a Texture<Q>,
+        condition: &'a Condition,
+        out: &'a Path,
+    ) -> Self {
+        Self {
+            out,
+            rate_hz: after.series.rate(),
+            duration_s: after.series.duration(),
+            rms_before: standard_deviation(before.series.samples()),
+            rms_after: standard_deviation(after.series.samples()),
+            unit: Q::UNIT,
+            condition,
+            lineage: &after.lineage,
+            text: after.lineage.to_string(),
+            doubts: merged(&after.doubts),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! A panel freed of the artefact of its bench.
+
+use serde::Serialize;
+
+use super::{
+    Artefact, ArtefactConfig, ControlError, Dip, Entry, Filing, Panel, PanelError, artefact_of,
+};
+use crate::quantity::Uncalibrated;
+use crate::transfer::TransferFunction;
+
+/// The dip of one measurement at the artefact, before and after it was taken out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CleanedDip {
+    /// The measurement.
+    pub of: Filing,
+    /// Before.
+    pub before: Dip,
+    /// After.
+    pub after: Dip,
+}
+
+/// What taking the artefact of a bench out of a panel did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cleaning {
+    /// The control measurement without a finger.
+    pub control: TransferFunction<Uncalibrated, Uncalibrated>,
+    /// What was found in it.
+    pub artefact: Artefact,
+    /// The dips of every measurement at the artefact.
+    pub dips: Vec<CleanedDip>,
+    /// The first measurement before, as an example.
+    pub example_before: Option<TransferFunction<Uncalibrated, Uncalibrated>>,
+}
+
+/// A panel that cannot be freed of an artefact.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CleaningError {
+    /// The control measurement shows nothing that could be taken out, or does not fit.
+    #[error("{0}")]
+    Control(#[from] ControlError),
+    /// What is left is no panel.
+    #[error("{0}")]
+    Panel(#[from] PanelError),
+}
+
+/// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The doubts of the panel and
+/// of the artefact go with it.
+///
+/// Formula: that of [`artefact_of`] and [`Artefact::removed_from`], measurement by measurement.
+///
+/// Source: L. Felicetti's thesis (2024), figure 71, for the control measurement.
+///
+/// # Errors
+/// [`CleaningError`] where the control shows no artefact or has other lines than the panel.
+pub fn without_artefact(
+    panel: &Panel<Uncalibrated, Uncalibrated>,
+    control: TransferFunction<Uncalibrated, Uncalibrated>,
+    config: &ArtefactConfig,
+) -> Result<(Panel<Uncalibrated, Uncalibrated>, Cleaning), CleaningError> {
+    let artefact = artefact_of(&control, config)?;
+    let mut dips = Vec::new();
+    let mut entries = Vec::new();
+    for entry in panel.entries() {
+        let removed = artefact.removed_from(&entry.function)?;
+        dips.push(CleanedDip {
+            of: entry.filing.clone(),
+            before: removed.before,
+            after: removed.after,
+        });
+        entries.push(Entry {
+            filing: entry.filing.clone(),
+            function: removed.function,
+        });
+    }
+    let mut cleaned = Panel::new(entries)?;
+    cleaned.doubts.extend(panel.doubts.iter().cloned());
+    cleaned.doubts.extend(artefact.doubts.iter().cloned());
+    let example_before = panel.entries().first().map(|entry| entry.function.clone());
+    let cleaning = Cleaning {
+        control,
+        artefact,
+        dips,
+        example_before,
+    };
+    Ok((cleaned, cleaning))
+}

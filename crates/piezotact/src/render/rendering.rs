@@ -1,0 +1,94 @@
+//! How a drive was made, as it stands with the drive and with what was recorded while it was played.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
+use crate::clipping::ClippingDoubt;
+use crate::device::DriveSetup;
+use crate::doubt::Doubt;
+use crate::lineage::Mode;
+use crate::quantity::{Band, Drive};
+use crate::recording::{About, Condition};
+use crate::series::Series;
+
+/// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The device it is for.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub setup: Option<DriveSetup>,
+    /// The texture it was rendered from, by name.
+    #[serde(default)]
+    pub target: String,
+    /// The condition it is for, the provenance of its transfer function, and its doubts.
+    #[serde(flatten)]
+    pub about: About,
+    /// The level it was rendered at, relative to the target, dB.
+    pub level_db: f64,
+    /// How it was made.
+    pub config: RenderConfig,
+    /// What a closed loop corrected it for; none in an open loop.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub aim: Option<Mode>,
+    /// How much of the device it uses.
+    pub headroom: Headroom,
+    /// The parts of the band that the inverse reaches, Hz.
+    pub achievable_band_hz: Vec<Band>,
+    /// The parts it gives up, Hz.
+    pub given_up_band_hz: Vec<Band>,
+}
+
+impl Rendering {
+    /// Whether the waveform of the texture was rendered, or its spectrum alone.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        if self.config.inverse.phase == PhaseForm::Minimum {
+            Mode::Texture
+        } else {
+            self.aim.unwrap_or(Mode::Replicate)
+        }
+    }
+
+    /// What `rendered`, made from the texture called `target` at `level_db` dB relative to it, is.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
+        Self {
+            target: target.into(),
+            about: rendered.about.clone(),
+            setup: rendered.setup.clone(),
+            level_db,
+            config: rendered.config.clone(),
+            aim: rendered.aim,
+            headroom: rendered.headroom.clone(),
+            achievable_band_hz: rendered.coverage.reached.clone(),
+            given_up_band_hz: rendered.coverage.given_up.clone(),
+        }
+    }
+}
+
+/// What is doubted of a recording made under `measured` while `drive` was played at `setup`, apart from the recording itself: that
+/// the drive is steeper than the amplifier follows, that it clips, and that it was made (`rendering`) for another condition.
+///
+/// Source: decision 0046 of this project, for one place for all three.
+#[must_use]
+pub fn doubts_of_played(
+    drive: &Series<Drive>,
+    setup: Option<&DriveSetup>,
+    rendering: Option<&Rendering>,
+    measured: &Condition,
+) -> Vec<Doubt> {
+    let headroom = headroom(drive.samples(), drive.rate(), setup);
+    let mut doubts: Vec<Doubt> = headroom.slew_doubt(setup).into_iter().collect();
+    let fraction = headroom.clipped_fraction;
+    if fraction > 0.0 {
+        doubts.push(Doubt::from(ClippingDoubt::PlayedDriveClipped { fraction }));
+    }
+    if let Some(rendering) = rendering {
+        doubts.extend(rendering.about.condition.doubts_when_measured(measured));
+    }
+    doubts
+}

@@ -1,0 +1,220 @@
+//! The transfer function between two channels of a recording, whatever their units.
+
+use super::{
+    Estimator, OneClock, TransferDoubt, TransferError, TransferFunction, estimate_without, prepared,
+};
+use crate::device::{DriveSetup, drive_of_potential};
+use crate::doubt::Doubt;
+use crate::integrity::{Pair, SignalDoubt, never_changes, said_of_a_pair, transfer_doubts};
+use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
+use crate::recording::{Channel, Recording, RecordingError};
+use crate::series::{Series, SeriesError};
+use crate::spectrum::WelchConfig;
+
+/// Which channels, and how.
+#[derive(Clone, Debug)]
+pub struct BetweenConfig<'a> {
+    /// The name of the channel that drives.
+    pub drive: &'a str,
+    /// The name of the channel that answers.
+    pub response: &'a str,
+    /// The segments.
+    pub welch: WelchConfig,
+    /// The estimator.
+    pub estimator: Estimator,
+    /// How many volts full scale is; where it is stated a drive in V becomes one of full scale.
+    pub volts_per_full_scale: Option<Volts>,
+    /// The device that played; absent for a plant without one.
+    pub setup: Option<DriveSetup>,
+    /// From when to when samples are known to be lost, s.
+    pub lost_s: Vec<[f64; 2]>,
+}
+
+/// A transfer function with the units of its two channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BetweenChannels {
+    /// The transfer function, with what the recording is doubted for.
+    pub function: TransferFunction<Uncalibrated, Uncalibrated>,
+    /// The unit of the drive.
+    pub drive_unit: Unit,
+    /// The unit of the response.
+    pub response_unit: Unit,
+}
+
+/// Two channels without a transfer function between them.
+#[derive(Debug, thiserror::Error)]
+pub enum BetweenError {
+    /// One channel is named twice.
+    #[error(
+        "expected two channels, found `{channel}` as both drive and response; name the channel of the response"
+    )]
+    SameChannel {
+        /// The channel.
+        channel: String,
+    },
+    /// Volts per full scale were stated for a drive in another unit.
+    #[error("expected the drive channel in V or FS, found {found}")]
+    NotVolts {
+        /// Its unit.
+        found: Unit,
+    },
+    /// A channel holds no signal.
+    #[error(
+        "expected the channel `{channel}` to hold a signal, found the constant value {}; check its cable, its range \
+                     and its name",
+        crate::number::digits(*.value)
+    )]
+    Constant {
+        /// The channel.
+        channel: String,
+        /// Its only value, in its unit.
+        value: f64,
+    },
+    /// The recording lacks a channel, or the two do not share a clock.
+    #[error("{0}")]
+    Recording(#[from] RecordingError),
+    /// Samples that make no series.
+    #[error("{0}")]
+    Series(#[from] SeriesError),
+    /// The transfer function cannot be estimated.
+    #[error("{0}")]
+    Transfer(#[from] TransferError),
+}
+
+/// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive.
+///
+/// Formula: that of [`estimate_without`], after [`prepared`] brought both on one clock.
+///
+/// Source: as [`estimate_without`].
+///
+/// # Errors
+/// [`BetweenError`] for channels that are missing, the same, constant, on two clocks or not in V where volts are stated, and for
+/// what cannot be estimated.
+pub fn between_channels(
+    recording: &Recording,
+    config: &BetweenConfig<'_>,
+) -> Result<BetweenChannels, BetweenError> {
+    if config.drive == config.response {
+        return Err(BetweenError::SameChannel {
+            channel: config.drive.to_owned(),
+        });
+    }
+    recording.require_one_clock([config.drive, config.response])?;
+    let (drive, drive_unit) = driven(recording, config)?;
+    let (response_channel, response) = recording.raw(Some(config.response))?;
+    let response_unit = response_channel.unit.clone();
+    for (name, series) in [(config.drive, &drive), (config.response, &response)] {
+        if never_changes(series.samples()) {
+            return Err(BetweenError::Constant {
+                channel: name.to_owned(),
+                value: series.samples()[0],
+            });
+        }
+    }
+    let OneClock {
+        response,
+        missing_s,
+        doubts: clocks,
+    } = prepared(&drive, response, &config.welch, config.lost_s.clone());
+    let mut function = estimate_without(
+        &drive,
+        &response,
+        &config.welch,
+        config.estimator,
+        &missing_s,
+    )?;
+    function.about.doubts.extend(clocks);
+    if let Some(band) = recording.about.provenance.driven_hz {
+        function.driven_within(band);
+    }
+    let units = [&drive_unit, &response_unit];
+    let broken = broken(config, [&drive, &response], &drive_unit);
+    doubt(&mut function, units, &broken);
+    describe(&mut function, recording, config, &broken);
+    Ok(BetweenChannels {
+        function,
+        drive_unit,
+        response_unit,
+    })
+}
+
+/// The drive, as a share of full scale where volts per full scale are stated, and its unit.
+fn driven(
+    recording: &Recording,
+    config: &BetweenConfig<'_>,
+) -> Result<(Series<Uncalibrated>, Unit), BetweenError> {
+    let (Channel { unit, .. }, drive) = recording.raw(Some(config.drive))?;
+    match config.volts_per_full_scale {
+        Some(volts) if *unit == Unit::Volt => {
+            let potential = recording.series::<Potential>(Some(config.drive))?;
+            let drive = drive_of_potential(&potential, volts)?;
+            let rate = drive.rate();
+            Ok((Series::new(drive.into_samples(), rate)?, Unit::FullScale))
+        }
+        Some(_) if *unit != Unit::FullScale => Err(BetweenError::NotVolts {
+            found: unit.clone(),
+        }),
+        _ => Ok((drive, unit.clone())),
+    }
+}
+
+/// What is broken in the two signals, told of them together.
+fn broken(
+    config: &BetweenConfig<'_>,
+    [drive, response]: [&Series<Uncalibrated>; 2],
+    drive_unit: &Unit,
+) -> Vec<Doubt> {
+    let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
+    transfer_doubts(&Pair {
+        drive: drive.samples(),
+        response: response.samples(),
+        rate: response.rate(),
+        drive_name: config.drive,
+        response_name: config.response,
+        drive_limit: (*drive_unit == Unit::FullScale).then_some(limit),
+    })
+}
+
+/// Doubts the transfer function for what is broken in its signals and for units that are no drive and response.
+fn doubt(
+    function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
+    [drive_unit, response_unit]: [&Unit; 2],
+    broken: &[Doubt],
+) {
+    let doubts = &mut function.about.doubts;
+    // The channels here have names and units, not types.
+    doubts.retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
+    doubts.extend(broken.iter().cloned());
+    let sends = matches!(response_unit, Unit::FullScale | Unit::Volt);
+    if *drive_unit == Unit::MetrePerSecondSquared && sends {
+        doubts.push(Doubt::from(TransferDoubt::SwappedUnits {
+            drive: drive_unit.to_string(),
+            response: response_unit.to_string(),
+        }));
+    }
+    if *drive_unit == Unit::Newton && *response_unit == Unit::MetrePerSecondSquared {
+        let inverted = function.inverted_polarity();
+        function.about.doubts.extend(inverted);
+    }
+}
+
+/// Gives the transfer function the provenance, the condition and the doubts of its recording, and the device.
+fn describe(
+    function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
+    recording: &Recording,
+    config: &BetweenConfig<'_>,
+    broken: &[Doubt],
+) {
+    let about = &recording.about;
+    let estimated = std::mem::take(&mut function.about.provenance.steps);
+    let step = format!("{} → {}", config.drive, config.response);
+    function.about.provenance = about.provenance.clone().then(step);
+    // The transfer function says itself which band was driven.
+    function.about.provenance.driven_hz = None;
+    function.about.provenance.steps.extend(estimated);
+    function.about.condition = about.condition.clone();
+    function.drive.clone_from(&config.setup);
+    // What the transfer function says of its two channels is not said again of each.
+    let more = (about.doubts.iter()).filter(|doubt| !said_of_a_pair(doubt, broken));
+    function.about.doubts.extend(more.cloned());
+}

@@ -1,0 +1,55 @@
+//! An estimated transfer function as it is handed out: what it was estimated from, without its lines.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::TransferFunction;
+use crate::document::Content;
+use crate::doubt::{Merged, merged};
+use crate::quantity::{Band, Quantity, Unit};
+
+/// A transfer function that was estimated from two channels of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EstimateDocument<'a> {
+    /// The file that holds it.
+    pub out: &'a Path,
+    /// The unit of the drive.
+    pub drive_unit: &'a Unit,
+    /// The unit of the response.
+    pub response_unit: &'a Unit,
+    /// How many segments were averaged.
+    pub averages: usize,
+    /// From the lowest to the highest line that was driven; absent when not known.
+    pub driven_hz: Option<Band>,
+    /// The distance of two lines, Hz.
+    pub resolution_hz: f64,
+    /// What limits it.
+    pub doubts: Vec<Merged>,
+}
+
+impl Content for EstimateDocument<'_> {
+    const SCHEMA: &'static str = "transfer";
+}
+
+impl<'a> EstimateDocument<'a> {
+    /// `function` between channels in `units` (drive, response), kept in the file `out`.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of<I: Quantity, O: Quantity>(
+        function: &TransferFunction<I, O>,
+        [drive_unit, response_unit]: [&'a Unit; 2],
+        out: &'a Path,
+    ) -> Self {
+        Self {
+            out,
+            drive_unit,
+            response_unit,
+            averages: function.averages,
+            driven_hz: function.driven,
+            resolution_hz: function.resolution_hz(),
+            doubts: merged(&function.about.doubts),
+        }
+    }
+}

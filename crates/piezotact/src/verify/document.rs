@@ -1,0 +1,114 @@
+//! Verifications as they are handed out.
+
+use serde::Serialize;
+
+use super::{Changed, PredictedStraight, Verification, VerifyError};
+use crate::document::Content;
+
+/// A verification with its verdict as a yes or no and as a sentence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedVerification<'a> {
+    /// What was found.
+    #[serde(flatten)]
+    pub verification: &'a Verification,
+    /// Whether every criterion is met.
+    pub passed: bool,
+    /// The verdict in one sentence.
+    pub sentence: String,
+}
+
+impl<'a> JudgedVerification<'a> {
+    /// `verification` with its verdict.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of(verification: &'a Verification) -> Self {
+        Self {
+            verification,
+            passed: verification.passed(),
+            sentence: verification.sentence(),
+        }
+    }
+}
+
+/// A verification of a further measurement.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedVerification<'a> {
+    /// The name of its file.
+    pub file: &'a str,
+    /// What was found.
+    #[serde(flatten)]
+    pub verification: JudgedVerification<'a>,
+}
+
+/// What a texture before its manipulation differs by from the target.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedChange<'a> {
+    /// The name of its file.
+    pub file: &'a str,
+    /// The difference.
+    #[serde(flatten)]
+    pub changed: &'a Changed,
+}
+
+/// What the texture itself as a drive would give, or why that was not computed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum StraightOutcome<'a> {
+    /// What it would give.
+    Predicted(&'a PredictedStraight),
+    /// It could not be computed.
+    NotComputed {
+        /// Why not.
+        not_computed: String,
+    },
+}
+
+impl<'a> From<&'a Result<PredictedStraight, VerifyError>> for StraightOutcome<'a> {
+    fn from(predicted: &'a Result<PredictedStraight, VerifyError>) -> Self {
+        match predicted {
+            Ok(predicted) => Self::Predicted(predicted),
+            Err(error) => Self::NotComputed {
+                not_computed: error.to_string(),
+            },
+        }
+    }
+}
+
+/// How close a measurement came to its target, with the other measurements that were asked for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VerifyDocument<'a> {
+    /// The measurement that decides.
+    #[serde(flatten)]
+    pub verification: JudgedVerification<'a>,
+    /// What the texture itself as a drive would give; absent without a transfer function.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub straight_predicted: Option<StraightOutcome<'a>>,
+    /// Further measurements.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<NamedVerification<'a>>,
+    /// Textures before their manipulation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub before: Vec<NamedChange<'a>>,
+}
+
+impl Content for VerifyDocument<'_> {
+    const SCHEMA: &'static str = "verify";
+}
+
+/// A texture that was rendered, played and measured on the twin, and the same texture played as it stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DemoDocument<'a> {
+    /// The name of the report.
+    pub report: &'a str,
+    /// What was rendered.
+    pub verification: JudgedVerification<'a>,
+    /// The texture itself as a drive.
+    pub straight: JudgedVerification<'a>,
+    /// The same, turned down until nothing clips.
+    pub straight_level_matched: JudgedVerification<'a>,
+}
+
+impl Content for DemoDocument<'_> {
+    const SCHEMA: &'static str = "demo";
+}
