@@ -3,11 +3,14 @@
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::correct::MishapDoubt;
+use piezotact::correct::{CorrectedRendering, MishapDoubt};
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
+use piezotact::render::RenderedDrive;
 use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
+
+use super::Looped;
 
 /// Why a measurement of a loop is not reliable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -255,6 +258,43 @@ impl fmt::Display for Kept {
                 "the open-loop drive is kept: in the confirmation measurement, the best correction had a larger error"
             }
         })
+    }
+}
+
+impl Looped {
+    /// What it came to, called `called`, for a texture rendered at `level_db` dB as `drive`.
+    #[must_use]
+    pub fn summary<'a>(
+        &'a self,
+        called: &'a str,
+        level_db: f64,
+        drive: &'a RenderedDrive,
+    ) -> CorrectedRendering<'a> {
+        CorrectedRendering {
+            called,
+            level_db,
+            drive,
+            open: &self.iterations[0].verification,
+            closed: self.told(),
+            is_confirmed: self.confirmed.is_some(),
+            is_close: self.is_close(),
+            is_open_kept: self.kept.is_open(),
+            kept: self.kept.to_string(),
+            got_worse: self.got_worse(),
+            gain_db: self.gain.as_ref().and_then(|gain| {
+                let [aim, _] = &gain.criteria;
+                aim.found.zip(aim.interval)
+            }),
+            best: self.best,
+            held: self.iterations[self.best].held,
+            ended: match self.end {
+                LoopEnd::Done => "number reached",
+                LoopEnd::NoBetter => "no improvement",
+                LoopEnd::Worse => "worse",
+                LoopEnd::Broken(_) => "invalid measurement",
+            },
+            bench: self.recording.about.provenance.bench,
+        }
     }
 }
 
