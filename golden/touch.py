@@ -47,6 +47,8 @@ spread = np.sqrt((f[band] ** 2 * psd[band]).sum() / psd[band].sum() - centroid**
 mean = y.mean()
 rms = np.sqrt(np.mean((y - mean) ** 2))
 peak = abs(y - mean).max()
+powers = ((y - mean)[: N // 500 * 500].reshape(-1, 500) ** 2).mean(axis=1)
+levels = 10 * np.log10(np.maximum(powers, 0.01 * powers.mean()))
 ratio = np.hypot(fx, fy) / fz
 fft = 2 * abs(np.fft.rfft(y - mean)) / N
 fft[0] /= 2
@@ -76,6 +78,8 @@ print(
             high_passed=high_passed,
             rms=float(rms),
             peak=float(peak),
+            kurtosis=float(stats.kurtosis(y, fisher=False)),
+            level_spread_db=float(levels.std(ddof=1)),
             centroid_hz=float(centroid),
             spread_hz=float(spread),
             receptor_power=[power(2, 16), power(3, 40), power(40, 500), power(100, 500)],

@@ -259,7 +259,7 @@ pub fn noise(
     doubts.extend(recording.about.doubts.iter().cloned().chain(psd.doubts));
     let name = || channel.name.clone();
     match at_rest {
-        Outcome::Met => {}
+        Outcome::Met => (),
         Outcome::NotMet => doubts.push(NoiseDoubt::NotAtRest { channel: name() }),
         Outcome::NotDecided => doubts.push(NoiseDoubt::PerhapsNotAtRest { channel: name() }),
     }
@@ -294,8 +294,8 @@ struct Floor<'a> {
 impl Floor<'_> {
     fn bins(&self, low_hz: f64, high_hz: f64) -> std::ops::Range<usize> {
         let from = (low_hz / self.resolution_hz).ceil().max(0.0) as usize;
-        let to = (high_hz / self.resolution_hz).floor().max(0.0) as usize + 1;
-        from.min(self.psd.len())..to.min(self.psd.len())
+        let to = (high_hz / self.resolution_hz).max(0.0).floor() as usize;
+        from.min(self.psd.len())..to.saturating_add(1).min(self.psd.len())
     }
 
     fn median(&self, low_hz: f64, high_hz: f64, without: std::ops::Range<usize>) -> Option<f64> {
@@ -345,15 +345,13 @@ impl Floor<'_> {
         let at_hz = mains_hz * harmonic as f64;
         let what = NoiseCriterion::MainsLine { at_hz };
         let limit = Limit::at_most(STANDS_OUT_DB);
-        let open = (
-            MainsLine {
-                mains_hz,
-                harmonic,
-                above_db: None,
-                rms: None,
-            },
-            Criterion::unmeasured(what, "dB", limit),
-        );
+        let unseen = MainsLine {
+            mains_hz,
+            harmonic,
+            above_db: None,
+            rms: None,
+        };
+        let open = (unseen, Criterion::unmeasured(what, "dB", limit));
         let reach_hz = (WANDER * at_hz).max(0.5 * self.resolution_hz);
         let strongest = |bins: std::ops::Range<usize>| {
             bins.max_by(|a, b| self.psd[*a].total_cmp(&self.psd[*b]))
@@ -375,7 +373,7 @@ impl Floor<'_> {
         ];
         // A stronger line beside it, which is none of the mains, reaches over here.
         let hidden = strongest(near)
-            .is_some_and(|other| other.abs_diff(at) > 1 && self.psd[other] > 2.0 * self.psd[at]);
+            .is_some_and(|other| other != at && self.psd[other] > 2.0 * self.psd[at]);
         if hidden && interval[1] > STANDS_OUT_DB {
             return open;
         }
@@ -383,12 +381,16 @@ impl Floor<'_> {
         let power = |k: usize| (self.psd[k] - floor).max(0.0) * self.resolution_hz;
         let tone: f64 = (at.saturating_sub(2)..=at + 2).map(power).sum();
         let rms = (tone * median_bias(self.averages)).sqrt();
-        let line = MainsLine {
-            above_db: Some(above_db),
-            rms: (criterion.outcome == Outcome::NotMet).then_some(rms),
-            ..open.0
-        };
-        (line, criterion)
+        let rms = (criterion.outcome == Outcome::NotMet).then_some(rms);
+        let above_db = Some(above_db);
+        (
+            MainsLine {
+                above_db,
+                rms,
+                ..unseen
+            },
+            criterion,
+        )
     }
 
     /// How the levels of parts scatter by chance, dB: that of Gaussian noise with the spectrum above the band's lower end, without
@@ -408,7 +410,9 @@ impl Floor<'_> {
             }
         }
         let part_s = config.segment_s.0 / PARTS as f64;
-        DB_PER_NEPER * (squares / (self.resolution_hz * part_s)).sqrt() / all.max(f64::MIN_POSITIVE)
+        // The relative variance of a power; trigamma(1/v) is that of its logarithm.
+        let v = squares / (self.resolution_hz * part_s * all * all).max(f64::MIN_POSITIVE);
+        DB_PER_NEPER * (v * (1.0 + v * (0.5 + v / 6.0))).sqrt()
     }
 }
 
@@ -418,8 +422,8 @@ fn rest(moving: &[f64], levels: &[f64], chance_db: f64) -> Vec<Criterion<NoiseCr
     let usual = median(&mut levels.to_vec())
         .map_or(f64::MIN_POSITIVE, |level| level.max(f64::MIN_POSITIVE));
     let highest = moving.iter().fold(0.0_f64, |high, v| high.max(v.abs()));
-    let level_db = |level: f64| 2.0 * DB_PER_NEPER * (level / usual).max(1e-3).ln();
-    let levels_db: Vec<f64> = levels.iter().map(|level| level_db(*level)).collect();
+    let level_db = |level: &f64| 2.0 * DB_PER_NEPER * (level / usual).max(1e-3).ln();
+    let levels_db: Vec<f64> = levels.iter().map(level_db).collect();
     let n = levels_db.len() as f64;
     let loudest_db = levels_db.iter().copied().fold(0.0, f64::max);
     // The loudest of n parts, and how surely.
@@ -535,12 +539,8 @@ impl Noise {
         let level = format!("{rms} {unit} rms over {}", self.config.band_hz);
         match self.at_rest() {
             Outcome::Met => format!("Noise of the sensor at rest: {level}"),
-            Outcome::NotMet => {
-                format!("The sensor was not at rest; what was recorded has {level}")
-            }
-            Outcome::NotDecided => {
-                format!("Noise: {level}; whether the sensor was at rest is not decided")
-            }
+            Outcome::NotMet => format!("The sensor was not at rest: {level}"),
+            Outcome::NotDecided => format!("Noise, perhaps not at rest: {level}"),
         }
     }
 

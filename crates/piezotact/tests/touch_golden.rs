@@ -20,6 +20,8 @@ struct Golden {
     high_passed: BTreeMap<String, Vec<f64>>,
     rms: f64,
     peak: f64,
+    kurtosis: f64,
+    level_spread_db: f64,
     centroid_hz: f64,
     spread_hz: f64,
     receptor_power: [f64; 4],
@@ -149,6 +151,9 @@ fn features_are_those_of_scipy() {
         golden.peak / golden.rms,
         1e-9,
     );
+    check("kurtosis", stroke.kurtosis, golden.kurtosis, 1e-9);
+    let spread_db = stroke.level_spread_db.unwrap();
+    check("spread of levels", spread_db, golden.level_spread_db, 1e-7);
     check("centroid", stroke.centroid_hz, golden.centroid_hz, 1e-9);
     check("spread", stroke.spread_hz, golden.spread_hz, 1e-9);
     for (found, expected) in stroke.receptor_power.iter().zip(golden.receptor_power) {

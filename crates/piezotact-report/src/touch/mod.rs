@@ -7,7 +7,7 @@ use figures::Sets;
 use maud::{Markup, html};
 use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::Words;
-use piezotact::feature::{Receptor, Statistics, Weighting};
+use piezotact::feature::{Receptor, STROKE_COLUMNS, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
 use piezotact::statistics::{Direction, LogFit};
 use piezotact::study::{
@@ -108,6 +108,11 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
 }
 
 fn groups(study: &StudyAnalysis) -> Markup {
+    let shown = || {
+        STROKE_COLUMNS
+            .iter()
+            .filter_map(|column| Some((column.name, column.heading?)))
+    };
     let all = || study.groups.iter().map(|g| &g.summary);
     let touched = all().any(|s| s.friction_coefficient.is_some() || s.normal_force_n.is_some());
     let moved = all().any(|s| s.speed_m_s.is_some());
@@ -119,16 +124,16 @@ fn groups(study: &StudyAnalysis) -> Markup {
             p.soft { "Mean ± standard deviation over strokes." }
             table {
                 tr {
-                    th { "group" } th.n { "strokes" } th.n { "rms, " (unit) } th.n { "crest factor" }
-                    th.n { "centroid, Hz" } th.n { "strongest line, Hz" }
+                    th { "group" } th.n { "strokes" } th.n { "rms, " (unit) }
+                    @for (_, heading) in shown() { th.n { (heading) } }
+                    th.n { "strongest line, Hz" }
                     @if weighted { th.n { "Pacinian power" } }
                 }
                 @for s in all() {
                     tr {
                         td { (s.name) } td.n { (s.strokes) }
                         td.n { (spread(Some(s.rms), 1.0, s.strokes)) }
-                        td.n { (spread(Some(s.crest_factor), 1.0, s.strokes)) }
-                        td.n { (spread(Some(s.centroid_hz), 1.0, s.strokes)) }
+                        @for (name, _) in shown() { td.n { (spread(s.features.get(name).copied(), 1.0, s.strokes)) } }
                         td.n { (digits(s.strongest_hz)) }
                         @if weighted { td.n { (spread(s.pacinian_power, 1.0, s.strokes)) } }
                     }

@@ -1,13 +1,15 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
+use std::collections::BTreeMap;
+
 use crate::compare::CompareDoubt;
 use serde::{Serialize, Serializer};
 
 use super::CompareError;
 use crate::doubt::{Doubt, merged};
 use crate::feature::{
-    Analysis, Peak, RECOMMENDED_STROKES, Statistics, StrokeFeatures, StrokeSpectra, peaks,
-    peaks_above,
+    Analysis, Peak, RECOMMENDED_STROKES, STROKE_COLUMNS, Statistics, StrokeFeatures, StrokeSpectra,
+    peaks, peaks_above,
 };
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
@@ -70,6 +72,8 @@ pub struct Summary {
     pub peak: Statistics,
     /// Peak over rms.
     pub crest_factor: Statistics,
+    /// The numbers of strokes that have a heading in reports ([`STROKE_COLUMNS`]), by name.
+    pub features: BTreeMap<&'static str, Statistics>,
     /// Mean power in the bands of the four mechanoreceptors, u².
     pub receptor_power: [f64; 4],
     /// Mean frequency of the power, Hz.
@@ -217,6 +221,11 @@ pub fn summarise(
         rms,
         peak: over(&|s| s.peak)?,
         crest_factor: over(&|s| s.crest_factor)?,
+        features: STROKE_COLUMNS
+            .iter()
+            .filter(|column| column.heading.is_some())
+            .filter_map(|column| Some((column.name, over_some(&column.value)?)))
+            .collect(),
         receptor_power,
         centroid_hz: over(&|s| s.centroid_hz)?,
         spread_hz: over(&|s| s.spread_hz)?,

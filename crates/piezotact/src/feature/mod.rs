@@ -108,6 +108,13 @@ pub struct StrokeFeatures {
     pub strongest_hz: f64,
     /// Peaks above the background, the strongest first.
     pub peaks: Vec<Peak>,
+    /// The fourth power of the departure from the mean over the square of its second power, in the mean: 3 for Gaussian noise, 1.5
+    /// for a tone, more for bursts; of several channels the mean.
+    pub kurtosis: f64,
+    /// The standard deviation of the levels of 0.1 s, dB; silence counts as 20 dB below the mean level. Absent for strokes
+    /// shorter than 0.3 s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_spread_db: Option<f64>,
     /// √(Fx² + Fy²)/Fz, sample by sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_coefficient: Option<Statistics>,
@@ -124,6 +131,59 @@ pub struct StrokeFeatures {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_power: Option<f64>,
 }
+
+/// A number of a stroke, as tables and reports have it.
+#[derive(Clone, Copy, Debug)]
+pub struct StrokeColumn {
+    /// Its name, with its unit where that is not a power of the vibration's: `centroid_hz`.
+    pub name: &'static str,
+    /// Its heading in a report's table of groups, with its unit; absent where it is not shown there.
+    pub heading: Option<&'static str>,
+    /// The number; absent where it was not measured.
+    pub value: fn(&StrokeFeatures) -> Option<f64>,
+}
+
+impl StrokeColumn {
+    const fn of(name: &'static str, value: fn(&StrokeFeatures) -> Option<f64>) -> Self {
+        Self {
+            name,
+            heading: None,
+            value,
+        }
+    }
+
+    const fn shown(self, heading: &'static str) -> Self {
+        Self {
+            heading: Some(heading),
+            ..self
+        }
+    }
+}
+
+/// The numbers of a stroke, in the order of the columns of tables. Groups summarise those that have a heading.
+pub const STROKE_COLUMNS: &[StrokeColumn] = &[
+    StrokeColumn::of("rms", |s| Some(s.rms)),
+    StrokeColumn::of("peak", |s| Some(s.peak)),
+    StrokeColumn::of("crest_factor", |s| Some(s.crest_factor)).shown("crest factor"),
+    StrokeColumn::of("merkel_power", |s| Some(s.receptor_power[0])),
+    StrokeColumn::of("meissner_power", |s| Some(s.receptor_power[1])),
+    StrokeColumn::of("pacini_power", |s| Some(s.receptor_power[2])),
+    StrokeColumn::of("ruffini_power", |s| Some(s.receptor_power[3])),
+    StrokeColumn::of("centroid_hz", |s| Some(s.centroid_hz)).shown("centroid, Hz"),
+    StrokeColumn::of("spread_hz", |s| Some(s.spread_hz)),
+    StrokeColumn::of("strongest_hz", |s| Some(s.strongest_hz)),
+    StrokeColumn::of("friction_mean", |s| Some(s.friction_coefficient?.mean)),
+    StrokeColumn::of("friction_sd", |s| Some(s.friction_coefficient?.sd)),
+    StrokeColumn::of("friction_median", |s| Some(s.friction_coefficient?.median)),
+    StrokeColumn::of("normal_force_mean_n", |s| Some(s.normal_force_n?.mean)),
+    StrokeColumn::of("normal_force_sd_n", |s| Some(s.normal_force_n?.sd)),
+    StrokeColumn::of("speed_mean_m_s", |s| Some(s.speed_m_s?.mean)),
+    StrokeColumn::of("speed_sd_m_s", |s| Some(s.speed_m_s?.sd)),
+    StrokeColumn::of("pacinian_power", |s| s.pacinian_power),
+    StrokeColumn::of("detection_power", |s| s.detection_power),
+    StrokeColumn::of("kurtosis", |s| Some(s.kurtosis)).shown("kurtosis"),
+    StrokeColumn::of("level_spread_db", |s| s.level_spread_db).shown("spread of levels, dB"),
+];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

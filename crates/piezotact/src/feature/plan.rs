@@ -2,10 +2,44 @@
 
 use super::statistics::{Moments, Statistics, squares_and_peak};
 use super::{FeatureConfig, FeatureError, Receptor, StrokeFeatures, Weighting, peaks};
-use crate::quantity::{Band, SampleRate, Uncalibrated, Unit};
+use crate::quantity::{Band, Decibels, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::is_sample;
 use crate::spectrum::WelchPlan;
+use crate::statistics::LevelSpread;
 use crate::stroke::{Interval, Segmentation, Signals, Stroke, stroke_speed_m_s};
+
+/// Levels are compared over windows of this length, as scores and verifications do.
+const SHORT_TIME: Seconds = Seconds(0.1);
+/// What is silent counts as so much less than the mean power.
+const SILENT: f64 = 0.01;
+
+/// The sum of the fourth powers of departures from `mean`; the sum of squares of each window of `window` samples is added to
+/// `short`.
+fn fourth_powers(samples: &[f64], mean: f64, window: usize, short: &mut [f64]) -> f64 {
+    let mut fourth = 0.0;
+    let mut windows = short.iter_mut();
+    for part in samples.chunks(window) {
+        let (mut squares, mut fourths) = ([0.0; 8], [0.0; 8]);
+        for (i, value) in part.iter().enumerate() {
+            let square = (value - mean) * (value - mean);
+            squares[i % 8] += square;
+            fourths[i % 8] += square * square;
+        }
+        fourth += fourths.iter().sum::<f64>();
+        if let (true, Some(sum)) = (part.len() == window, windows.next()) {
+            *sum += squares.iter().sum::<f64>();
+        }
+    }
+    fourth
+}
+
+/// The standard deviation of the levels of windows with these sums of squares, dB.
+fn level_spread_db(short: &[f64]) -> Option<f64> {
+    let silent = (SILENT * crate::statistics::mean(short)).max(f64::MIN_POSITIVE);
+    let level_db = |power: &f64| Decibels::from_power(power.max(silent)).0;
+    let levels_db: Vec<f64> = short.iter().map(level_db).collect();
+    LevelSpread::of(&levels_db).map(|spread| spread.db)
+}
 
 /// A planned computation of features: window, transform and memory, made once for all strokes.
 #[derive(Clone, Debug)]
@@ -58,7 +92,9 @@ impl FeaturePlan {
         stroke: &Stroke,
     ) -> Result<(StrokeFeatures, Vec<f64>), FeatureError> {
         let steady = stroke.steady;
-        let (mut square, mut peak) = (0.0, 0.0f64);
+        let (mut square, mut peak, mut kurtosis) = (0.0, 0.0f64, 0.0);
+        let window = self.rate.samples_in(SHORT_TIME).max(1);
+        let mut short = vec![0.0; steady.len() / window];
         let mut psd: Vec<f64> = Vec::new();
         for vibration in vibrations {
             let samples = steady.of(vibration);
@@ -66,6 +102,8 @@ impl FeaturePlan {
             let (sum, largest) = squares_and_peak(samples, mean);
             square += sum / samples.len().max(1) as f64;
             peak = peak.max(largest);
+            let fourth = fourth_powers(samples, mean, window, &mut short);
+            kurtosis += fourth * samples.len() as f64 / (sum * sum).max(f64::MIN_POSITIVE);
             let spectrum = self
                 .welch
                 .estimate::<Uncalibrated>(&[samples])
@@ -111,6 +149,8 @@ impl FeaturePlan {
             centroid_hz: shape.centroid_hz,
             spread_hz: shape.spread_hz,
             strongest_hz: shape.strongest_hz,
+            kurtosis: kurtosis / channels,
+            level_spread_db: level_spread_db(&short),
             peaks: peaks(&psd, resolution_hz, self.config.band),
             friction_coefficient,
             normal_force_n,

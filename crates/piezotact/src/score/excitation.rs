@@ -4,6 +4,7 @@ use crate::discrimination::{Evidence, Excitation, ExcitationPlan, Model, Units};
 use crate::quantity::{Acceleration, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPlan, segments_in};
+use crate::statistics::LevelSpread;
 
 use super::Extent;
 
@@ -159,23 +160,12 @@ fn line_kinship(welch: &WelchConfig) -> [f64; 3] {
     })
 }
 
-/// The short-time levels of what a vibration excites.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
-    /// The highest, dB re the detection threshold.
-    pub(super) loudest_db: f64,
-    /// Their standard deviation, dB.
-    pub(super) db: f64,
-    /// Its standard error, dB.
-    pub(super) error_db: f64,
-}
-
 /// The spread and the maximum of the excitation's level over windows of `window`; `None` with fewer than three of them.
 pub(super) fn spread(
     x: &Series<Acceleration>,
     model: &Model,
     window: Seconds,
-) -> Result<Option<Spread>, EstimateError> {
+) -> Result<Option<LevelSpread>, EstimateError> {
     let segment = x.rate().samples_in(window).max(16);
     let welch = WelchConfig {
         overlap: 0.0,
@@ -194,14 +184,7 @@ pub(super) fn spread(
         // A pause is as quiet as a tenth of the threshold's power, not infinitely quiet.
         levels_db.push(10.0 * total.max(0.1).log10());
     }
-    let n = levels_db.len() as f64;
-    let loudest_db = levels_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let db = crate::statistics::standard_deviation(&levels_db) * (n / (n - 1.0)).sqrt();
-    Ok(Some(Spread {
-        loudest_db,
-        db,
-        error_db: db / (2.0 * (n - 1.0)).sqrt(),
-    }))
+    Ok(LevelSpread::of(&levels_db))
 }
 
 #[cfg(test)]

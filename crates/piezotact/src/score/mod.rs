@@ -18,7 +18,7 @@ use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
 pub use document::ScoreDocument;
 pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
-use excitation::{Spread, Waveform as Segments, evidence, parts, spread};
+use excitation::{Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
 pub use felt::with_felt_difference;
@@ -40,6 +40,7 @@ use crate::feature::Weighting;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
+use crate::statistics::LevelSpread;
 use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
 
 /// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
@@ -517,7 +518,7 @@ fn over_time(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     model: &Model,
-) -> Result<Option<[Spread; 2]>, ScoreError> {
+) -> Result<Option<[LevelSpread; 2]>, ScoreError> {
     let of = |x| spread(x, model, SHORT_TIME);
     Ok(of(reference)?.zip(of(test)?).map(|(a, b)| [a, b]))
 }

@@ -5,11 +5,11 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::REACH;
-use super::excitation::Spread;
 use super::{BandScore, Difference, Extent};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::discrimination::Model;
 use crate::quantity::{Band, Seconds};
+use crate::statistics::LevelSpread;
 
 /// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
@@ -73,7 +73,7 @@ pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriteri
 pub(super) fn criteria(
     score: Difference,
     (extent, within_jnd): (Extent, Option<[f64; 2]>),
-    (over_time, sensation_db): (Option<[Spread; 2]>, [f64; 2]),
+    (over_time, sensation_db): (Option<[LevelSpread; 2]>, [f64; 2]),
     model: &Model,
 ) -> Vec<Criterion<ScoreCriterion>> {
     let interval = Some([score.low_jnd, score.high_jnd]);

@@ -1,6 +1,7 @@
 //! Statistics of plain numbers: mean, level and peak, medians, intervals, ranks, lines and permutation tests.
 
 mod conclusion;
+mod levels;
 mod line;
 mod moments;
 mod order;
@@ -10,6 +11,7 @@ pub mod random;
 mod rank;
 mod student;
 
+pub use levels::LevelSpread;
 pub use line::{Direction, LogFit, Trend, log_fit, trend};
 pub(crate) use moments::{correlation, sum};
 pub use moments::{mean, peak, rms, standard_deviation};

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Take;
 use crate::criterion::Criterion;
-use crate::feature::Receptor;
+use crate::feature::STROKE_COLUMNS;
 use crate::page::{Cell, Column, Table};
 use crate::stroke::StrokeCriterion;
 
@@ -144,25 +144,12 @@ pub fn strokes_table(takes: &[Take]) -> Table {
                 Cell::from(stroke.start_s),
                 Cell::from(stroke.duration_s),
                 Cell::from(analysis.unit.symbol()),
-                Cell::from(stroke.rms),
-                Cell::from(stroke.peak),
-                Cell::from(stroke.crest_factor),
             ];
-            row.extend(stroke.receptor_power.map(Cell::from));
-            let shape = [stroke.centroid_hz, stroke.spread_hz, stroke.strongest_hz];
-            row.extend(shape.map(Cell::from));
-            let friction = stroke.friction_coefficient;
-            row.extend([
-                Cell::from(friction.map(|s| s.mean)),
-                Cell::from(friction.map(|s| s.sd)),
-                Cell::from(friction.map(|s| s.median)),
-            ]);
-            for moments in [stroke.normal_force_n, stroke.speed_m_s] {
-                row.push(Cell::from(moments.map(|m| m.mean)));
-                row.push(Cell::from(moments.map(|m| m.sd)));
-            }
-            row.push(Cell::from(stroke.pacinian_power));
-            row.push(Cell::from(stroke.detection_power));
+            row.extend(
+                STROKE_COLUMNS
+                    .iter()
+                    .map(|column| Cell::from((column.value)(stroke))),
+            );
             row.extend(label_cells(take, &labels));
             table.rows.push(row);
         }
@@ -182,18 +169,9 @@ fn stroke_names() -> Vec<String> {
         "start_s",
         "duration_s",
         "unit",
-        "rms",
-        "peak",
-        "crest_factor",
     ]
     .map(str::to_owned)
     .to_vec();
-    names.extend(Receptor::ALL.map(|receptor| format!("{}_power", receptor.name().to_lowercase())));
-    names.extend(["centroid_hz", "spread_hz", "strongest_hz"].map(str::to_owned));
-    names.extend(["mean", "sd", "median"].map(|kind| format!("friction_{kind}")));
-    for (what, unit) in [("normal_force", "n"), ("speed", "m_s")] {
-        names.extend(["mean", "sd"].map(|kind| format!("{what}_{kind}_{unit}")));
-    }
-    names.extend(["pacinian_power", "detection_power"].map(str::to_owned));
+    names.extend(STROKE_COLUMNS.iter().map(|column| column.name.to_owned()));
     names
 }

@@ -3,10 +3,9 @@
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::correct::{CorrectedRendering, MishapDoubt};
+use piezotact::correct::MishapDoubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
-use piezotact::render::RenderedDrive;
 use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
 
@@ -262,39 +261,18 @@ impl fmt::Display for Kept {
 }
 
 impl Looped {
-    /// What it came to, called `called`, for a texture rendered at `level_db` dB as `drive`.
+    /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
     #[must_use]
-    pub fn summary<'a>(
-        &'a self,
-        called: &'a str,
-        level_db: f64,
-        drive: &'a RenderedDrive,
-    ) -> CorrectedRendering<'a> {
-        CorrectedRendering {
-            called,
-            level_db,
-            drive,
-            open: &self.iterations[0].verification,
-            closed: self.told(),
-            is_confirmed: self.confirmed.is_some(),
-            is_close: self.is_close(),
-            is_open_kept: self.kept.is_open(),
-            kept: self.kept.to_string(),
-            got_worse: self.got_worse(),
-            gain_db: self.gain.as_ref().and_then(|gain| {
-                let [aim, _] = &gain.criteria;
-                aim.found.zip(aim.interval)
-            }),
-            best: self.best,
-            held: self.iterations[self.best].held,
-            ended: match self.end {
-                LoopEnd::Done => "number reached",
-                LoopEnd::NoBetter => "no improvement",
-                LoopEnd::Worse => "worse",
-                LoopEnd::Broken(_) => "invalid measurement",
-            },
-            bench: self.recording.about.provenance.bench,
-        }
+    pub fn got_worse(&self) -> bool {
+        let gain = self.gain.as_ref();
+        !self.kept.is_open()
+            && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Outcome::NotMet)
+    }
+
+    /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
+    #[must_use]
+    pub fn is_close(&self) -> bool {
+        self.confirmed.is_some() && !self.got_worse() && self.told().is_close()
     }
 }
 
