@@ -1,20 +1,24 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
+mod error;
+
 use std::f64::consts::LN_2;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+pub use error::NoiseError;
+
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
 use crate::doubt::{Advice, DoubtKind, Doubts, doubts};
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use crate::filter::{FilterError, HighPass, ZeroPhase};
+use crate::filter::{HighPass, ZeroPhase};
 use crate::number::{counted, digits};
 use crate::page::{Block, Cell, Column, Number, Page, Table};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
-use crate::recording::{Condition, Recording, RecordingError, Touch};
-use crate::spectrum::{Averaging, EstimateError, WelchConfig, median_bias, welch};
+use crate::recording::{Condition, Recording, Touch};
+use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
 use crate::statistics::{Trend, mean, median, rms, standard_deviation, trend};
 
 /// How noise is analysed. There is no default: it is stated, and goes into the result.
@@ -473,44 +477,6 @@ fn drift_criterion(
         ),
         None => Criterion::unmeasured(what, "", DRIFT),
     }
-}
-
-/// Why noise cannot be analysed.
-#[derive(Debug, thiserror::Error)]
-pub enum NoiseError {
-    /// The channel cannot be picked.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// The recording is too short.
-    #[error("cannot analyse noise: expected {needed} or longer, found {found:.3}; record longer")]
-    TooShort {
-        /// What is needed.
-        needed: Seconds,
-        /// What was found.
-        found: Seconds,
-    },
-    /// The band reaches beyond the signal.
-    #[error(
-        "cannot analyse noise over {band}: the signal ends at {highest}; lower the end of the band"
-    )]
-    Band {
-        /// The band asked for.
-        band: Band,
-        /// Where the signal ends.
-        highest: Hertz,
-    },
-    /// The channel never changes.
-    #[error("cannot analyse noise: `{channel}` never changes; check the sensor's cable and range")]
-    Dead {
-        /// The channel.
-        channel: String,
-    },
-    /// The spectrum cannot be estimated.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// The band's lower end cannot be filtered at.
-    #[error(transparent)]
-    Filter(#[from] FilterError),
 }
 
 doubts! {

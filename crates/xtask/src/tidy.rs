@@ -50,6 +50,8 @@ const ARROWS: [(&str, &[&str]); 9] = [
             "piezotact-dataset",
             "piezotact-bench",
             "piezotact-twin",
+            // For the JSON Schema of its document.
+            "piezotact-replay",
         ],
     ),
 ];

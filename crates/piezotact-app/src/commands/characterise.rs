@@ -161,6 +161,7 @@ fn told(distortion: &Distortion) -> String {
         distortion.realisations, distortion.periods, "band", "noise", "even", "odd"
     );
     for level in &distortion.levels {
+        let [noise, even, odd] = level.re_answer_db();
         let db = |level_db: Option<f64>| match level_db {
             Some(db) if db.is_finite() => format!("{db:.1}"),
             Some(_) => "in noise".into(),
@@ -169,9 +170,9 @@ fn told(distortion: &Distortion) -> String {
         text.push_str(&format!(
             "\n{:>14}  {:>8}  {:>8}  {:>8}",
             level.band_hz.to_string(),
-            db(Some(level.re_answer_db(level.noise))),
-            db(level.even.map(|even| level.re_answer_db(even))),
-            db(level.odd.map(|odd| level.re_answer_db(odd)))
+            db(noise),
+            db(even),
+            db(odd)
         ));
     }
     text

@@ -123,7 +123,7 @@ impl Trend {
     }
 }
 
-/// The least-squares line through `values`, which stand `step` apart; `None` for fewer than three values, or no step.
+/// The least-squares line through `values`, which stand `step_s` s apart; `None` for fewer than three values, or no step.
 ///
 /// Formula: the interval is that of Student's t with m − 2 degrees of freedom, and the variance of the residuals over m − 2, where
 /// m = n·(1 − r)/(1 + r) values are independent, r the correlation of a residual with the next, 0 where that is below 0.
@@ -136,13 +136,13 @@ impl Trend {
 /// assert!((found.slope - 4.0).abs() < 1e-12 && (found.range - 6.0).abs() < 1e-12);
 /// ```
 #[must_use]
-pub fn trend(values: &[f64], step: f64) -> Option<Trend> {
-    if values.len() < 3 || step <= 0.0 {
+pub fn trend(values: &[f64], step_s: f64) -> Option<Trend> {
+    if values.len() < 3 || step_s <= 0.0 {
         return None;
     }
     let n = values.len() as f64;
     let middle = values.iter().sum::<f64>() / n;
-    let x = |i: usize| (i as f64 - 0.5 * (n - 1.0)) * step;
+    let x = |i: usize| (i as f64 - 0.5 * (n - 1.0)) * step_s;
     let points = || values.iter().enumerate().map(|(i, y)| (x(i), y - middle));
     let xx: f64 = points().map(|(x, _)| x * x).sum();
     let slope = points().map(|(x, y)| x * y).sum::<f64>() / xx;

@@ -20,6 +20,8 @@ pub fn unit_for(length_m: f64) -> (&'static str, f64) {
 
 /// A length, m, for a person, without digits that say nothing.
 ///
+/// Source: as [`unit_for`].
+///
 /// ```
 /// use piezotact::surface::length_text;
 /// assert_eq!([length_text(0.8e-3), length_text(2.5e-6)], ["0.8 mm", "2.5 µm"]);
@@ -41,6 +43,8 @@ fn both(x_m: f64, y_m: f64) -> String {
 }
 
 /// Four digits that count, without zeros that say nothing.
+///
+/// Source: as [`digits_that_count`].
 ///
 /// ```
 /// assert_eq!(piezotact::surface::short_number(2.50), "2.5");

@@ -37,17 +37,20 @@ pub struct DistortionLevels {
 }
 
 impl DistortionLevels {
-    /// `level`, in the unit of the response, re the answer, dB; infinitely low where it does not stand out of the noise.
+    /// What differs from period to period and what repeats on even and odd lines, each re the answer, dB; infinitely low where it
+    /// does not stand out of the noise, absent where no such line lies in the band.
     ///
     /// Formula: 20·log₁₀(level / answer).
     ///
     /// Source: by definition of the decibel.
     #[must_use]
-    pub fn re_answer_db(&self, level: f64) -> f64 {
-        match level > 0.0 && self.linear > 0.0 {
-            true => 20.0 * (level / self.linear).log10(),
-            false => f64::NEG_INFINITY,
-        }
+    pub fn re_answer_db(&self) -> [Option<f64>; 3] {
+        [Some(self.noise), self.even, self.odd].map(|level| {
+            level.map(|level| match level > 0.0 && self.linear > 0.0 {
+                true => 20.0 * (level / self.linear).log10(),
+                false => f64::NEG_INFINITY,
+            })
+        })
     }
 }
 
