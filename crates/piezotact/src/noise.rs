@@ -1,13 +1,16 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
+mod doubt;
+
 use std::f64::consts::LN_2;
 use std::fmt;
 
+pub use doubt::NoiseDoubt;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
-use crate::doubt::{Advice, DoubtKind, Doubts, doubts};
+use crate::doubt::Doubts;
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
 use crate::filter::{FilterError, HighPass, ZeroPhase};
 use crate::number::{counted, digits};
@@ -511,47 +514,6 @@ pub enum NoiseError {
     /// The band's lower end cannot be filtered at.
     #[error(transparent)]
     Filter(#[from] FilterError),
-}
-
-doubts! {
-    /// What noise leaves open.
-    pub enum NoiseDoubt {
-        /// Something moved.
-        NotAtRest("not_at_rest") of Channel(channel) {
-            /// The channel.
-            channel: String,
-        },
-        /// Something may have moved.
-        PerhapsNotAtRest("perhaps_not_at_rest") of Channel(channel) {
-            /// The channel.
-            channel: String,
-        },
-    }
-}
-
-impl DoubtKind for NoiseDoubt {
-    fn of(doubt: &crate::Doubt) -> Option<Self> {
-        Self::of_doubt(doubt)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        vec![Advice::RecordAgain]
-    }
-}
-
-impl fmt::Display for NoiseDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotAtRest { channel } => write!(
-                f,
-                "`{channel}` was not at rest: knocks, strokes or changes of level are in the recording, and its numbers are not those of the sensor's noise"
-            ),
-            Self::PerhapsNotAtRest { channel } => write!(
-                f,
-                "the recording does not show whether `{channel}` was at rest"
-            ),
-        }
-    }
 }
 
 impl Content for Noise {

@@ -102,6 +102,7 @@ pub fn log_fit(x: &[f64], y: &[f64]) -> Option<LogFit> {
 
 /// A straight line through values that may go together with the next, as slow noise does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Trend {
     /// The slope, in the unit of the values over that of their step.
     pub slope: f64,
