@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 /// What in `document` differs from the schema that it names; empty where nothing does.
-pub fn differences(document: &Value) -> Vec<String> {
+pub(crate) fn differences(document: &Value) -> Vec<String> {
     let Some(name) = document["schema"].as_str() else {
         return vec!["it names no schema".into()];
     };
