@@ -1,17 +1,22 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
+<<<<<<< HEAD
 mod error;
+=======
+mod doubt;
+>>>>>>> wc
 
 use std::f64::consts::LN_2;
 use std::fmt;
 
+pub use doubt::NoiseDoubt;
 use serde::{Deserialize, Serialize};
 
 pub use error::NoiseError;
 
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
-use crate::doubt::{Advice, DoubtKind, Doubts, doubts};
+use crate::doubt::Doubts;
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
 use crate::filter::{HighPass, ZeroPhase};
 use crate::number::{counted, digits};
@@ -479,6 +484,7 @@ fn drift_criterion(
     }
 }
 
+<<<<<<< HEAD
 doubts! {
     /// What noise leaves open.
     pub enum NoiseDoubt {
@@ -518,6 +524,44 @@ impl fmt::Display for NoiseDoubt {
             ),
         }
     }
+=======
+/// Why noise cannot be analysed.
+#[derive(Debug, thiserror::Error)]
+pub enum NoiseError {
+    /// The channel cannot be picked.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The recording is too short.
+    #[error("cannot analyse noise: expected {needed} or longer, found {found:.3}; record longer")]
+    TooShort {
+        /// What is needed.
+        needed: Seconds,
+        /// What was found.
+        found: Seconds,
+    },
+    /// The band reaches beyond the signal.
+    #[error(
+        "cannot analyse noise over {band}: the signal ends at {highest}; lower the end of the band"
+    )]
+    Band {
+        /// The band asked for.
+        band: Band,
+        /// Where the signal ends.
+        highest: Hertz,
+    },
+    /// The channel never changes.
+    #[error("cannot analyse noise: `{channel}` never changes; check the sensor's cable and range")]
+    Dead {
+        /// The channel.
+        channel: String,
+    },
+    /// The spectrum cannot be estimated.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// The band's lower end cannot be filtered at.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+>>>>>>> wc
 }
 
 impl Content for Noise {
