@@ -1,10 +1,6 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
-<<<<<<< HEAD
-mod error;
-=======
 mod doubt;
->>>>>>> wc
 
 use std::f64::consts::LN_2;
 use std::fmt;
@@ -12,18 +8,16 @@ use std::fmt;
 pub use doubt::NoiseDoubt;
 use serde::{Deserialize, Serialize};
 
-pub use error::NoiseError;
-
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
 use crate::doubt::Doubts;
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use crate::filter::{HighPass, ZeroPhase};
+use crate::filter::{FilterError, HighPass, ZeroPhase};
 use crate::number::{counted, digits};
 use crate::page::{Block, Cell, Column, Number, Page, Table};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
-use crate::recording::{Condition, Recording, Touch};
-use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
+use crate::recording::{Condition, Recording, RecordingError, Touch};
+use crate::spectrum::{Averaging, EstimateError, WelchConfig, median_bias, welch};
 use crate::statistics::{Trend, mean, median, rms, standard_deviation, trend};
 
 /// How noise is analysed. There is no default: it is stated, and goes into the result.
@@ -484,47 +478,6 @@ fn drift_criterion(
     }
 }
 
-<<<<<<< HEAD
-doubts! {
-    /// What noise leaves open.
-    pub enum NoiseDoubt {
-        /// Something moved.
-        NotAtRest("not_at_rest") of Channel(channel) {
-            /// The channel.
-            channel: String,
-        },
-        /// Something may have moved.
-        PerhapsNotAtRest("perhaps_not_at_rest") of Channel(channel) {
-            /// The channel.
-            channel: String,
-        },
-    }
-}
-
-impl DoubtKind for NoiseDoubt {
-    fn of(doubt: &crate::Doubt) -> Option<Self> {
-        Self::of_doubt(doubt)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        vec![Advice::RecordAgain]
-    }
-}
-
-impl fmt::Display for NoiseDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotAtRest { channel } => write!(
-                f,
-                "`{channel}` was not at rest: knocks, strokes or changes of level are in the recording, and its numbers are not those of the sensor's noise"
-            ),
-            Self::PerhapsNotAtRest { channel } => write!(
-                f,
-                "the recording does not show whether `{channel}` was at rest"
-            ),
-        }
-    }
-=======
 /// Why noise cannot be analysed.
 #[derive(Debug, thiserror::Error)]
 pub enum NoiseError {
@@ -561,7 +514,6 @@ pub enum NoiseError {
     /// The band's lower end cannot be filtered at.
     #[error(transparent)]
     Filter(#[from] FilterError),
->>>>>>> wc
 }
 
 impl Content for Noise {
