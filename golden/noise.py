@@ -39,8 +39,12 @@ def third_octave(centre):
     return math.sqrt(np.median(psd[inside]))
 
 
+mean_psd = signal.welch(x, RATE, window="hann", nperseg=RATE, noverlap=RATE // 2)[1]
 band = (frequencies >= 10) & (frequencies <= 1000)
 around = [k for k in range(42, 59) if abs(k - 50) > 3]
+
+without_line = psd.copy()
+without_line[48:53] = np.minimum(psd[48:53], np.median(psd[around]))
 
 means = x.reshape(SECONDS, RATE).mean(axis=1)
 seconds = np.arange(SECONDS)
@@ -56,7 +60,8 @@ print(
     json.dumps(
         dict(
             scipy=scipy.__version__,
-            rms=math.sqrt(np.sum(psd[band])),
+            rms=math.sqrt(np.sum(mean_psd[band])),
+            floor_rms=math.sqrt(np.sum(without_line[band])),
             densities=[third_octave(hz) for hz in (10, 100, 1000)],
             psd=list(psd[::50]),
             above_db=10 * math.log10(psd[50] / np.median(psd[around])),

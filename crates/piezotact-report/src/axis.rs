@@ -96,7 +96,8 @@ fn power_of_ten(place: f64) -> String {
     if (mantissa - 1.0).abs() < 0.01 {
         format!("10{digits}")
     } else {
-        format!("{mantissa:.0}·10{digits}")
+        let mantissa = format!("{mantissa:.1}");
+        format!("{}·10{digits}", mantissa.trim_end_matches(".0"))
     }
 }
 
@@ -138,13 +139,12 @@ impl ValueFormatter<f64> for Ticked {
 pub(crate) fn number(value: f64) -> String {
     // Ticks are sums of steps: what is left at 0 is rounding.
     let value = if value.abs() < 1e-9 { 0.0 } else { value };
-    let text = if value.abs() >= 9.99 || value == 0.0 {
-        format!("{value:.0}")
-    } else if value.abs() < 0.002 {
-        format!("{value:.6}")
-    } else {
-        format!("{value:.3}")
+    // Five digits that count tell neighbouring ticks apart; zeros at the end go.
+    let decimals = match value {
+        0.0 => 0,
+        _ => (4.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize,
     };
+    let text = format!("{value:.decimals$}");
     let text = if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {

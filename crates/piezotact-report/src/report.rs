@@ -139,7 +139,13 @@ fn require_narrow(table: &Table) -> Result<(), DrawError> {
 
 fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
     require_narrow(table)?;
-    let class = |column| is_numeric(table, column).then_some("n");
+    let class = |column| {
+        Some(if is_numeric(table, column) {
+            "n"
+        } else {
+            "text"
+        })
+    };
     Ok(html! {
         div.wide {
             table {

@@ -1,23 +1,23 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
 mod doubt;
+mod error;
+mod page;
 
 use std::f64::consts::LN_2;
 use std::fmt;
 
 pub use doubt::NoiseDoubt;
+pub use error::NoiseError;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
 use crate::doubt::Doubts;
-use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use crate::filter::{FilterError, HighPass, ZeroPhase};
-use crate::number::{counted, digits};
-use crate::page::{Block, Cell, Column, Number, Page, Table};
+use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
-use crate::recording::{Condition, Recording, RecordingError, Touch};
-use crate::spectrum::{Averaging, EstimateError, WelchConfig, median_bias, welch};
+use crate::recording::{Condition, Recording, Touch};
+use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
 use crate::statistics::{Trend, mean, median, rms, standard_deviation, trend};
 
 /// How noise is analysed. There is no default: it is stated, and goes into the result.
@@ -31,16 +31,30 @@ pub struct NoiseConfig {
 }
 
 impl NoiseConfig {
+    /// How many parts at each end the high-pass disturbs.
+    fn disturbed_parts(&self) -> usize {
+        let part_s = self.segment_s.0 / PARTS as f64;
+        (DISTURBED / (self.band_hz.low().0 * part_s))
+            .ceil()
+            .clamp(1.0, PARTS as f64) as usize
+    }
+
     /// Segments of 1 s, and 10 to 1000 Hz as far as the rate allows.
     ///
     /// # Errors
     /// [`QuantityError::Band`] when half the rate is 10 Hz or less.
     pub fn usual(rate: SampleRate) -> Result<Self, QuantityError> {
         let high = rate.nyquist().0.min(1000.0);
-        Ok(Self {
-            band_hz: Band::new(Hertz(10.0), Hertz(high))?,
+        Ok(Self::over(Band::new(Hertz(10.0), Hertz(high))?))
+    }
+
+    /// Segments of 1 s, and the band `band_hz`.
+    #[must_use]
+    pub fn over(band_hz: Band) -> Self {
+        Self {
+            band_hz,
             segment_s: Seconds(1.0),
-        })
+        }
     }
 }
 
@@ -58,8 +72,11 @@ pub struct Noise {
     pub duration_s: Seconds,
     /// How it was analysed.
     pub config: NoiseConfig,
-    /// The rms over the band, in the unit of the channel: from the PSD, lines of the mains included.
+    /// The rms over the band, in the unit of the channel: of everything in the recording, from the mean PSD.
     pub rms: f64,
+    /// The rms over the band of the noise floor, in the unit of the channel: from the PSD of medians, with lines replaced by the
+    /// floor around them.
+    pub floor_rms: f64,
     /// The amplitude density at 10, 100 and 1000 Hz, as far as the rate allows.
     pub densities: Vec<Density>,
     /// Multiples of 50 and 60 Hz.
@@ -78,7 +95,8 @@ pub struct Noise {
     pub psd: Vec<f64>,
     /// The mean of each segment's length in turn, in the unit of the channel.
     pub means: Vec<f64>,
-    /// The rms above the band's lower end over each quarter of a segment's length in turn, in the unit of the channel.
+    /// The rms above the band's lower end over each quarter of a segment's length in turn, in the unit of the channel; without the
+    /// parts at both ends that the high-pass disturbs.
     pub levels: Vec<f64>,
     /// What a person should know before relying on it.
     pub doubts: Doubts,
@@ -128,7 +146,14 @@ pub enum NoiseCriterion {
         /// Its frequency, Hz.
         at_hz: f64,
     },
-    /// The drift over the whole recording, of the rms over the band.
+    /// A line that is no multiple of the mains, over the floor: of a machine, or of a steady motion.
+    OtherLine {
+        /// Its frequency, Hz.
+        at_hz: f64,
+    },
+    /// The largest change of the mean over quarters of a segment, in multiples of the rms of the floor: slow motion, or drift.
+    MeanRange,
+    /// The drift over the whole recording, in multiples of the rms of the floor.
     Drift,
 }
 
@@ -143,11 +168,15 @@ impl fmt::Display for NoiseCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Crest => f.write_str("largest excursion, in multiples of the rms"),
-            Self::LoudestPart => f.write_str("loudest part over the usual one"),
+            Self::LoudestPart => f.write_str("loudest part over the median part"),
             Self::LevelSpread => f.write_str("spread of the levels of parts beyond chance"),
             Self::StatedSpeed => f.write_str("sliding speed that the recording states"),
             Self::MainsLine { at_hz } => write!(f, "line at {at_hz:.0} Hz over the floor"),
-            Self::Drift => f.write_str("drift over the recording, of the rms"),
+            Self::OtherLine { at_hz } => {
+                write!(f, "line at {at_hz:.0} Hz, not of the mains, over the floor")
+            }
+            Self::MeanRange => f.write_str("largest change of the mean, in multiples of the rms"),
+            Self::Drift => f.write_str("drift over the recording, in multiples of the rms"),
         }
     }
 }
@@ -159,6 +188,11 @@ const WANDER: f64 = 0.004;
 const HARMONICS: usize = 10;
 /// A line stands out that is so far above the floor, dB.
 const STANDS_OUT_DB: f64 = 3.0;
+/// A line that is not of the mains is named from so far above the floor on both sides, dB; the strongest of them.
+const OTHER_LINE_DB: f64 = 10.0;
+const OTHER_LINES: usize = 5;
+/// The lowest line that is looked for, in lines of the PSD.
+const LOWEST_LINE: usize = 4;
 /// The floor around a line is taken so far to either side, and not so close, Hz.
 const AROUND_HZ: f64 = 8.0;
 const BESIDE_HZ: f64 = 3.0;
@@ -177,6 +211,10 @@ const CREST: Limit = Limit::AtMost {
 /// How much louder than the usual part the loudest may be, dB, and how much the levels may spread.
 const LOUDER_DB: f64 = 3.0;
 const SPREAD_DB: f64 = 1.0;
+/// The mean may change by so many times the noise before slow motion cannot be excluded.
+const MEAN_RANGE: f64 = 10.0;
+/// The ends of a recording that a high-pass disturbs, in periods of its frequency.
+const DISTURBED: f64 = 1.5;
 /// The drift may be as large as the noise.
 const DRIFT: Limit = Limit::Within { reach: 1.0 };
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
@@ -184,8 +222,8 @@ const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 /// The noise of one channel of `recording`, as if the sensor was at rest; whether it was is a criterion, and a doubt.
 /// PSD in unit²/Hz, levels and rms in the channel's unit, differences of levels in dB.
 ///
-/// Formula: Welch's PSD with the median of the segments (Hann, half of each shared), which events shorter than half of the
-/// recording do not lift; lines over the median of those within 8 Hz, with an interval of ±1.96·1.44/√n (n independent
+/// Formula: Welch's PSD with the mean of the segments (Hann, half of each shared) for the rms, and with their median for the
+/// floor, which events shorter than half of the recording do not lift; lines over the median of those within 8 Hz, with an interval of ±1.96·1.44/√n (n independent
 /// segments) of the power; the slope of the means of parts by least squares, its interval from Student's t over n(1 − r)/(1 + r)
 /// parts, r the correlation of a residual with the next; levels of parts against the scatter √(∫S²df/T)/∫S df of Gaussian noise.
 ///
@@ -233,19 +271,43 @@ pub fn noise(
         independent: welch_config.effective_averages(psd.averages)?,
         averages: psd.averages,
     };
-    let rms = floor.rms(config.band_hz);
+    let mean_psd = welch(
+        &series,
+        &WelchConfig::hann(rate.samples_in(config.segment_s)),
+    )?;
+    let rms = floor.of(&mean_psd.values).rms(config.band_hz, &[]);
     let high_pass = HighPass {
         order: 4,
         cutoff_hz: config.band_hz.low(),
     };
     let moving = ZeroPhase::high_pass(high_pass, rate)?.apply(x);
     let part = (rate.samples_in(config.segment_s) / PARTS).max(1);
+    // Whole parts at both ends, as far as the high-pass disturbs them.
+    let skipped = config.disturbed_parts();
+    let moving = &moving[skipped * part..moving.len().saturating_sub(skipped * part)];
     let levels: Vec<f64> = moving.chunks_exact(part).map(self::rms).collect();
+    if floor
+        .bins(config.band_hz.low().0, config.band_hz.high().0)
+        .is_empty()
+    {
+        return Err(NoiseError::NarrowBand {
+            band: config.band_hz,
+            resolution: Hertz(psd.resolution_hz),
+        });
+    }
+    // Changes of the last digit are no noise.
+    let usual = median(&mut levels.clone()).unwrap_or_default();
+    let highest = levels.iter().copied().fold(0.0, f64::max);
+    if floor.rms(config.band_hz, &[]) <= 0.0 || usual <= 1e-12 * highest {
+        return Err(NoiseError::MostlyConstant {
+            channel: channel.name.clone(),
+        });
+    }
     let (mains, of_lines): (Vec<_>, Vec<_>) = floor.mains(nyquist).into_iter().unzip();
-    let mut criteria = rest(&moving, &levels, floor.chance(config, &mains));
+    let mut criteria = rest(moving, &levels, floor.chance(config, &mains));
+    let others = floor.other_lines(nyquist);
+    criteria.extend(others.iter().map(|(_, criterion)| criterion.clone()));
     criteria.extend(stated(&recording.about.condition));
-    let at_rest = Outcome::of_all(criteria.iter().map(|c| c.outcome));
-    criteria.extend(of_lines);
     let means: Vec<f64> = x
         .chunks_exact(rate.samples_in(config.segment_s))
         .map(mean)
@@ -253,7 +315,16 @@ pub fn noise(
     let drift = (means.len() >= SHORTEST_OF_DRIFT)
         .then(|| trend(&means, config.segment_s.0))
         .flatten();
-    criteria.push(drift_criterion(drift.as_ref(), duration_s, rms));
+    let steady = mains.iter().filter(|line| line.rms.is_some());
+    let steady = steady.map(|line| line.mains_hz * line.harmonic as f64 / psd.resolution_hz);
+    let lines: Vec<usize> = (steady.map(|k| k.round() as usize))
+        .chain(others.iter().map(|(k, _)| *k))
+        .collect();
+    let floor_rms = floor.rms(config.band_hz, &lines);
+    criteria.push(mean_range(x.chunks_exact(part).map(mean), floor_rms));
+    let at_rest = Outcome::of_all(criteria.iter().map(|c| c.outcome));
+    criteria.extend(of_lines);
+    criteria.push(drift_criterion(drift.as_ref(), duration_s, floor_rms));
     let mut doubts = Doubts::new();
     doubts.extend(recording.about.doubts.iter().cloned().chain(psd.doubts));
     let name = || channel.name.clone();
@@ -269,6 +340,7 @@ pub fn noise(
         duration_s,
         config: *config,
         rms,
+        floor_rms,
         densities: floor.densities(nyquist),
         mains,
         drift,
@@ -306,11 +378,83 @@ impl Floor<'_> {
         median(&mut values)
     }
 
-    fn rms(&self, band: Band) -> f64 {
-        let power: f64 = self.psd[self.bins(band.low().0, band.high().0)]
-            .iter()
-            .sum();
-        (power * self.resolution_hz).sqrt()
+    /// The same with another PSD of the same lines.
+    fn of<'b>(&self, psd: &'b [f64]) -> Floor<'b> {
+        Floor { psd, ..*self }
+    }
+
+    /// The rms over `band`; around the bins `lines` the floor beside them counts.
+    fn rms(&self, band: Band, lines: &[usize]) -> f64 {
+        let bins = self.bins(band.low().0, band.high().0);
+        let power = bins.map(|k| match lines.iter().find(|line| line.abs_diff(k) <= 2) {
+            Some(line) => self.around(*line).unwrap_or(self.psd[k]).min(self.psd[k]),
+            None => self.psd[k],
+        });
+        (power.sum::<f64>() * self.resolution_hz).sqrt()
+    }
+
+    /// How many bins around a line are none of the floor.
+    fn beside(&self) -> usize {
+        (BESIDE_HZ / self.resolution_hz).ceil().max(3.0) as usize
+    }
+
+    /// The median of the PSD around the bin `at`, without the bins beside it.
+    fn around(&self, at: usize) -> Option<f64> {
+        let (at_hz, beside) = (at as f64 * self.resolution_hz, self.beside());
+        let near = at.saturating_sub(beside)..(at + beside + 1).min(self.psd.len());
+        self.median(at_hz - AROUND_HZ, at_hz + AROUND_HZ, near)
+    }
+
+    /// The strongest lines that are no multiples of the mains, by their bins. Such a line stands over the floor on both sides, and
+    /// does not decide whether the sensor was at rest: a fan makes one, and so does a periodic texture under a finger.
+    fn other_lines(&self, nyquist: Hertz) -> Vec<(usize, Criterion<NoiseCriterion>)> {
+        let beside = self.beside();
+        let of_mains = |hz: f64| {
+            let off = |mains_hz: f64| (hz - mains_hz * (hz / mains_hz).round().max(1.0)).abs();
+            let nearest_hz = MAINS_HZ.map(off).into_iter().fold(f64::MAX, f64::min);
+            nearest_hz <= WANDER * hz + 1.5 * self.resolution_hz
+        };
+        let last = ((nyquist.0 - AROUND_HZ) / self.resolution_hz).max(0.0) as usize;
+        let mut found: Vec<(usize, f64)> = Vec::new();
+        for k in LOWEST_LINE..last.min(self.psd.len()) {
+            let hz = k as f64 * self.resolution_hz;
+            let near = &self.psd[k.saturating_sub(2)..(k + 3).min(self.psd.len())];
+            if of_mains(hz) || near.iter().any(|value| *value > self.psd[k]) {
+                continue;
+            }
+            let gap_hz = beside as f64 * self.resolution_hz;
+            let sides = [
+                self.median(
+                    (hz - AROUND_HZ).max(self.resolution_hz),
+                    (hz - gap_hz).max(self.resolution_hz),
+                    0..0,
+                ),
+                self.median(hz + gap_hz, hz + AROUND_HZ, 0..0),
+            ];
+            let floor = sides.into_iter().flatten().fold(0.0, f64::max);
+            let above_db = DB_PER_NEPER * (self.psd[k] / floor.max(f64::MIN_POSITIVE)).ln();
+            if above_db > OTHER_LINE_DB {
+                found.push((k, above_db));
+            }
+        }
+        found.sort_by(|a, b| self.psd[b.0].total_cmp(&self.psd[a.0]));
+        let mut lines: Vec<(usize, Criterion<NoiseCriterion>)> = Vec::new();
+        for (k, above_db) in found {
+            let apart = (AROUND_HZ / self.resolution_hz) as usize;
+            if lines.len() == OTHER_LINES || lines.iter().any(|(line, _)| line.abs_diff(k) <= apart)
+            {
+                continue;
+            }
+            let at_hz = k as f64 * self.resolution_hz;
+            let what = NoiseCriterion::OtherLine { at_hz };
+            let limit = Limit::at_most(OTHER_LINE_DB);
+            let criterion = Criterion {
+                outcome: Outcome::NotDecided,
+                ..Criterion::new(what, "dB", above_db, None, limit)
+            };
+            lines.push((k, criterion));
+        }
+        lines
     }
 
     fn densities(&self, nyquist: Hertz) -> Vec<Density> {
@@ -358,10 +502,9 @@ impl Floor<'_> {
         let Some(at) = strongest(self.bins(at_hz - reach_hz, at_hz + reach_hz)) else {
             return open;
         };
-        let beside = (BESIDE_HZ / self.resolution_hz).ceil().max(3.0) as usize;
+        let beside = self.beside();
         let near = at.saturating_sub(beside)..(at + beside + 1).min(self.psd.len());
-        let around = self.median(at_hz - AROUND_HZ, at_hz + AROUND_HZ, near.clone());
-        let Some(floor) = around.filter(|floor| *floor > 0.0) else {
+        let Some(floor) = self.around(at).filter(|floor| *floor > 0.0) else {
             return open;
         };
         let sure = 1.96 / LN_2 / self.independent.sqrt();
@@ -374,6 +517,15 @@ impl Floor<'_> {
         let hidden = strongest(near)
             .is_some_and(|other| other != at && self.psd[other] > 2.0 * self.psd[at]);
         if hidden && interval[1] > STANDS_OUT_DB {
+            return open;
+        }
+        // A resonance is broad: what a tone leaves three lines beside it is the floor.
+        let sides = [at.saturating_sub(4), at.saturating_sub(3), at + 3, at + 4];
+        let sides = sides.into_iter().filter_map(|k| self.psd.get(k));
+        let sides: Vec<f64> = sides.copied().collect();
+        let scatter = floor / LN_2 / (self.independent * 4.0).sqrt();
+        let broad = mean(&sides) - floor > 0.12 * (self.psd[at] - floor) + 2.0 * scatter;
+        if broad && interval[1] > STANDS_OUT_DB {
             return open;
         }
         let criterion = Criterion::new(what, "dB", above_db, Some(interval), limit);
@@ -428,10 +580,14 @@ fn rest(moving: &[f64], levels: &[f64], chance_db: f64) -> Vec<Criterion<NoiseCr
     // The loudest of n parts, and how surely.
     let by_chance_db = chance_db * ((2.0 * n.ln()).sqrt() + 2.0);
     let spread_db = standard_deviation(&levels_db);
-    let of_chance_db = chance_db * (1.0 + 2.0 / (2.0 * n).sqrt());
-    let beyond_db = (spread_db * spread_db - of_chance_db * of_chance_db)
-        .max(0.0)
-        .sqrt();
+    // What chance alone spreads, from its 2.5th to its 97.5th percentile, is taken away.
+    let beyond = |chance_db: f64| {
+        let left = spread_db * spread_db - chance_db * chance_db;
+        left.max(0.0).sqrt()
+    };
+    let unsure = 2.0 / (2.0 * n).sqrt();
+    let low_db = beyond(chance_db * (1.0 + unsure));
+    let high_db = beyond(chance_db * (1.0 - unsure).max(0.0));
     let of = |what, found, low, most| {
         Criterion::new(what, "dB", found, Some([low, found]), Limit::at_most(most))
     };
@@ -443,7 +599,13 @@ fn rest(moving: &[f64], levels: &[f64], chance_db: f64) -> Vec<Criterion<NoiseCr
             loudest_db - by_chance_db,
             LOUDER_DB,
         ),
-        of(LevelSpread, spread_db, beyond_db, SPREAD_DB),
+        Criterion::new(
+            LevelSpread,
+            "dB",
+            beyond(chance_db),
+            Some([low_db, high_db]),
+            Limit::at_most(SPREAD_DB),
+        ),
     ]
 }
 
@@ -456,6 +618,23 @@ fn stated(condition: &Condition) -> Option<Criterion<NoiseCriterion>> {
             Some(Criterion::unmeasured(what, "m/s", limit))
         }
         _ => None,
+    }
+}
+
+/// Whether the mean stays where it is: a slow motion, warming up and drift change it, so that rest is not decided then.
+fn mean_range(means: impl Iterator<Item = f64>, rms: f64) -> Criterion<NoiseCriterion> {
+    let (low, high) = means.fold((f64::MAX, f64::MIN), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    let found = (high - low) / rms.max(f64::MIN_POSITIVE);
+    let limit = Limit::at_most(MEAN_RANGE);
+    let criterion = Criterion::new(NoiseCriterion::MeanRange, "", found, None, limit);
+    match criterion.outcome {
+        Outcome::NotMet => Criterion {
+            outcome: Outcome::NotDecided,
+            ..criterion
+        },
+        _ => criterion,
     }
 }
 
@@ -478,190 +657,6 @@ fn drift_criterion(
     }
 }
 
-/// Why noise cannot be analysed.
-#[derive(Debug, thiserror::Error)]
-pub enum NoiseError {
-    /// The channel cannot be picked.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// The recording is too short.
-    #[error("cannot analyse noise: expected {needed} or longer, found {found:.3}; record longer")]
-    TooShort {
-        /// What is needed.
-        needed: Seconds,
-        /// What was found.
-        found: Seconds,
-    },
-    /// The band reaches beyond the signal.
-    #[error(
-        "cannot analyse noise over {band}: the signal ends at {highest}; lower the end of the band"
-    )]
-    Band {
-        /// The band asked for.
-        band: Band,
-        /// Where the signal ends.
-        highest: Hertz,
-    },
-    /// The channel never changes.
-    #[error("cannot analyse noise: `{channel}` never changes; check the sensor's cable and range")]
-    Dead {
-        /// The channel.
-        channel: String,
-    },
-    /// The spectrum cannot be estimated.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// The band's lower end cannot be filtered at.
-    #[error(transparent)]
-    Filter(#[from] FilterError),
-}
-
 impl Content for Noise {
     const SCHEMA: &'static str = "noise";
-}
-
-impl Noise {
-    /// Whether the sensor was at rest.
-    #[must_use]
-    pub fn at_rest(&self) -> Outcome {
-        let of_rest = self.criteria.iter().filter(|c| c.what.of_rest());
-        Outcome::of_all(of_rest.map(|c| c.outcome))
-    }
-
-    /// The conclusion in one sentence.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        let (rms, unit) = (digits(self.rms), self.unit.symbol());
-        let level = format!("{rms} {unit} rms over {}", self.config.band_hz);
-        match self.at_rest() {
-            Outcome::Met => format!("Noise of the sensor at rest: {level}"),
-            Outcome::NotMet => format!("The sensor was not at rest: {level}"),
-            Outcome::NotDecided => format!("Noise, perhaps not at rest: {level}"),
-        }
-    }
-
-    /// The drift in one sentence.
-    #[must_use]
-    pub fn drift_sentence(&self) -> String {
-        let (unit, least) = (self.unit.symbol(), SHORTEST_OF_DRIFT as f64);
-        let Some(drift) = &self.drift else {
-            let least_s = digits(least * self.config.segment_s.0);
-            return format!("Drift is not decided: it needs {least_s} s or longer");
-        };
-        let interval = drift
-            .slope_interval
-            .map_or("not decided".into(), |[low, high]| {
-                format!("{} to {}", digits(low), digits(high))
-            });
-        let (slope, range) = (digits(drift.slope), digits(drift.range));
-        let text = format!(
-            "The mean changes by {slope} {unit}/s (95 %: {interval}), range {range} {unit}"
-        );
-        text.replace('-', "−")
-    }
-
-    /// The PSD and the amplitude density by frequency: one row a line.
-    #[must_use]
-    pub fn spectrum_table(&self) -> Table {
-        let mut table = Table::new([
-            Column::new("frequency, Hz", "frequency_hz"),
-            Column::new(&format!("PSD, {}", self.unit.of_psd()), "psd"),
-            Column::new(&self.density_label(), "amplitude_density"),
-        ]);
-        table.rows = (self.psd.iter().enumerate())
-            .map(|(k, psd)| vec![k as f64 * self.resolution_hz, *psd, psd.sqrt()])
-            .map(|row| row.into_iter().map(Cell::from).collect())
-            .collect();
-        table
-    }
-
-    fn density_label(&self) -> String {
-        format!("amplitude density, {}/√Hz", self.unit.symbol())
-    }
-
-    /// The report.
-    #[must_use]
-    pub fn page(&self, origin: &str) -> Page {
-        let (unit, part_s) = (self.unit.symbol(), self.config.segment_s.0 / PARTS as f64);
-        let mut numbers = vec![Number::new(
-            format!("{} {unit}", digits(self.rms)),
-            format!("rms over {}", self.config.band_hz),
-        )];
-        numbers.extend(self.densities.iter().map(|density| {
-            Number::new(
-                format!("{} {unit}/√Hz", digits(density.value)),
-                format!("at {} Hz", density.frequency_hz),
-            )
-        }));
-        let conclusion = Block::Conclusion {
-            text: format!("{}.", self.sentence()),
-            outcome: Some(self.at_rest()),
-        };
-        let of_rest = self.criteria.iter().filter(|c| c.what.of_rest());
-        let others = self.criteria.iter().filter(|c| !c.what.of_rest());
-        let note = format!(
-            "PSD by Welch's method: Hann window, segments of {}, half of each shared, median of {}. Levels: rms above {} over quarters of a segment. Drift: least squares over the means of segments; its interval counts as many parts as are independent. A line stands out when it is more than {STANDS_OUT_DB} dB above the floor around it with 95 % confidence.",
-            self.config.segment_s,
-            counted(self.averages, "segment"),
-            self.config.band_hz.low(),
-        );
-        Page::new(format!("Noise of {}", self.channel), origin)
-            .section("", [conclusion, Block::Numbers { numbers }])
-            .section(
-                "Was the sensor at rest?",
-                [
-                    Block::Table(Table::of_criteria(of_rest)),
-                    Block::Figure(
-                        self.over_time("rms of parts", &self.levels, part_s)
-                            .captioned("Level of each part. At rest it is the same throughout."),
-                    ),
-                ],
-            )
-            .section("Spectrum", [Block::Figure(self.spectrum_figure())])
-            .section(
-                "Lines of the mains and drift",
-                [
-                    Block::Text {
-                        text: format!("{}.", self.drift_sentence()),
-                    },
-                    Block::Figure(
-                        self.over_time("mean of parts", &self.means, self.config.segment_s.0)
-                            .captioned("Mean of each part, which drift shows in."),
-                    ),
-                    Block::Table(Table::of_criteria(others)),
-                ],
-            )
-            .doubts(&self.doubts)
-            .section("Method", [Block::Note { text: note }])
-    }
-
-    fn spectrum_figure(&self) -> crate::figure::Figure {
-        let (step_hz, last) = (self.resolution_hz, self.psd.len() - 1);
-        let point = |k: usize| (k as f64 * step_hz, self.psd[k].sqrt());
-        let above = |points: &(f64, f64)| points.1 > 0.0;
-        let points: Vec<_> = (1..=last).map(point).filter(above).collect();
-        let lines = self.mains.iter().filter(|line| line.rms.is_some());
-        let lines = lines.map(|line| line.mains_hz * line.harmonic as f64 / step_hz);
-        let lines = lines.map(|k| point(k.round() as usize)).filter(above);
-        let y = points.iter().map(|point| point.1);
-        let y = Axis::around(self.density_label(), Scale::Logarithmic, y);
-        let x = Axis::log("frequency, Hz", step_hz, last as f64 * step_hz);
-        let mut chart = Chart::new(x, y, vec![Line::new("noise", Tone::Main, points).thin()]);
-        let lines = Line::new("lines of the mains", Tone::Second, lines.collect());
-        if !lines.points.is_empty() {
-            chart.lines.push(lines.marked(Mark::Dots));
-        }
-        chart.captioned("Amplitude density: the square root of the PSD.")
-    }
-
-    fn over_time(&self, what: &str, values: &[f64], part_s: f64) -> Chart {
-        let time = |i: usize| (i as f64 + 0.5) * part_s;
-        let points: Vec<(f64, f64)> = (values.iter().enumerate())
-            .map(|(i, value)| (time(i), *value))
-            .collect();
-        let label = format!("{what}, {}", self.unit.symbol());
-        let y = Axis::around(label, Scale::Linear, values.iter().copied());
-        let x = Axis::new("time, s", 0.0, self.duration_s.0);
-        Chart::new(x, y, vec![Line::new("", Tone::Main, points)])
-    }
 }

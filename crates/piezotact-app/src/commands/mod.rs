@@ -30,7 +30,7 @@ use piezotact::series::Series;
 use piezotact_bench::{Acquire, DeviceError, Placement, ProcedureError, RunPlan, Until};
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{
-    Contents, ReadOptions, check_place, journal_path, read_recording, set_aside_path,
+    Contents, ReadOptions, check_place, cuts_path, journal_path, read_recording, set_aside_path,
 };
 
 use crate::cli::{self, Cli, Finger, Reading};
@@ -176,7 +176,13 @@ fn drive_limit(setup: Option<&DriveSetup>) -> f64 {
 fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     let read: Vec<PathBuf> = inputs
         .iter()
-        .flat_map(|input| [place(input), place(&sidecar_path(input))])
+        .flat_map(|input| {
+            [
+                place(input),
+                place(&sidecar_path(input)),
+                place(&cuts_path(input)),
+            ]
+        })
         .collect();
     for (i, output) in outputs.iter().enumerate() {
         if read.contains(&place(output)) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::criterion::Outcome as Judged;
-use piezotact::noise::{Noise, NoiseConfig, NoiseError, noise};
+use piezotact::noise::{Noise, NoiseConfig, NoiseCriterion, NoiseError, noise};
 use piezotact::number::digits;
 use piezotact::quantity::Band;
 use piezotact_report::report::{csv, html};
@@ -18,7 +18,7 @@ use crate::output::{print, print_document, say_doubts, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A recording of the sensor at rest, 10 s or longer.
+    /// A recording of the sensor at rest, 4 s or longer; 10 s or longer for the drift.
     recording: PathBuf,
     /// The channel; optional if there is only one, or only one of acceleration.
     #[arg(long)]
@@ -44,13 +44,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     outputs(&[&args.recording], &report)?;
     let recording = read(&args.recording, &args.reading)?.recording;
     let file = args.recording.display().to_string();
-    let usual = NoiseConfig::usual(recording.rate()).map_err(|e| anyhow!("{file}: {e}"))?;
-    let config = NoiseConfig {
-        band_hz: args.band.unwrap_or(usual.band_hz),
-        ..usual
+    let config = match args.band {
+        Some(band_hz) => NoiseConfig::over(band_hz),
+        None => NoiseConfig::usual(recording.rate()).map_err(|_| {
+            usage(anyhow!(
+                "{file}: expected a rate above 20 Hz for the usual band from 10 Hz, found {}; state a band with --band",
+                recording.rate()
+            ))
+        })?,
     };
     let found = noise(&recording, args.channel.as_deref(), &config).map_err(|e| match e {
-        NoiseError::Band { .. } => usage(e),
+        NoiseError::Band { .. } | NoiseError::NarrowBand { .. } => usage(e),
         e => Failure::Data(anyhow::Error::new(e).context(file.clone())),
     })?;
     if let Some(path) = &args.report {
@@ -74,7 +78,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 /// The conclusion first, then the numbers and the criteria that are not met.
 fn text(found: &Noise) -> String {
-    let unit = found.unit.symbol();
+    let unit = match found.unit.symbol() {
+        "no unit" => "(no unit)",
+        symbol => symbol,
+    };
     let density = |d: &piezotact::noise::Density| {
         format!(
             "amplitude density at {} Hz: {} {unit}/√Hz",
@@ -84,8 +91,11 @@ fn text(found: &Noise) -> String {
     };
     let mut lines = vec![found.sentence()];
     lines.extend(found.densities.iter().map(density));
-    lines.push(found.drift_sentence());
-    let open = found.criteria.iter().filter(|c| c.outcome != Judged::Met);
+    lines.extend([found.mains_sentence(), found.drift_sentence()]);
+    // Lines of the mains have a sentence of their own.
+    let of_mains = |what| matches!(what, NoiseCriterion::MainsLine { .. });
+    let open = found.criteria.iter();
+    let open = open.filter(|c| c.outcome != Judged::Met && !of_mains(c.what));
     lines.extend(open.map(|criterion| format!("criterion: {criterion}")));
     lines.join("\n")
 }

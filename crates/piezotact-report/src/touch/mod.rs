@@ -122,7 +122,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
         section {
             h2 { "Groups" }
             p.soft { "Mean ± standard deviation over strokes." }
-            table {
+            div.wide { table.tight {
                 tr {
                     th { "group" } th.n { "strokes" } th.n { "rms, " (unit) }
                     @for (_, heading) in shown() { th.n { (heading) } }
@@ -138,7 +138,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                         @if weighted { td.n { (spread(s.pacinian_power, 1.0, s.strokes)) } }
                     }
                 }
-            }
+            } }
             @if touched || moved {
                 table.second {
                     tr {

@@ -334,6 +334,14 @@ pub fn analyse(
             }));
         }
     }
+    let longest = segmentation.strokes.iter().map(|s| s.steady.len()).max();
+    // A segment longer than every stroke is refused before anything of its length is made.
+    if let Some(found) = longest.filter(|found| *found < config.welch.segment) {
+        return Err(FeatureError::Estimate(EstimateError::TooShort {
+            expected: config.welch.segment,
+            found,
+        }));
+    }
     let mut plan = FeaturePlan::new(config, signals.rate, unit.clone())?;
     let mut strokes = Vec::with_capacity(segmentation.strokes.len());
     let mut psds = Vec::with_capacity(segmentation.strokes.len());

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::student::{t_quantile, two_sided_p};
+use super::{
+    standard_deviation,
+    student::{t_quantile, two_sided_p},
+};
 
 /// Which way one quantity goes with another, as far as the data carry it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -126,9 +129,12 @@ impl Trend {
 /// The least-squares line through `values`, which stand `step_s` s apart; `None` for fewer than three values, or no step.
 ///
 /// Formula: the interval is that of Student's t with m − 2 degrees of freedom, and the variance of the residuals over m − 2, where
-/// m = n·(1 − r)/(1 + r) values are independent, r the correlation of a residual with the next, 0 where that is below 0.
+/// m = n·(1 − r)/(1 + r) values are independent, r the correlation of a residual with the next, 0 where that is below 0. Where
+/// r exceeds 1/√n the values may wander as a random walk does, and the half-width is at least t·s·√(6/(5n)), s the standard
+/// deviation of the steps from a value to the next: the scatter of a least-squares slope through a random walk.
 ///
-/// Source: B. D. Santer et al. (2000), J. Geophys. Res. 105(D6), 7337–7356, equations 4 to 6.
+/// Source: B. D. Santer et al. (2000), J. Geophys. Res. 105(D6), 7337–7356, equations 4 to 6; C. R. Nelson and H. Kang (1984),
+/// Econometrica 52(1), 73–82, for the slope through a random walk.
 ///
 /// ```
 /// use piezotact::statistics::trend;
@@ -152,8 +158,17 @@ pub fn trend(values: &[f64], step_s: f64) -> Option<Trend> {
     let together = (next / squares.max(f64::MIN_POSITIVE)).clamp(0.0, 0.99);
     let independent = n * (1.0 - together) / (1.0 + together);
     let freedom = independent - 2.0;
-    let reach = (freedom >= 1.0)
-        .then(|| Some(t_quantile(freedom.floor() as usize)? * (squares / freedom / xx).sqrt()));
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let walk = if together > 1.0 / n.sqrt() {
+        standard_deviation(&steps) / step_s * (1.2 / n).sqrt()
+    } else {
+        0.0
+    };
+    let walk_reach = t_quantile(values.len() - 2).map_or(0.0, |t| t * walk);
+    let reach = (freedom >= 1.0).then(|| {
+        let t = t_quantile(freedom.floor() as usize)?;
+        Some((t * (squares / freedom / xx).sqrt()).max(walk_reach))
+    });
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| {
         (low.min(*v), high.max(*v))
     });
