@@ -229,7 +229,7 @@ fn several_are_rendered_in_one_go() {
     }
     let report = std::fs::read_to_string(folder.path("r.html")).unwrap();
     for part in [
-        "4 of 6 came within",
+        "4 of 6 results are within",
         "Not rendered",
         "silent-tf3",
         "soft-tf3",

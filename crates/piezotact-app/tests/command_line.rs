@@ -384,7 +384,7 @@ fn a_changed_level_is_said() {
     assert!(
         verified["doubts"]
             .to_string()
-            .contains("-6.0 dB on purpose")
+            .contains("intentionally rendered at -6.0 dB")
     );
 }
 

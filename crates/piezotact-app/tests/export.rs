@@ -132,7 +132,7 @@ fn a_texture_goes_into_a_clip_and_comes_back_with_its_level() {
         console.err()
     );
     assert!(
-        console.out().contains("haptic clip, 1 stands for 10."),
+        console.out().contains("haptic clip, 1 corresponds to 10."),
         "{}",
         console.out()
     );

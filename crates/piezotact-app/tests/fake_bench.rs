@@ -425,7 +425,7 @@ fn what_an_ended_command_left_is_cleaned_up() {
     let done = play(&folder, "good.toml", "m.parquet");
     done.expect_success();
     for part in [
-        "removed 2 half copies",
+        "removed 2 incomplete copies",
         "is kept as m.parquet.interrupted-1.part",
     ] {
         assert!(done.err().contains(part), "{}", done.err());

@@ -267,13 +267,13 @@ fn doubts_stay_with_the_file() {
     // And with what is made of it.
     manipulate(&folder, "S13.wav --spectrum-of a.wav --out b.wav").expect_success();
     let said = folder.run(&["info", "b.wav"]).out();
-    assert!(said.contains("would leave 0 to 2500 Hz"), "{said}");
+    assert!(said.contains("would be outside 0 to 2500 Hz"), "{said}");
     // Export keeps them as well.
     folder
         .run(&["export", "a.wav", "--out", "c.wav"])
         .expect_success();
     let said = folder.run(&["info", "c.wav"]).out();
-    assert!(said.contains("would leave 0 to 2500 Hz"), "{said}");
+    assert!(said.contains("would be outside 0 to 2500 Hz"), "{said}");
 }
 
 /// A level has no rate; a spectrum is brought to that of the texture, and this is said.
@@ -492,7 +492,7 @@ fn annotations_stay_with_a_texture() {
         let events = after["events"].as_array().map(Vec::len);
         assert_eq!(events, kept, "{operation}");
         let steps = after["provenance"]["steps"].to_string();
-        let said = steps.contains("2 event(s) of the recording left out");
+        let said = steps.contains("2 event(s) of the recording were left out");
         assert_eq!(said, kept.is_none(), "{operation}: {steps}");
     }
 }

@@ -290,7 +290,7 @@ fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
         let (error_db, said) = error_of(&format!("hand.json,panel=people,placement={number}"));
         assert!(!said.contains("played_through_its_own"), "{said}");
         assert!(
-            said.contains("drawn from how placements of 1 people and cells lie apart"),
+            said.contains("drawn from the differences between placements for 1 combinations of participant and condition"),
             "{said}"
         );
         errors.push(error_db);

@@ -138,7 +138,7 @@ fn info_names_files_that_are_no_recording() {
     std::fs::create_dir(folder.path("a.runs")).unwrap();
     folder
         .run(&["info", "a.runs"])
-        .expect_failure(1, &["found none in it"]);
+        .expect_failure(1, &["found no run in it"]);
     let record = "twin record --bench acttouch --sample S4 --participant 3 --strokes 1 --out a.runs/one.parquet";
     folder
         .run(&record.split(' ').collect::<Vec<_>>())

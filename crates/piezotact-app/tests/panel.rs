@@ -138,7 +138,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         "Maximum deviation by load and angle",
         "Number of participants needed",
         "16 measurements in the averages, 16 of them with all criteria met.",
-        "16 measurements were judged window by window",
+        "16 measurements were checked window by window",
         "median coherence of the driven lines",
         "no person took part",
         "twin:seed=7,gain=B3: random, 4 s",

@@ -366,7 +366,7 @@ fn textsense_is_corrected_on_measured_hands() {
     }
     let report = std::fs::read_to_string(folder.path("report.html")).unwrap();
     for part in [
-        "60 of 60 came within 1 dB rms",
+        "60 of 60 results are within 1 dB rms",
         "text9_v4-hand-3-middling",
         "no finger was involved",
         "largest error of a line, dB",

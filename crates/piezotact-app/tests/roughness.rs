@@ -89,7 +89,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
         "ISO 4287",
         "λc 2.5 mm (stated)",
         "λs 25 µm",
-        "4 sections",
+        "4 sampling lengths",
     ] {
         assert!(done.out().contains(part), "{part}: {}", done.out());
     }

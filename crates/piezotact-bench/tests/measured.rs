@@ -371,7 +371,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     for part in [
         "no finger was involved",
         "measured on hardware",
-        "20–1000 Hz alone",
+        "responds only over 20–1000 Hz",
         "no force was measured: it is not known whether 0.4 N was held",
     ] {
         assert!(text.contains(part), "{part}: {text}");

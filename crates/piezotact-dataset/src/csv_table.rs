@@ -477,7 +477,7 @@ mod tests {
                 "`nan` in row 3, column `acc`",
             ),
             ("time (s),acc (g)\n0,1\n0.1\n", "1 in row 3"),
-            ("time (s),acc (g)\n0,1\n0,1\n", "rise"),
+            ("time (s),acc (g)\n0,1\n0,1\n", "increase"),
             ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
             ("time (s),acc (g)\n", "rows of numbers"),
             (

@@ -101,7 +101,10 @@ fn a_recording_keeps_its_doubts() {
     assert_eq!(r.about.condition.speed_m_s, Some(0.06));
     assert_doubts(
         &r.about.doubts,
-        &["mean normal force was 0.310 N", "25 % of acceleration"],
+        &[
+            "mean normal force was 0.310 N",
+            "25 % of the samples of acceleration",
+        ],
     );
 }
 

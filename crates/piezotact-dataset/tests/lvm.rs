@@ -53,7 +53,7 @@ fn twice_the_rows_that_the_header_promises() {
     assert_eq!(recording.len(), 16_384);
     let text = doubts(&recording);
     assert!(
-        text.contains("promises 8192 samples and 16384 follow"),
+        text.contains("states 8192 samples and 16384 follow"),
         "{text}"
     );
     assert!(text.contains("0.000977"), "{text}");
@@ -109,7 +109,7 @@ fn the_small_files_of_others() {
         assert!((read.rate().hz() - 51_200.0).abs() < 1e-6);
         assert_eq!(read.channels()[1].unit, Unit::MetrePerSecondSquared);
         assert!((read.channels()[1].samples[2] - 0.467541 * 9.80665).abs() < 1e-12);
-        assert!(doubts(&read).contains("promises 51200 samples and 3 follow"));
+        assert!(doubts(&read).contains("states 51200 samples and 3 follow"));
     }
     if let Some(read) = all("no_decimal_separator.lvm", &none) {
         let read = read.unwrap();
@@ -131,7 +131,7 @@ fn the_small_files_of_others() {
             "{}",
             doubts(&read)
         );
-        assert!(doubts(&read).contains("promises 1 samples"));
+        assert!(doubts(&read).contains("states 1 samples"));
     }
     if let Some(read) = all("with_empty_fields.lvm", &none) {
         let read = read.unwrap();
@@ -324,5 +324,5 @@ fn channels_of_two_rates_keep_their_clocks() {
     let rate = SampleRate::new(500.0).ok();
     let stated = read(text.as_bytes(), &ReadOptions { scale: None, rate });
     let said = stated.unwrap_err().to_string();
-    assert!(said.contains("2 clocks"), "{said}");
+    assert!(said.contains("2 sampling clocks"), "{said}");
 }

@@ -212,7 +212,7 @@ fn entries_that_people_write_wrongly_are_named() {
     for (onset_s, duration_s) in [(-0.5, 0.0), (1.5, 0.0), (0.5, 1.0), (0.5, -0.1)] {
         let said = event(onset_s, duration_s);
         assert!(
-            said.contains("1 event(s) do not lie") && said.contains(&onset_s.to_string()),
+            said.contains("1 event(s) are outside") && said.contains(&onset_s.to_string()),
             "{said}"
         );
     }

@@ -140,7 +140,7 @@ fn a_sur_is_compressed_inverted_a_profile_or_refused() {
         (98, &[24, 0], "16 or 32 bits"),
         (108, &1_000_000_000_i32.to_le_bytes(), "1000000000 × 2"),
         (108, &(-3_i32).to_le_bytes(), "0 × 2"),
-        (116, &[7], "promises 7"),
+        (116, &[7], "states 7"),
         (212, b"V ", "units of length"),
         (128, &[0; 4], "step of the heights"),
         (120, &[0; 4], "step between heights"),

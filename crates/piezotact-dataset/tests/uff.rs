@@ -407,7 +407,7 @@ fn a_response_above_0_hz_is_filled_below_and_an_uneven_one_refused() {
             dataset(4, &header(0.0, 5.0), &hz("Hz"), " 1.0 2.0 3.0 4.0"),
             "3 frequency lines, as the header states",
         ),
-        (dataset(4, &header(0.0, -5.0), &hz("Hz"), body), "rises"),
+        (dataset(4, &header(0.0, -5.0), &hz("Hz"), body), "increases"),
         (
             dataset(4, &header(0.0, 5.0), &hz("Hz"), body)
                 + &dataset(4, &header(0.0, 5.0), &hz("Hz"), body),

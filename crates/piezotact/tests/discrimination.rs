@@ -174,7 +174,7 @@ fn one_stroke_decides_nothing() {
         .doubts
         .iter()
         .find(|d| matches!(d.kind(), Some(DiscriminationDoubt::OneStroke { .. })));
-    assert!(text.unwrap().to_string().starts_with("A: one stroke"));
+    assert!(text.unwrap().to_string().starts_with("A: only one stroke"));
     // Three strokes of each of two cannot show it either, and that is said.
     let found = study(vec![
         sample(&mut random, "A", &spectrum(Change::Level, 0.0), [1, 3], 0.0),

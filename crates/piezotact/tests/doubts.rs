@@ -341,7 +341,9 @@ fn causes_are_values_and_sentences_of_before_stay_readable() {
     assert_eq!(read.kind::<LoopDoubt>(), doubt.kind());
     let said = read.to_string();
     assert!(
-        said.contains("could not be believed: 2.0 % of the response stands at a limit"),
+        said.contains(
+            "a measurement was invalid: 2.0 % of the samples of the response are at a limit"
+        ),
         "{said}"
     );
     let before = serde_json::json!({

@@ -177,11 +177,10 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     let read: Vec<PathBuf> = inputs
         .iter()
         .flat_map(|input| {
-            [
-                place(input),
-                place(&sidecar_path(input)),
-                place(&cuts_path(input)),
-            ]
+            // Cuts beside a recording may be edited by hand; where there are none, they may be written.
+            let cuts = Some(cuts_path(input)).filter(|cuts| cuts.exists());
+            let files = [Some(input.to_path_buf()), Some(sidecar_path(input)), cuts];
+            files.into_iter().flatten().map(|file| place(&file))
         })
         .collect();
     for (i, output) in outputs.iter().enumerate() {

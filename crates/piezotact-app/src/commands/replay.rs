@@ -254,7 +254,7 @@ mod tests {
         for part in [
             "4 claims: holds 2, does not hold 1, not yet 1.",
             "too loud",
-            "comes with people",
+            "needs people",
             "<li>S8: ",
             "(--scale)",
             "<li>figure 51</li>",

@@ -171,7 +171,8 @@ fn one_response_is_one_measurement() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("bit by bit, as participant a") && said.contains("and as participant b"),
+        said.contains("bit-identical response as participant a")
+            && said.contains("and as participant b"),
         "{said}"
     );
 }

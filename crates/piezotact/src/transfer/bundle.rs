@@ -477,7 +477,7 @@ mod tests {
         );
         let both = average(&[&a, &b], log).unwrap();
         assert!(both.effective_averages == 0.0 && both.confidence().is_none());
-        assert_eq!(both.about.provenance.source, "average of 2 people");
+        assert_eq!(both.about.provenance.source, "average of 2 participants");
         assert_eq!(
             (
                 both.about.provenance.seed,
