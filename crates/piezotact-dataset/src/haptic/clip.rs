@@ -227,7 +227,7 @@ pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
         ),
         EnvelopeError::Wave { expected, found } => (expected, found, AGAIN.to_owned()),
         EnvelopeError::NoLength { found } => {
-            ("something that lasts".into(), found, AGAIN.to_owned())
+            ("a duration above 0 s".into(), found, AGAIN.to_owned())
         }
         EnvelopeError::TooMany { found } => (
             format!("at most {MOST_SAMPLES} samples in all"),
