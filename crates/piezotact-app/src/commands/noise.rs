@@ -46,12 +46,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let file = args.recording.display().to_string();
     let config = match args.band {
         Some(band_hz) => NoiseConfig::over(band_hz),
-        None => NoiseConfig::usual(recording.rate()).map_err(|_| {
-            usage(anyhow!(
-                "{file}: expected a rate above 20 Hz for the usual band from 10 Hz, found {}; state a band with --band",
-                recording.rate()
-            ))
-        })?,
+        None => match NoiseConfig::usual(recording.rate()) {
+            Ok(config) => config,
+            Err(_) => {
+                return Err(usage(anyhow!(
+                    "{file}: expected a rate above 20 Hz for the usual band from 10 Hz, found {}; state a band with --band",
+                    recording.rate()
+                )));
+            }
+        },
     };
     let found = noise(&recording, args.channel.as_deref(), &config).map_err(|e| match e {
         NoiseError::Band { .. } | NoiseError::NarrowBand { .. } => usage(e),
