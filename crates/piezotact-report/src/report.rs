@@ -181,7 +181,7 @@ pub fn csv(table: &Table) -> Result<String, DrawError> {
 /// A table as text for a terminal: columns below each other, numbers to the right.
 ///
 /// # Errors
-/// As [`html`].
+/// As [`html()`].
 pub fn text(table: &Table) -> Result<String, DrawError> {
     require_narrow(table)?;
     let heads = table.columns.iter().map(|column| column.heading.clone());
