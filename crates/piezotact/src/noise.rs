@@ -192,7 +192,7 @@ const STANDS_OUT_DB: f64 = 3.0;
 const OTHER_LINE_DB: f64 = 10.0;
 const OTHER_LINES: usize = 5;
 /// The lowest line that is looked for, in lines of the PSD.
-const LOWEST_LINE: usize = 4;
+const LOWEST_LINE: usize = 3;
 /// The floor around a line is taken so far to either side, and not so close, Hz.
 const AROUND_HZ: f64 = 8.0;
 const BESIDE_HZ: f64 = 3.0;

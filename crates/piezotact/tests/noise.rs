@@ -191,7 +191,13 @@ fn hum_stands_out_with_its_level_and_a_tone_beside_it_does_not() {
 #[test]
 fn a_steady_line_does_not_show_rest_and_does_not_lift_the_floor() {
     let quiet = of(white(8, 20)).floor_rms;
-    for (hz, amplitude) in [(8.0, 0.05), (47.0, 0.02), (22.0, 0.05), (213.0, 0.03)] {
+    for (hz, amplitude) in [
+        (3.0, 0.1),
+        (8.0, 0.05),
+        (47.0, 0.02),
+        (22.0, 0.05),
+        (213.0, 0.03),
+    ] {
         let found = of(with(white(8, 20), tone(hz, amplitude)));
         assert_eq!(found.at_rest(), Outcome::NotDecided, "{hz} Hz");
         let line =
@@ -360,4 +366,30 @@ fn what_cannot_be_analysed_is_named() {
     let beyond = noise(&recording, None, &config).unwrap_err().to_string();
     assert!(beyond.contains("1250"), "{beyond}");
     assert!(NoiseConfig::usual(SampleRate::new(20.0).unwrap()).is_err());
+}
+
+/// Random walks without a trend: a 95 % interval that leaves out 0 in a third of them would be none.
+#[test]
+fn a_random_walk_is_not_said_to_drift() {
+    for seconds in [10, 20, 60] {
+        let missed = (0..200).filter(|seed| {
+            let mut sum = 0.0;
+            let steps = white(1000 + *seed, 1);
+            let means: Vec<f64> = (steps.iter().step_by(RATE / seconds).take(seconds))
+                .map(|step| {
+                    sum += step;
+                    sum
+                })
+                .collect();
+            let found = piezotact::statistics::trend(&means, 1.0).unwrap();
+            found
+                .slope_interval
+                .is_some_and(|[low, high]| low > 0.0 || high < 0.0)
+        });
+        let missed = missed.count();
+        assert!(
+            missed <= 24,
+            "{seconds} s: {missed} of 200 without the truth"
+        );
+    }
 }

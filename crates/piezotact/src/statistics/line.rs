@@ -103,6 +103,9 @@ pub fn log_fit(x: &[f64], y: &[f64]) -> Option<LogFit> {
     })
 }
 
+/// Fewer values than these do not show whether one goes together with the next.
+const FEWEST_FOR_CORRELATION: usize = 20;
+
 /// A straight line through values that may go together with the next, as slow noise does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -130,7 +133,7 @@ impl Trend {
 ///
 /// Formula: the interval is that of Student's t with m − 2 degrees of freedom, and the variance of the residuals over m − 2, where
 /// m = n·(1 − r)/(1 + r) values are independent, r the correlation of a residual with the next, 0 where that is below 0. Where
-/// r exceeds 1/√n the values may wander as a random walk does, and the half-width is at least t·s·√(6/(5n)), s the standard
+/// r exceeds 1/√n, or cannot show it (fewer than 20 values), the values may wander as a random walk does, and the half-width is at least t·s·√(6/(5n)), s the standard
 /// deviation of the steps from a value to the next: the scatter of a least-squares slope through a random walk.
 ///
 /// Source: B. D. Santer et al. (2000), J. Geophys. Res. 105(D6), 7337–7356, equations 4 to 6; C. R. Nelson and H. Kang (1984),
@@ -159,7 +162,8 @@ pub fn trend(values: &[f64], step_s: f64) -> Option<Trend> {
     let independent = n * (1.0 - together) / (1.0 + together);
     let freedom = independent - 2.0;
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let walk = if together > 1.0 / n.sqrt() {
+    let wanders = values.len() < FEWEST_FOR_CORRELATION || together > 1.0 / n.sqrt();
+    let walk = if wanders {
         standard_deviation(&steps) / step_s * (1.2 / n).sqrt()
     } else {
         0.0
