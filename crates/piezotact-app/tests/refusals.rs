@@ -2,6 +2,7 @@
 //! exit code that means something, and nothing is written.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use crate::known_cuts::{Kind, Random, recorded, table};
 use crate::support::{BENCH, Folder, RENDER, noise, prepared, wav};
 
 #[test]
@@ -355,5 +356,37 @@ fn places_that_cannot_be_written_are_refused_before_the_run() {
         done.expect_failure(1, &[part]);
         assert_eq!(done.err().lines().count(), 1, "{}", done.err());
         assert_eq!(folder.names(), before);
+    }
+}
+
+/// What a person edited is lost nowhere, and what cannot be computed takes no memory.
+#[test]
+fn cuts_beside_a_recording_are_never_replaced() {
+    let folder = Folder::new();
+    folder.write(
+        "S8.csv",
+        table(&recorded(&mut Random::new(8), &[Kind::Plain; 3])),
+    );
+    folder
+        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .expect_success();
+    // No output of another kind replaces what a person edited.
+    let edited = std::fs::read(folder.path("S8.csv.cuts")).unwrap();
+    for command in [
+        "segment S8.csv --csv S8.csv.cuts",
+        "analyse S8.csv --report S8.csv.cuts",
+        "noise S8.csv --report S8.csv.cuts",
+    ] {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        folder
+            .run(&arguments)
+            .expect_failure(2, &["would be replaced"]);
+    }
+    assert_eq!(std::fs::read(folder.path("S8.csv.cuts")).unwrap(), edited);
+    // A segment longer than every stroke is refused, however long.
+    for segment in ["100000", "18446744073709551615"] {
+        folder
+            .run(&["analyse", "S8.csv", "--segment", segment])
+            .expect_failure(1, &["found"]);
     }
 }

@@ -123,25 +123,6 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
     folder
         .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
         .expect_failure(2, &["S8.csv.cuts", "would be replaced"]);
-    // No output of another kind replaces what a person edited.
-    let edited = std::fs::read(folder.path("S8.csv.cuts")).unwrap();
-    for command in [
-        "segment S8.csv --csv S8.csv.cuts",
-        "analyse S8.csv --report S8.csv.cuts",
-        "noise S8.csv --report S8.csv.cuts",
-    ] {
-        let arguments: Vec<&str> = command.split(' ').collect();
-        folder
-            .run(&arguments)
-            .expect_failure(2, &["would be replaced"]);
-    }
-    assert_eq!(std::fs::read(folder.path("S8.csv.cuts")).unwrap(), edited);
-    // A segment longer than every stroke is refused, however long.
-    for segment in ["100000", "18446744073709551615"] {
-        folder
-            .run(&["analyse", "S8.csv", "--segment", segment])
-            .expect_failure(1, &["found"]);
-    }
 }
 
 #[test]
