@@ -118,7 +118,7 @@ commands! {
     Analyse(cli::Analyse) => touch::analyse::run,
     /// Compares samples, speeds, participants, or active with passive touch.
     #[command(
-        after_help = "Two samples are told apart when a permutation test of their strokes is significant (5 % over all pairs) and the\ndistance exceeds the published range of the just-noticeable difference (JND). Distance, JND and detection\nthreshold are those of `piezotact score`; they need accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+        after_help = "Two samples are distinguishable when a permutation test of their strokes is significant (5 % over all pairs), and\nthe whole 95 % interval of their distance is above the published range of the just-noticeable difference (JND) and\nabove the distance between halves of one sample. Distance, JND and detection threshold are those of `piezotact score`;\nthey need accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(cli::Compare) => touch::compare::run,
     /// Computes the roughness of a measured profile or height map.
