@@ -92,7 +92,7 @@ doubts! {
             /// Its noise, m/s² rms.
             noise_m_s2: f64,
         },
-        /// No correction could be made of it.
+        /// No correction could be computed from this measurement.
         NotCorrected("not_corrected") {
             /// What the correction said.
             said: String,

@@ -63,7 +63,7 @@ pub enum AverageRule {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Verdict {
-    /// Met: acceptable; not met: not acceptable; otherwise not decided.
+    /// Whether the average is acceptable: met, not met, or not decided by the data.
     pub outcome: Outcome,
     /// By which criterion.
     pub criterion: Criterion,

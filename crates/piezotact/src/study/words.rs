@@ -123,7 +123,7 @@ impl Discrimination {
             Ok(found) => {
                 let model = &found.config.model;
                 format!(
-                    "criteria: told apart if the difference exceeds the variability between {} of one sample (permutation test, \
+                    "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test, \
                  {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
                  dB over {}",
                     found.units.word(),

@@ -54,7 +54,7 @@ pub enum Mishap {
         /// How.
         doubt: Box<Doubt>,
     },
-    /// No correction could be made of it.
+    /// No correction could be computed from this measurement.
     Correction {
         /// Why.
         said: String,
