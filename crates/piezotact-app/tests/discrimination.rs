@@ -45,7 +45,7 @@ fn halves_of_one_recording_are_not_told_apart_and_text_json_and_report_agree() {
     };
     let done = run(&["--report", "halves.html"]);
     done.expect_success();
-    assert!(!done.out().contains("told apart: "), "{}", done.out());
+    assert!(!done.out().contains("distinguishable: "), "{}", done.out());
     assert!(
         done.out().contains("halves of one sample: "),
         "{}",
@@ -101,7 +101,7 @@ fn counts_are_withheld_in_text_json_and_report() {
             "{text}"
         );
         assert!(text.contains("Board2mm is in no unit"));
-        assert!(!text.contains("told apart: ") && !text.contains(" JND (95"));
+        assert!(!text.contains("distinguishable: Board") && !text.contains(" JND (95"));
     }
     assert!(!html.contains("class=\"matrix\""));
     let json = run(&["--json"]).json();
