@@ -188,7 +188,7 @@ impl Sink for Kept {
 
 /// Says where what stood in the way of a recording is kept now, and what was removed of it.
 pub(crate) fn say_moved(journal: &mut JournalSink) {
-    let (moved, removed) = journal.take_moved();
+    let (moved, removed) = journal.take_renamed();
     say_removed(removed);
     for moved in moved {
         say(&format!(

@@ -13,7 +13,7 @@ use piezotact::transfer::Distortion;
 use piezotact::verify::Verification;
 use serde::Serialize;
 
-use crate::procedure::{Gain, Kept, LoopEnd, Looped, Refused, Repeated};
+use crate::procedure::{Gain, Kept, LoopEnd, Looped, Refused, RepeatedCharacterisation};
 
 /// A measurement that the gate refused.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -81,7 +81,7 @@ impl<'a> CharacteriseDocument<'a> {
     /// What was `measured` over `band_hz`, with the `distortion` of all repeats, kept in the file `out`.
     #[must_use]
     pub fn of(
-        measured: &'a Repeated,
+        measured: &'a RepeatedCharacterisation,
         (band_hz, distortion): (Band, Option<&'a Distortion>),
         out: &'a Path,
     ) -> Self {

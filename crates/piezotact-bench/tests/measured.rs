@@ -21,8 +21,8 @@ use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::{Doubt, Series};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::procedure::{
-    ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, announce, characterise, closed_loop,
-    play_and_record,
+    ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
+    play_and_record, start_document,
 };
 use piezotact_bench::{
     Bench, DeviceError, Excitation, ExcitationConfig, GateConfig, Placement, Playback,
@@ -404,7 +404,9 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    let condition = announce(bare.acquirer.as_ref(), &run("x")).about.condition;
+    let condition = start_document(bare.acquirer.as_ref(), &run("x"))
+        .about
+        .condition;
     assert_eq!((condition.load_n, condition.angle_deg), (None, None));
     let setup = DriveSetup::new(set_to("B3"), Volts(1.4), 80e-9).unwrap();
     let refused = play_and_record(

@@ -22,7 +22,7 @@ use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact::{Doubt, Series};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::procedure::{
-    CharacteriseConfig, Gating, LoopConfig, LoopEnd, Looped, Mishap, RepeatConfig, RunKeeper,
+    CharacteriseConfig, GatePolicy, LoopConfig, LoopEnd, Looped, Mishap, RepeatConfig, RunKeeper,
     acquire, characterise, closed_loop, play_and_record, repeated,
 };
 use piezotact_bench::{
@@ -388,7 +388,7 @@ fn an_acquisition_without_a_drive_ends_in_order() {
                 stop.stop();
             });
         }
-        let start = piezotact_bench::procedure::announce(bench.acquirer.as_ref(), &plan);
+        let start = piezotact_bench::procedure::start_document(bench.acquirer.as_ref(), &plan);
         let done = {
             let mut sink = keeper.sink(&start).unwrap();
             acquire(bench.acquirer.as_mut(), &plan, &stop, sink.as_mut())
@@ -472,7 +472,7 @@ fn repeats_with_a_gate_end_in_order() {
     let repeats = RepeatConfig {
         repeats: 2,
         attempts: 2,
-        gating: Gating::Judged(GateConfig {
+        gating: GatePolicy::Judged(GateConfig {
             window: Seconds(2.0),
             ..GateConfig::usual()
         }),

@@ -22,14 +22,14 @@ pub(crate) struct Format<K, R> {
     /// The endings of its files, in lower case, the usual one first.
     pub(crate) endings: &'static [&'static str],
     /// How its files are known.
-    pub(crate) sniff: Sniff,
+    pub(crate) sniff: Recognition,
     /// What reads them.
     pub(crate) read: R,
 }
 
 /// How the files of a format are known.
 #[derive(Clone, Copy)]
-pub(crate) enum Sniff {
+pub(crate) enum Recognition {
     /// By their first bytes: nothing more is read for this.
     Head(fn(&[u8]) -> bool),
     /// By their name and all their bytes.
@@ -82,8 +82,8 @@ pub(crate) fn recognise<'t, K, R>(
 ) -> Result<Option<&'t Format<K, R>>, ReadError> {
     for format in table {
         let known = match format.sniff {
-            Sniff::Head(sniff) => sniff(file.head()),
-            Sniff::Whole(sniff) => sniff(file.path, file.bytes()?),
+            Recognition::Head(sniff) => sniff(file.head()),
+            Recognition::Whole(sniff) => sniff(file.path, file.bytes()?),
         };
         if known {
             return Ok(Some(format));
@@ -99,8 +99,8 @@ pub(crate) fn recognise_bytes<'t, K, R>(
     bytes: &[u8],
 ) -> Option<&'t Format<K, R>> {
     table.iter().find(|format| match format.sniff {
-        Sniff::Head(sniff) => sniff(&bytes[..bytes.len().min(HEAD)]),
-        Sniff::Whole(sniff) => sniff(path, bytes),
+        Recognition::Head(sniff) => sniff(&bytes[..bytes.len().min(HEAD)]),
+        Recognition::Whole(sniff) => sniff(path, bytes),
     })
 }
 

@@ -21,14 +21,14 @@ pub(crate) enum LockFile {
 
 /// Why there is no lock.
 #[derive(Debug)]
-pub(crate) enum NoLock {
+pub(crate) enum LockError {
     /// Somebody else holds it: who, as far as it is known.
     Held(String),
     /// The operating system refuses the file.
     Io(std::io::Error),
 }
 
-impl From<std::io::Error> for NoLock {
+impl From<std::io::Error> for LockError {
     fn from(error: std::io::Error) -> Self {
         Self::Io(error)
     }
@@ -63,7 +63,7 @@ impl PartialEq for Lock {
 
 impl Lock {
     /// The lock of the file at `path`, which is made where it is not there.
-    pub(crate) fn take(path: &Path, kind: LockFile) -> Result<Self, NoLock> {
+    pub(crate) fn take(path: &Path, kind: LockFile) -> Result<Self, LockError> {
         let attempts = match kind {
             LockFile::Stays => ATTEMPTS,
             LockFile::Goes => 1,
@@ -94,7 +94,7 @@ impl Lock {
                 }
                 Err(TryLockError::WouldBlock) => {
                     let mut holder = String::new();
-                    return Err(NoLock::Held(match file.read_to_string(&mut holder) {
+                    return Err(LockError::Held(match file.read_to_string(&mut holder) {
                         Ok(_) if !holder.is_empty() => format!("process {holder}"),
                         _ => "another program".into(),
                     }));
@@ -136,7 +136,7 @@ mod tests {
         drop(first);
         let held = Lock::take(&path, LockFile::Goes).unwrap_err();
         let own = format!("process {}", std::process::id());
-        assert!(matches!(held, NoLock::Held(who) if who == own));
+        assert!(matches!(held, LockError::Held(who) if who == own));
         drop(clone);
         assert!(!path.exists());
         let _again = Lock::take(&path, LockFile::Goes).unwrap();

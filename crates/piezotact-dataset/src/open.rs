@@ -14,7 +14,7 @@ use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
 use crate::error::ReadError;
-use crate::format::{self, Format, Opened, Sniff};
+use crate::format::{self, Format, Opened, Recognition};
 use crate::haptic::{self, HapticKind, haptic_kind};
 use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
@@ -104,14 +104,14 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::PARQUET,
         label: "Parquet",
         endings: &["parquet"],
-        sniff: Sniff::Head(|head| head.starts_with(b"PAR1")),
+        sniff: Recognition::Head(|head| head.starts_with(b"PAR1")),
         read: |file, options| read_parquet(file.path, options.rate),
     },
     Format {
         kind: FileKind::JOURNAL,
         label: "",
         endings: &["part"],
-        sniff: Sniff::Head(is_journal),
+        sniff: Recognition::Head(is_journal),
         read: |file, _| read_run_journal(file.path),
     },
     // Of the first version.
@@ -119,14 +119,14 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::JOURNAL,
         label: "",
         endings: &[],
-        sniff: Sniff::Head(|head| head.starts_with(&[0xFF; 4])),
+        sniff: Recognition::Head(|head| head.starts_with(&[0xFF; 4])),
         read: |file, _| read_journal(file.path),
     },
     Format {
         kind: FileKind::named("TDMS"),
         label: "",
         endings: &["tdms"],
-        sniff: Sniff::Head(|head| head.starts_with(b"TDSm")),
+        sniff: Recognition::Head(|head| head.starts_with(b"TDSm")),
         read: |file, _| {
             Err(none(
                 file,
@@ -140,7 +140,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::named("DewesoftX"),
         label: "",
         endings: &["dxd", "d7d"],
-        sniff: Sniff::Whole(|path, bytes| {
+        sniff: Recognition::Whole(|path, bytes| {
             let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
             ending.is_some_and(|ending| ending == "dxd" || ending == "d7d") && bytes.contains(&0)
         }),
@@ -153,21 +153,21 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::WAV,
         label: "WAV",
         endings: &["wav"],
-        sniff: Sniff::Head(|head| head.starts_with(b"RIFF") || head.starts_with(b"RF64")),
+        sniff: Recognition::Head(|head| head.starts_with(b"RIFF") || head.starts_with(b"RF64")),
         read: |file, options| from_wav(file.path, file.bytes()?, options),
     },
     Format {
         kind: FileKind::LVM,
         label: "LVM",
         endings: &["lvm"],
-        sniff: Sniff::Head(looks_like_lvm),
+        sniff: Recognition::Head(looks_like_lvm),
         read: |file, options| Ok(parse_lvm(file.path, file.bytes()?, options)?.into()),
     },
     Format {
         kind: FileKind::UFF,
         label: "UFF",
         endings: &["uff", "unv"],
-        sniff: Sniff::Head(uff::looks_like_uff),
+        sniff: Recognition::Head(uff::looks_like_uff),
         read: |file, options| {
             let functions = uff::parse_uff(file.path, file.bytes()?)?;
             Ok(uff::recording_of(file.path, &functions, options)?.into())
@@ -177,7 +177,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::MATLAB,
         label: "MAT",
         endings: &["mat"],
-        sniff: Sniff::Head(matlab::looks_like_mat),
+        sniff: Recognition::Head(matlab::looks_like_mat),
         read: |file, options| {
             let content = matlab::parse_mat(file.path, file.bytes()?)?;
             Ok(matlab::recording_of(file.path, &content, options)?.into())
@@ -188,7 +188,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::HAPTIC_CLIP,
         label: "HAPTIC",
         endings: &["haptic"],
-        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Clip)),
+        sniff: Recognition::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Clip)),
         read: |file, options| {
             let clip = haptic::parse_haptic(file.path, file.bytes()?)?;
             Ok(haptic::recording_of_clip(file.path, clip, options)?.into())
@@ -198,7 +198,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::HJIF,
         label: "HJIF",
         endings: &["hjif"],
-        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Hjif)),
+        sniff: Recognition::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Hjif)),
         read: |file, options| {
             let content = haptic::parse_hjif(file.path, file.bytes()?)?;
             Ok(haptic::recording_of_hjif(file.path, &content, options)?.into())
@@ -208,7 +208,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::AHAP,
         label: "",
         endings: &["ahap"],
-        sniff: Sniff::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Ahap)),
+        sniff: Recognition::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Ahap)),
         read: |file, _| {
             let what = "an AHAP file, whose intensity and sharpness do not define a vibration";
             let todo = "give the .haptic clip or the recording that it was made from";
@@ -219,7 +219,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::named("JSON"),
         label: "",
         endings: &["json"],
-        sniff: Sniff::Whole(|path, bytes| {
+        sniff: Recognition::Whole(|path, bytes| {
             haptic::is_called_haptic(path, bytes) || bytes.starts_with(b"{")
         }),
         read: refuse_json,
@@ -229,7 +229,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
         kind: FileKind::TABLE,
         label: "CSV, TSV",
         endings: &["csv", "tsv", "txt"],
-        sniff: Sniff::Whole(|_, bytes| !bytes.contains(&0)),
+        sniff: Recognition::Whole(|_, bytes| !bytes.contains(&0)),
         read: |file, options| Ok(read_table(file.path, file.bytes()?, options)?.into()),
     },
 ];

@@ -10,7 +10,7 @@ use piezotact::recording::{About, Provenance};
 use piezotact::transfer::Estimator;
 
 use crate::error::{ReadError, WriteError};
-use crate::format::{self, Format, Opened, Sniff};
+use crate::format::{self, Format, Opened, Recognition};
 use crate::haptic::{haptic_kind_of_file, is_called_haptic};
 use crate::matlab;
 use crate::transfer_json::{TransferDocument, parse_json};
@@ -64,7 +64,7 @@ static TRANSFERS: [Format<TransferFormat, Reader>; 3] = [
         kind: TransferFormat::UffText,
         label: "UFF",
         endings: &["uff", "unv"],
-        sniff: Sniff::Head(uff::looks_like_uff),
+        sniff: Recognition::Head(uff::looks_like_uff),
         read: Reader {
             read: |path, bytes| uff::transfer_of(path, &uff::parse_uff(path, bytes)?),
             holds: |file| {
@@ -77,7 +77,7 @@ static TRANSFERS: [Format<TransferFormat, Reader>; 3] = [
         kind: TransferFormat::Matlab,
         label: "MAT",
         endings: &["mat"],
-        sniff: Sniff::Head(matlab::looks_like_mat),
+        sniff: Recognition::Head(matlab::looks_like_mat),
         read: Reader {
             read: |path, bytes| matlab::transfer_of(path, matlab::parse_mat(path, bytes)?),
             holds: |file| {
@@ -94,7 +94,7 @@ static TRANSFERS: [Format<TransferFormat, Reader>; 3] = [
         kind: TransferFormat::Json,
         label: "JSON",
         endings: &["json"],
-        sniff: Sniff::Head(|_| true),
+        sniff: Recognition::Head(|_| true),
         read: Reader {
             read: parse_json,
             holds: |file| {

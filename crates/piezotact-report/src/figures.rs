@@ -4,7 +4,7 @@ use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
-use piezotact::verify::{Beside, PredictedStraight, Tones, Verification};
+use piezotact::verify::{Beside, Tones, UninvertedPrediction, Verification};
 
 use crate::chart::{self, HEIGHT};
 use crate::verify::{Page, Straight};
@@ -142,7 +142,7 @@ fn others(count: usize) -> Vec<Tone> {
 /// The target's PSD, and what the transfer function makes of it.
 pub(crate) fn predicted(
     verification: &Verification,
-    predicted: &PredictedStraight,
+    predicted: &UninvertedPrediction,
 ) -> Result<String, DrawError> {
     let f = &predicted.frequency_hz;
     let lines = vec![

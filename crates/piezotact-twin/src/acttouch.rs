@@ -7,7 +7,7 @@ use piezotact::quantity::Unit;
 use piezotact::recording::{Condition, Touch};
 
 use super::RATE_HZ;
-use super::drag::Dragging;
+use super::drag::MovingSide;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
@@ -15,7 +15,7 @@ use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
 use super::session::{
     Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
-use super::sliding::{Scene, Slid, Sliding};
+use super::sliding::{Scene, SlideResult, Sliding};
 use super::wander::{SmoothWander, Wander};
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
@@ -263,7 +263,7 @@ impl ActTouch {
             participant: &self.participant,
             sample: &self.sample,
             movement: self.protocol.movement,
-            dragging: Dragging::Hand,
+            dragging: MovingSide::Hand,
             load_n: self.load_n(run),
             angle_deg: run.angle.0,
         };
@@ -449,7 +449,7 @@ impl Stretches for ActiveRun {
         let (speed, force) = self.meant(&stroke);
         let directions = self.directions(&speed);
         let passage = self.bench.random(&self.run, &label);
-        let Slid {
+        let SlideResult {
             mut acceleration_m_s2,
             friction_n,
         } = self.sliding.slide(&speed, &force, passage);

@@ -13,7 +13,7 @@ use piezotact_bench::random::Random;
 
 /// The friction of one finger on one sample, and the stiffness and damping that hold the fingertip.
 #[derive(Clone, Debug)]
-pub(crate) struct Dragged {
+pub(crate) struct FingertipFriction {
     stiffness_n_m: f64,
     damping_n_s_m: f64,
     mass_kg: f64,
@@ -41,27 +41,29 @@ pub(crate) struct Moment {
 
 /// Which side moves: the hand or the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Dragging {
+pub(crate) enum MovingSide {
     /// A free hand draws the finger.
     Hand,
     /// The surface moves under a finger that is held.
     Surface,
 }
 
-impl Dragged {
+impl FingertipFriction {
     pub(crate) fn of(
         parameters: &TwinParameters,
         participant: &Participant,
         sample: &Sample,
         movement: Movement,
-        dragging: Dragging,
+        dragging: MovingSide,
         rate_hz: f64,
         random: Random,
     ) -> Self {
         let drag: &Drag = match (dragging, movement) {
-            (Dragging::Surface, _) => &parameters.drag.held,
-            (Dragging::Hand, Movement::Proximal) => &parameters.drag.active,
-            (Dragging::Hand, Movement::Transversal | Movement::Circular) => &parameters.drag.across,
+            (MovingSide::Surface, _) => &parameters.drag.held,
+            (MovingSide::Hand, Movement::Proximal) => &parameters.drag.active,
+            (MovingSide::Hand, Movement::Transversal | Movement::Circular) => {
+                &parameters.drag.across
+            }
         };
         let model = &parameters.friction;
         // A length of the path, converted to time at the reference speed, as the control points of a hand are in seconds.
@@ -144,10 +146,10 @@ impl Dragged {
 mod tests {
     use super::*;
 
-    fn dragged(sample: &str, movement: Movement, dragging: Dragging) -> Dragged {
+    fn dragged(sample: &str, movement: Movement, dragging: MovingSide) -> FingertipFriction {
         let parameters = TwinParameters::built_in();
         let participant = Participant::of(0, 1, &parameters);
-        let mut dragged = Dragged::of(
+        let mut dragged = FingertipFriction::of(
             &parameters,
             &participant,
             parameters.sample(sample).unwrap(),
@@ -161,7 +163,7 @@ mod tests {
     }
 
     /// The share of time that the finger sticks, and how often it starts again, a second.
-    fn sticking(dragged: &mut Dragged, speed_m_s: f64) -> (f64, f64) {
+    fn sticking(dragged: &mut FingertipFriction, speed_m_s: f64) -> (f64, f64) {
         let force_n = 0.2;
         let mut stuck = 0;
         let mut starts = 0;
@@ -182,12 +184,12 @@ mod tests {
     #[test]
     fn rough_samples_slide_and_the_plate_without_texture_sticks_and_slips_in_a_free_hand() {
         for sample in ["S1", "S8", "S13", "M8"] {
-            let mut dragged = dragged(sample, Movement::Proximal, Dragging::Hand);
+            let mut dragged = dragged(sample, Movement::Proximal, MovingSide::Hand);
             assert_eq!(sticking(&mut dragged, 0.03), (0.0, 0.0), "{sample}");
         }
         // When the hand slows down.
         let (stuck, bursts_hz) = sticking(
-            &mut dragged("NO", Movement::Proximal, Dragging::Hand),
+            &mut dragged("NO", Movement::Proximal, MovingSide::Hand),
             0.015,
         );
         // Bursts at 2–15 Hz.
@@ -196,12 +198,12 @@ mod tests {
             "{stuck} {bursts_hz}"
         );
         let held = sticking(
-            &mut dragged("NO", Movement::Proximal, Dragging::Surface),
+            &mut dragged("NO", Movement::Proximal, MovingSide::Surface),
             0.01,
         );
         assert_eq!(held, (0.0, 0.0));
         let (stuck, bursts_hz) = sticking(
-            &mut dragged("S1", Movement::Transversal, Dragging::Hand),
+            &mut dragged("S1", Movement::Transversal, MovingSide::Hand),
             0.03,
         );
         assert!(stuck > 0.1 && bursts_hz > 2.0, "{stuck} {bursts_hz}");
@@ -211,7 +213,7 @@ mod tests {
     #[test]
     fn steady_sliding_has_the_sample_s_friction() {
         for (force_n, expected) in [(0.2, 0.85), (0.4, 0.85 * 2f64.powf(-0.1))] {
-            let mut dragged = dragged("S1", Movement::Proximal, Dragging::Surface);
+            let mut dragged = dragged("S1", Movement::Proximal, MovingSide::Surface);
             let ratios: Vec<f64> = (0..50_000)
                 .map(|_| dragged.next(0.03, force_n).friction_n / force_n)
                 .collect();
@@ -223,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_finger_in_the_air_feels_nothing() {
-        let mut dragged = dragged("S1", Movement::Proximal, Dragging::Hand);
+        let mut dragged = dragged("S1", Movement::Proximal, MovingSide::Hand);
         let Moment {
             slip_m_s,
             friction_n,

@@ -6,7 +6,7 @@ use num_complex::Complex;
 use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
 use super::RATE_HZ;
-use super::drag::{Dragged, Dragging};
+use super::drag::{FingertipFriction, MovingSide};
 use super::finger::{Finger, Placement};
 use super::parameters::{Sample, TwinParameters};
 use super::participant::Participant;
@@ -17,13 +17,13 @@ use piezotact_bench::random::Random;
 /// The simulation of one finger on one sample.
 pub(crate) struct Sliding {
     texture: Texture,
-    dragged: Dragged,
+    dragged: FingertipFriction,
     tangential_to_nail: f64,
-    own_answer: OwnAnswer,
+    own_answer: RelativeResponse,
 }
 
 /// One stretch of contact: its nail and its friction.
-pub(crate) struct Slid {
+pub(crate) struct SlideResult {
     /// The acceleration of the nail, m/s².
     pub(crate) acceleration_m_s2: Vec<f64>,
     /// The friction force along the way, N.
@@ -39,7 +39,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) participant: &'a Participant,
     pub(crate) sample: &'a Sample,
     pub(crate) movement: Movement,
-    pub(crate) dragging: Dragging,
+    pub(crate) dragging: MovingSide,
     /// The load and the angle of the run.
     pub(crate) load_n: f64,
     pub(crate) angle_deg: f64,
@@ -60,7 +60,7 @@ impl Sliding {
         let placement = Placement::of(parameters, participant.number, participant.seed, name);
         Self {
             texture: Texture::of(parameters, participant, sample, movement, RATE_HZ),
-            dragged: Dragged::of(
+            dragged: FingertipFriction::of(
                 parameters,
                 participant,
                 sample,
@@ -70,7 +70,7 @@ impl Sliding {
                 random,
             ),
             tangential_to_nail: parameters.texture.tangential_to_nail,
-            own_answer: OwnAnswer::new(
+            own_answer: RelativeResponse::new(
                 parameters,
                 &participant.finger,
                 &placement,
@@ -82,7 +82,12 @@ impl Sliding {
 
     /// Nail acceleration and friction of a finger dragged at `speed_m_s` (0 and more) under `force_n`, both given for each
     /// sample; at a force of 0 the finger is in the air.
-    pub(crate) fn slide(&mut self, speed_m_s: &[f64], force_n: &[f64], random: Random) -> Slid {
+    pub(crate) fn slide(
+        &mut self,
+        speed_m_s: &[f64],
+        force_n: &[f64],
+        random: Random,
+    ) -> SlideResult {
         let moved = |v: &[f64]| v.iter().sum::<f64>() / RATE_HZ;
         // The mean speed along the way: what rests does not count.
         let (sum, square) = speed_m_s
@@ -122,7 +127,7 @@ impl Sliding {
         for (a, pull) in acceleration_m_s2.iter_mut().zip(pulled) {
             *a += pull;
         }
-        Slid {
+        SlideResult {
             acceleration_m_s2,
             friction_n,
         }
@@ -137,14 +142,14 @@ type Plans = (
 );
 
 /// The response of this finger re the reference finger: |H/Href|, without delay.
-struct OwnAnswer {
+struct RelativeResponse {
     /// At steps of half the rate over [`Self::STEPS`].
     ratio: Vec<f64>,
     planner: RealPlanner,
     plans: Option<Plans>,
 }
 
-impl OwnAnswer {
+impl RelativeResponse {
     const STEPS: usize = 256;
 
     fn new(

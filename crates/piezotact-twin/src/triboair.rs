@@ -8,7 +8,7 @@ use piezotact::recording::{Condition, Touch};
 
 use super::RATE_HZ;
 use super::acttouch::smooth;
-use super::drag::Dragging;
+use super::drag::MovingSide;
 use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
@@ -16,7 +16,7 @@ use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
 use super::session::{
     CALIBRATION, Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
-use super::sliding::{Scene, Slid, Sliding};
+use super::sliding::{Scene, SlideResult, Sliding};
 use super::wander::Wander;
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
@@ -179,7 +179,7 @@ impl Touching for TriboAir {
             participant: &self.participant,
             sample: &self.sample,
             movement: Movement::Proximal,
-            dragging: Dragging::Surface,
+            dragging: MovingSide::Surface,
             load_n: asked_n * self.participant.hand.force,
             angle_deg: run.angle.0,
         };
@@ -290,7 +290,7 @@ impl Stretches for PassiveRun {
         let label = format!("passage {}", self.stroke);
         self.stroke += 1;
         let passage = self.bench.random(&self.run, &label);
-        let Slid {
+        let SlideResult {
             acceleration_m_s2,
             friction_n,
         } = self.sliding.slide(&speed, &force, passage);

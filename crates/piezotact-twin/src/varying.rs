@@ -10,7 +10,7 @@ use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 use super::RATE_HZ;
 
 /// A linear system whose response depends on the load.
-pub(super) trait AtLoad {
+pub(super) trait LoadDependent {
     /// The response at `frequency_hz` under `load_n`.
     fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64>;
 }
@@ -38,7 +38,7 @@ pub(super) struct VaryingResponse<R> {
     bins: Vec<Complex<f64>>,
 }
 
-impl<R: AtLoad> VaryingResponse<R> {
+impl<R: LoadDependent> VaryingResponse<R> {
     /// Before output sample n is taken, the input up to n + `LOOKAHEAD` must have been fed, or there is none.
     pub(super) const LOOKAHEAD: usize = Self::EARLY + Self::FRAME;
     const FRAME: usize = 1024;
@@ -155,7 +155,7 @@ mod tests {
         Nominal(Finger::nominal(&TwinParameters::built_in()))
     }
 
-    impl AtLoad for Nominal {
+    impl LoadDependent for Nominal {
         fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64> {
             self.0
                 .response(frequency_hz, load_n, 20.0, &Placement::exact())

@@ -16,7 +16,7 @@ use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, load_possible, within};
 use super::sensors::{Accelerometer, ForceCell, HeldForce, at_rest};
 use super::session::{CALIBRATION, CHUNK, rate as acquisition_rate};
-use super::varying::{AtLoad, VaryingResponse};
+use super::varying::{LoadDependent, VaryingResponse};
 use piezotact_bench::halves::{Run, World, halves};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
 use piezotact_bench::random::Random;
@@ -92,7 +92,7 @@ struct PressedDevice {
     latency_s: f64,
 }
 
-impl AtLoad for PressedDevice {
+impl LoadDependent for PressedDevice {
     fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64> {
         self.finger
             .response(frequency_hz, load_n, self.angle_deg, &self.placement)

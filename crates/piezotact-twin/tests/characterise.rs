@@ -14,9 +14,9 @@ use piezotact::device::DeviceDescription;
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Hertz, Newtons, Seconds};
 use piezotact::run::{Discard, RunChunk, RunCriterion};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{DistortionLevels, Estimator, TransferFunction, farthest_apart_db};
+use piezotact::transfer::{DistortionLevels, Estimator, TransferFunction, max_pair_difference_db};
 use piezotact_bench::procedure::{
-    CharacteriseConfig, Gating, RepeatConfig, Repeated, characterise, repeated,
+    CharacteriseConfig, GatePolicy, RepeatConfig, RepeatedCharacterisation, characterise, repeated,
 };
 use piezotact_bench::{
     Acquire, AcquireDescription, Bench, DeviceError, Excitation, ExcitationConfig, GateConfig,
@@ -69,7 +69,7 @@ fn three_excitations_find_one_device() {
     let found = [Excitation::Random, Excitation::Sweep, Excitation::Multisine]
         .map(|kind| characterise(&mut bench(3), &config(kind, 30.0), &mut Discard).unwrap());
     let functions: Vec<&Device> = found.iter().map(|c| &c.function).collect();
-    let apart = farthest_apart_db(&functions, judged()).unwrap();
+    let apart = max_pair_difference_db(&functions, judged()).unwrap();
     println!("at most {apart:.2} dB rms apart");
     assert!(apart < 0.4, "{apart} dB");
     for other in &functions[1..] {
@@ -212,7 +212,13 @@ impl Acquire for Disturbed {
 }
 
 /// Two repeats of half a minute with three attempts each.
-fn measured(mishap: Mishap) -> (Result<Repeated, ProcedureError>, usize, Vec<String>) {
+fn measured(
+    mishap: Mishap,
+) -> (
+    Result<RepeatedCharacterisation, ProcedureError>,
+    usize,
+    Vec<String>,
+) {
     let Bench {
         player, acquirer, ..
     } = bench(1);
@@ -228,7 +234,7 @@ fn measured(mishap: Mishap) -> (Result<Repeated, ProcedureError>, usize, Vec<Str
     let repeats = RepeatConfig {
         repeats: 2,
         attempts: 3,
-        gating: Gating::Judged(GateConfig::usual()),
+        gating: GatePolicy::Judged(GateConfig::usual()),
     };
     let mut told = Vec::new();
     let done = repeated(
@@ -329,7 +335,7 @@ fn one_repeat_is_a_characterisation() {
     let repeats = RepeatConfig {
         repeats: 1,
         attempts: 1,
-        gating: Gating::Open,
+        gating: GatePolicy::Open,
     };
     let done = repeated(&mut bench, &config, &repeats, &mut Discard, &mut |_| {
         panic!("nothing is judged")

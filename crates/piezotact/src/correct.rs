@@ -10,7 +10,7 @@ mod doubt;
 mod heard;
 mod summary;
 
-pub use doubt::{LoopDoubt, LoopStop, MishapDoubt};
+pub use doubt::{LoopDoubt, LoopStop, MeasurementFaultDoubt};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 pub use summary::{CorrectedRendering, RenderingSums};
@@ -29,7 +29,7 @@ use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
-use heard::Heard;
+use heard::AlignedResponses;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,11 +66,11 @@ const SMOOTH_HZ: f64 = 4.0;
 /// The lowest share of a line assumed in a correction step; smaller shares count as this.
 const LEAST_SHARE: f64 = 0.05;
 /// A line is disturbed by other lines when less than this share of its power, 0–1, is explained by the intended drive.
-const UNDISTURBED: f64 = 0.8;
+const MIN_EXPLAINED_SHARE: f64 = 0.8;
 /// A line counts as reached when it keeps at least this share of its amplitude (a loss of 0.5 dB).
 const KEPT: f64 = 0.944;
 /// The lowest correlation between the drive with limited crests and the requested one at which the drive still fits.
-const LIKE: f64 = 0.95;
+const MIN_CREST_CORRELATION: f64 = 0.95;
 /// Margin for peaks between the samples of a drive: its samples are kept below this share of the limit.
 const BETWEEN: f64 = 0.97;
 /// Bisection steps between a level that fits and one that does not.
@@ -118,7 +118,7 @@ struct Fit {
     /// The share of samples that had to be held at the limit, 0–1.
     held: f64,
     /// The correlation of the drive with limited crests with the same drive before limiting.
-    likeness: f64,
+    crest_correlation: f64,
 }
 
 /// The change of the drive in one correction step.
@@ -198,7 +198,7 @@ impl<O: Quantity> Correction<O> {
                 strength: None,
                 lines: drive.clone(),
                 held: 0.0,
-                likeness: 1.0,
+                crest_correlation: 1.0,
             },
             first: drive.clone(),
             drive,
@@ -226,8 +226,8 @@ impl<O: Quantity> Correction<O> {
 
     /// The correlation of the last drive with the same drive before its crests were limited; below 1 they were limited.
     #[must_use]
-    pub fn likeness(&self) -> f64 {
-        self.last.likeness
+    pub fn crest_correlation(&self) -> f64 {
+        self.last.crest_correlation
     }
 
     /// The parts of the band that the last drive reaches (the inverse does, and no more than half a decibel had to be taken
@@ -273,7 +273,8 @@ impl<O: Quantity> Correction<O> {
     /// Whether the last drive fits without attenuated lines and with its crests limited to a correlation of 0.95 or more.
     #[must_use]
     pub fn fits(&self) -> bool {
-        self.last.likeness >= LIKE && self.last.shares.iter().all(|share| *share >= 1.0)
+        self.last.crest_correlation >= MIN_CREST_CORRELATION
+            && self.last.shares.iter().all(|share| *share >= 1.0)
     }
 
     /// The largest sample of the requested drive, before any limitation, full scale = 1.
@@ -329,7 +330,7 @@ impl<O: Quantity> Correction<O> {
         let room = self.room();
         let bins: Vec<Complex<f64>> = self.drive.iter().map(|bin| bin * gain_ratio).collect();
         let pressed = crest::pressed(&mut self.transform, &bins, &room);
-        pressed.is_some_and(|pressed| pressed.likeness >= LIKE)
+        pressed.is_some_and(|pressed| pressed.crest_correlation >= MIN_CREST_CORRELATION)
     }
 
     fn step_hz(&self) -> f64 {
@@ -368,7 +369,7 @@ impl<O: Quantity> Correction<O> {
         cut(&mut samples, self.limit);
         self.last = Fit {
             held: beyond as f64 / samples.len().max(1) as f64,
-            likeness: fitted.likeness,
+            crest_correlation: fitted.crest_correlation,
             shares: fitted.shares,
             strength: fitted.strength,
             lines,
@@ -397,7 +398,7 @@ impl<O: Quantity> Correction<O> {
         noise: &Spectrum<O>,
     ) -> Result<LineChange, VerifyError> {
         let aim = self.aim()?;
-        let heard = Heard::of(responses, &aim, &self.welch, self.render.inverse.band)?;
+        let heard = AlignedResponses::of(responses, &aim, &self.welch, self.render.inverse.band)?;
         let (as_drive, spread) = self.as_drive(&heard, aim.samples());
         let lines = heard.got.values.len();
         let noise_at = |line: usize| noise.values.get(line).copied().unwrap_or(0.0);
@@ -417,7 +418,7 @@ impl<O: Quantity> Correction<O> {
         let missing = match self.config.mode {
             Mode::Replicate => as_drive,
             Mode::Texture => (0..as_drive.len())
-                .map(|k| answers.missing(k) * self.turned_back(k))
+                .map(|k| answers.missing(k) * self.phase_correction(k))
                 .collect(),
         };
         let sure = answer::sure(&missing, &spread, self.smooth());
@@ -436,9 +437,9 @@ impl<O: Quantity> Correction<O> {
                 continue;
             }
             corrected += 1;
-            let others = (1.0 - answers.meant_share(k)) * heard.got.values[line];
+            let others = (1.0 - answers.explained_share(k)) * heard.got.values[line];
             // Distortion products of other lines cannot be removed by changing the magnitude: their opposite has to be added.
-            let disturbed = answers.meant_share(k) < UNDISTURBED
+            let disturbed = answers.explained_share(k) < MIN_EXPLAINED_SHARE
                 && others > self.config.noise_ratio * noise_at(line);
             *change = if self.config.mode == Mode::Replicate || disturbed {
                 let share = self.last.shares[k].max(LEAST_SHARE);
@@ -458,7 +459,11 @@ impl<O: Quantity> Correction<O> {
 
     /// The measured responses (for a waveform: their error) expressed as drive, line by line: the mean over the responses, and
     /// the variance of that mean.
-    fn as_drive(&mut self, heard: &Heard<O>, aim: &[f64]) -> (Vec<Complex<f64>>, Vec<f64>) {
+    fn as_drive(
+        &mut self,
+        heard: &AlignedResponses<O>,
+        aim: &[f64],
+    ) -> (Vec<Complex<f64>>, Vec<f64>) {
         let count = heard.measured.len() as f64;
         let begins = self.frame.before + heard.shared.start;
         let all: Vec<Vec<Complex<f64>>> = heard
@@ -537,12 +542,12 @@ impl<O: Quantity> Correction<O> {
     fn meant(&self) -> Vec<Complex<f64>> {
         let lines = self.first.iter().zip(&self.last.shares).enumerate();
         lines
-            .map(|(k, (first, share))| first * *share * self.turned_back(k).conj())
+            .map(|(k, (first, share))| first * *share * self.phase_correction(k).conj())
             .collect()
     }
 
     /// The phase factor that turns a line of the last fitted drive back to its requested phase.
-    fn turned_back(&self, line: usize) -> Complex<f64> {
+    fn phase_correction(&self, line: usize) -> Complex<f64> {
         let turn = self.drive[line] * self.last.lines[line].conj();
         if turn.norm() > 0.0 {
             turn / turn.norm()

@@ -25,7 +25,7 @@ pub use value::{About, Counts, Example, FieldValue, Value};
 /// One thing that a person should know before relying on a result.
 ///
 /// The field that names what a doubt is about, and the function that makes an [`About`] of its value.
-pub type AboutField = (&'static str, fn(String) -> About);
+pub type SubjectField = (&'static str, fn(String) -> About);
 
 /// Two doubts are equal when code, subject, values and count are equal. Advice is not compared: it follows from the others, and
 /// files of version 0.1.0 hold none.
@@ -54,7 +54,7 @@ pub trait DoubtKind: Sized + std::fmt::Display {
 
 impl PartialEq for Doubt {
     fn eq(&self, other: &Self) -> bool {
-        self.says_the_same(other) && self.seen == other.seen
+        self.is_equivalent_to(other) && self.seen == other.seen
     }
 }
 
@@ -74,7 +74,7 @@ impl Doubt {
 
     /// Whether code, subject and values equal those of `other`; count and advice are not compared.
     #[must_use]
-    pub fn says_the_same(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (&self.code, &self.about, &self.values) == (&other.code, &other.about, &other.values)
     }
 
@@ -84,7 +84,7 @@ impl Doubt {
     pub fn of_fields(
         code: &'static str,
         fields: impl IntoIterator<Item = (&'static str, Option<Value>)>,
-        subject: Option<AboutField>,
+        subject: Option<SubjectField>,
         advice: Vec<Advice>,
     ) -> Self {
         let mut values: BTreeMap<String, Value> = fields

@@ -35,7 +35,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::render::RenderDoubt>,
             $of::<crate::verify::VerifyDoubt>,
             $of::<crate::correct::LoopDoubt>,
-            $of::<crate::correct::MishapDoubt>,
+            $of::<crate::correct::MeasurementFaultDoubt>,
             $of::<crate::manipulate::ManipulateDoubt>,
             $of::<crate::score::ScoreDoubt>,
         ]

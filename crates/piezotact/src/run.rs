@@ -243,14 +243,14 @@ impl Sink for Discard {
 
 /// Collects the documents of one run into a recording.
 #[derive(Clone, Debug, Default)]
-pub struct Gathered {
+pub struct RunCollector {
     start: Option<RunStart>,
     samples: Vec<Vec<f64>>,
     events: Vec<Event>,
     end: Option<RunEnd>,
 }
 
-impl Gathered {
+impl RunCollector {
     /// The recording, with the doubts of its end.
     ///
     /// # Errors
@@ -278,7 +278,7 @@ impl Gathered {
     }
 }
 
-impl Sink for Gathered {
+impl Sink for RunCollector {
     fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
         match document {
             RunDocument::Start(start) => {

@@ -30,7 +30,7 @@ pub use doubt::TransferDoubt;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
-pub use repeats::{farthest_apart_db, pooled};
+pub use repeats::{max_pair_difference_db, pooled};
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -338,7 +338,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
 
     /// Sets the driven band when it is known: lines outside it count as not driven, even if the ends of a drive have power
     /// there, and gaps in the drive are only reported within it.
-    pub fn driven_within(&mut self, band: Band) {
+    pub fn set_driven_band(&mut self, band: Band) {
         // The lowest line of a band lies up to one line spacing above its lower end.
         let low = |found: Band| match found.low().0 - band.low().0 <= self.resolution_hz {
             true => Band::new(band.low(), found.high()).unwrap_or(found),

@@ -7,7 +7,8 @@
 
 use crate::studies::{Change, Random, sample, spectrum, spectrum_apart};
 use piezotact::compare::{
-    AcrossSamples, DiscriminationConfig, Sampled, Telling, Texture, Withheld, discriminate,
+    AcrossSamples, DiscriminationConfig, DiscriminationError, Distinguishability, SampleUnit,
+    Texture, discriminate,
 };
 use piezotact::discrimination::{ContactMap, DiscriminationDoubt, Model};
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
@@ -29,7 +30,7 @@ fn told_apart(study: &AcrossSamples) -> usize {
     study
         .settings
         .iter()
-        .map(|g| g.with(Telling::ToldApart).count())
+        .map(|g| g.with(Distinguishability::ToldApart).count())
         .sum()
 }
 
@@ -78,8 +79,8 @@ fn fifteen_strokes_tell_two_jnd_apart() {
             ]);
             let groups = &found.settings[0];
             let is = |i, j, outcome| usize::from(groups.pair(i, j).unwrap().outcome == outcome);
-            told += is(0, 1, Telling::ToldApart);
-            below += is(0, 2, Telling::BelowJnd);
+            told += is(0, 1, Distinguishability::ToldApart);
+            below += is(0, 2, Distinguishability::BelowJnd);
         }
         eprintln!(
             "{}: told apart in {told} of 20; the same sample below the JND in {below} of 20",
@@ -111,7 +112,7 @@ fn between_1_6_and_2_5_db_nothing_is_decided() {
     ]);
     let pair = &found.settings[0].pairs[0];
     assert!(pair.p_adjusted.unwrap() < 0.01, "{pair:?}");
-    assert_eq!(pair.outcome, Telling::NotDecided, "{pair:?}");
+    assert_eq!(pair.outcome, Distinguishability::NotDecided, "{pair:?}");
     assert!(
         (pair.distance_jnd - 2.0 / 1.58).abs() < 0.25,
         "{}",
@@ -131,9 +132,9 @@ fn recordings_that_differ_are_the_units() {
             .collect();
         let found = study(textures);
         told += told_apart(&found);
-        by_recording += usize::from(found.units == Sampled::Recordings);
+        by_recording += usize::from(found.units == SampleUnit::Recordings);
         assert!(
-            found.units == Sampled::Strokes
+            found.units == SampleUnit::Strokes
                 || found.doubts.iter().any(|d| matches!(
                     d.kind(),
                     Some(DiscriminationDoubt::RecordingsDiffer { .. })
@@ -149,7 +150,7 @@ fn recordings_that_differ_are_the_units() {
         let mut random = Random::new(400 + seed);
         let texture = spectrum(Change::Level, 0.0);
         let alike = (0..3).map(|i| sample(&mut random, &format!("N{i}"), &texture, [3, 5], 0.0));
-        study(alike.collect()).units == Sampled::Strokes
+        study(alike.collect()).units == SampleUnit::Strokes
     });
     let by_stroke = by_stroke.count();
     eprintln!("recordings that do not differ: strokes are the units in {by_stroke} of 30");
@@ -167,7 +168,7 @@ fn one_stroke_decides_nothing() {
     let pair = &found.settings[0].pairs[0];
     assert_eq!(
         (pair.outcome, pair.interval_jnd),
-        (Telling::NotDecided, None)
+        (Distinguishability::NotDecided, None)
     );
     assert!(pair.distance_jnd > 6.0);
     let text = found
@@ -203,7 +204,7 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
     );
     counts.unit = Unit::Other("count".into());
     let why = discriminate(&[vec![counts.clone(), counts]], &config()).unwrap_err();
-    assert!(matches!(why, Withheld::NotAnAcceleration { .. }));
+    assert!(matches!(why, DiscriminationError::NotAnAcceleration { .. }));
     assert!(
         why.to_string().contains("not computed") && why.to_string().contains("cotton is in count"),
         "{why}"
@@ -221,7 +222,7 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
     ]);
     let pair = &found.settings[0].pairs[0];
     assert!(
-        pair.neither_felt && pair.outcome == Telling::BelowJnd,
+        pair.neither_felt && pair.outcome == Distinguishability::BelowJnd,
         "{pair:?}"
     );
     // A nail that moves a fiftieth of what the skin does: then they are felt.
@@ -435,8 +436,11 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
         );
         let contradict = matches!(
             (&scored.verdict, pair.outcome),
-            (Verdict::BelowJnd, Telling::ToldApart)
-                | (Verdict::Distinguishable { .. }, Telling::BelowJnd)
+            (Verdict::BelowJnd, Distinguishability::ToldApart)
+                | (
+                    Verdict::Distinguishable { .. },
+                    Distinguishability::BelowJnd
+                )
         );
         assert!(!contradict);
         let neither = "neither reaches the detection threshold";
@@ -444,8 +448,8 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
             scored.sentence().contains(neither),
             found.settings[0].sentences().join("").contains(neither)
         );
-        told += usize::from(pair.outcome == Telling::ToldApart);
-        below += usize::from(pair.outcome == Telling::BelowJnd);
+        told += usize::from(pair.outcome == Distinguishability::ToldApart);
+        below += usize::from(pair.outcome == Distinguishability::BelowJnd);
     }
     assert!(told >= 1 && below >= 2, "{told} {below}");
 }

@@ -145,7 +145,7 @@ fn what_is_written_is_read_again() {
     let mut often = doubts[0].clone();
     often.seen = 20;
     assert_eq!(again(&often), often);
-    assert!(often.says_the_same(&doubts[0]));
+    assert!(often.is_equivalent_to(&doubts[0]));
 }
 
 /// Version 0.1.0 wrote a tag and its fields: the same doubt is read.
@@ -329,9 +329,9 @@ fn a_front_end_words_advice_its_own_way() {
 /// A cause is a value within the doubt; a file of before with a sentence in its place is read, said and written unchanged.
 #[test]
 fn causes_are_values_and_sentences_of_before_stay_readable() {
-    use piezotact::correct::{LoopDoubt, LoopStop, MishapDoubt};
+    use piezotact::correct::{LoopDoubt, LoopStop, MeasurementFaultDoubt};
     let stopped = |why| Doubt::from(LoopDoubt::LoopStopped { best: 2, why });
-    let cause = MishapDoubt::SensorClips { fraction: 0.02 }.into();
+    let cause = MeasurementFaultDoubt::SensorClips { fraction: 0.02 }.into();
     let doubt = stopped(LoopStop::NotBelieved { cause });
     let json = serde_json::to_value(&doubt).unwrap();
     let why = &json["values"]["why"];

@@ -15,7 +15,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
 use piezotact::transfer::{
     Blocks, CrossPlan, CrossSpectra, Estimator, TransferDoubt, TransferFunction, best_linear,
-    estimate, estimate_sweeps, farthest_apart_db, pooled,
+    estimate, estimate_sweeps, max_pair_difference_db, pooled,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -496,7 +496,7 @@ fn repeats_under_one_drive_pool_as_one() {
         );
     }
     let band = Band::new(Hertz(20.0), Hertz(2_000.0)).unwrap();
-    let apart = farthest_apart_db(&[&a, &b], band).unwrap();
+    let apart = max_pair_difference_db(&[&a, &b], band).unwrap();
     assert!((0.2..2.0).contains(&apart), "{apart}");
     assert!(pooled::<Drive, Acceleration>(&[]).is_err());
 }

@@ -5,7 +5,9 @@
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
-use piezotact::compare::{DiscriminationConfig, Sampled, Telling, Texture, discriminate};
+use piezotact::compare::{
+    DiscriminationConfig, Distinguishability, SampleUnit, Texture, discriminate,
+};
 use piezotact::discrimination::Model;
 use piezotact::quantity::{Band, Hertz};
 
@@ -51,12 +53,14 @@ fn count(
         let found = discriminate(&[textures(&mut random)], config)?;
         let pairs = || found.settings.iter().flat_map(|groups| &groups.pairs);
         counts.studies += 1;
-        counts.told += u64::from(pairs().any(|p| p.outcome == Telling::ToldApart));
+        counts.told += u64::from(pairs().any(|p| p.outcome == Distinguishability::ToldApart));
         counts.chance +=
             u64::from(pairs().any(|p| p.p_adjusted.is_some_and(|p| p <= config.alpha)));
-        counts.below[0] += pairs().filter(|p| p.outcome == Telling::BelowJnd).count() as u64;
+        counts.below[0] += pairs()
+            .filter(|p| p.outcome == Distinguishability::BelowJnd)
+            .count() as u64;
         counts.below[1] += pairs().count() as u64;
-        counts.recordings += u64::from(found.units == Sampled::Recordings);
+        counts.recordings += u64::from(found.units == SampleUnit::Recordings);
     }
     Ok(counts)
 }
@@ -141,7 +145,8 @@ pub(crate) fn run() -> Result<()> {
                         .to_vec();
                     let found = discriminate(&[textures], &config)?;
                     let pair = found.settings.first().and_then(|groups| groups.pair(0, 1));
-                    told += u64::from(pair.is_some_and(|p| p.outcome == Telling::ToldApart));
+                    told +=
+                        u64::from(pair.is_some_and(|p| p.outcome == Distinguishability::ToldApart));
                 }
                 let share = told as f64 / STUDIES as f64;
                 row += &format!("{:>5.0} %", 100.0 * share);

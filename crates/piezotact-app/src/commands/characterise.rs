@@ -9,7 +9,7 @@ use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::document::CharacteriseDocument;
 use piezotact_bench::procedure::{
-    self, Characterisation, CharacteriseConfig, Gating, RepeatConfig, Repeated,
+    self, Characterisation, CharacteriseConfig, GatePolicy, RepeatConfig, RepeatedCharacterisation,
 };
 use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
@@ -103,7 +103,7 @@ fn kept_while_measured(
     args: &Characterise,
     bench: &mut Bench,
     (config, repeats): (&CharacteriseConfig, &RepeatConfig),
-) -> Outcome<Repeated> {
+) -> Outcome<RepeatedCharacterisation> {
     let Some(record) = args.record.as_deref() else {
         let runs = fresh(&args.out)?;
         let done = repeated(bench, config, repeats, Place::Continued(runs.clone()))?;
@@ -179,7 +179,7 @@ fn told(distortion: &Distortion) -> String {
 }
 
 /// What the options ask of every measurement.
-pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
+pub(crate) fn gating(args: &GateArgs) -> Outcome<GatePolicy> {
     let within = |what: &str, value: f64| {
         if value > 0.0 && value < 1.0 {
             return Ok(value);
@@ -200,13 +200,13 @@ pub(crate) fn gating(args: &GateArgs) -> Outcome<Gating> {
                     )));
                 }
             }
-            Ok(Gating::Open)
+            Ok(GatePolicy::Open)
         }
         OnOff::On => {
             let usual = GateConfig::usual();
             let force_share = args.force_tolerance.unwrap_or(usual.force_share);
             let least_coherence = args.least_coherence.unwrap_or(usual.least_coherence);
-            Ok(Gating::Judged(GateConfig {
+            Ok(GatePolicy::Judged(GateConfig {
                 force_share: within("--force-tolerance", force_share)?,
                 least_coherence: within("--least-coherence", least_coherence)?,
                 ..usual
@@ -253,7 +253,7 @@ pub(crate) fn repeated(
     config: &CharacteriseConfig,
     repeats: &RepeatConfig,
     place: Place<'_>,
-) -> Outcome<Repeated> {
+) -> Outcome<RepeatedCharacterisation> {
     let duration = config.excitation.duration;
     let what = |start: &RunStart| {
         let (repeat, _) = repeats.attempt_of(&config.run, &start.label);
@@ -281,7 +281,7 @@ pub(crate) fn characterise(
     let once = RepeatConfig {
         repeats: 1,
         attempts: 1,
-        gating: Gating::Open,
+        gating: GatePolicy::Open,
     };
     let done = repeated(bench, config, &once, Place::Nowhere)?;
     let mut each = done.each.into_iter();

@@ -11,7 +11,7 @@ use piezotact::recording::{About, Annotations, Recording};
 use piezotact::render::{
     Overload, RenderConfig, RenderError, RenderedDrive, at_fitting_level, render,
 };
-use piezotact::score::with_felt_difference;
+use piezotact::score::with_perceptible_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
@@ -330,7 +330,7 @@ fn compared(
         config = config.rendered_as(&rendering.config, rendering.mode());
     }
     let clipping = clipping(&response, Some((&drive, limit)), None);
-    Ok(with_felt_difference(verify(
+    Ok(with_perceptible_difference(verify(
         target,
         Measured {
             response: &response,

@@ -183,7 +183,7 @@ pub(super) fn open(
         )));
     }
     let texture = found
-        .freed_of_mean()
+        .with_mean_removed()
         .map_err(|error| refused(path, error))?;
     Ok(Opened {
         texture,

@@ -17,8 +17,8 @@ use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
     self, Changed, DriveSource, JudgedVerification, NamedChange, NamedVerification,
-    PredictedStraight, StraightOutcome, Verdict, Verification, VerifyConfig, VerifyDocument,
-    VerifyError, drive_beside, predicted_straight, tones,
+    StraightOutcome, UninvertedPrediction, Verdict, Verification, VerifyConfig, VerifyDocument,
+    VerifyError, drive_beside, predict_uninverted, tones,
 };
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::read_sidecar;
@@ -83,7 +83,7 @@ struct Found {
     judged: Judged,
     also: Vec<Judged>,
     before: Vec<Earlier>,
-    predicted: Option<Result<PredictedStraight, VerifyError>>,
+    predicted: Option<Result<UninvertedPrediction, VerifyError>>,
     /// The names of the measurements, that of the one that decides first, and of the textures before.
     names: [Vec<String>; 2],
 }
@@ -117,7 +117,7 @@ fn found(args: &Verify) -> Outcome<Found> {
         doubts.extend(earlier.doubts.iter().cloned());
     }
     let predicted = (function.as_ref())
-        .map(|function| predicted_straight(&judged.found.texture, function, &judged.found.config));
+        .map(|function| predict_uninverted(&judged.found.texture, function, &judged.found.config));
     let measurements = [&args.measured].into_iter().chain(&args.also);
     let names = [
         apart(measurements.map(PathBuf::as_path)),

@@ -176,7 +176,7 @@ pub(super) fn stop_harmless(make: &Make, subject: &Subject) -> Result<(), String
     for (run, when) in [(after, "before a start"), (last, "in the middle of a run")] {
         match subject.draws {
             Draws::Seeded => same(&fresh, &run, &format!("after a stop {when}"))?,
-            Draws::Nature => expect(
+            Draws::Unseeded => expect(
                 fresh.samples() == run.samples(),
                 fresh.samples(),
                 run.samples(),
@@ -203,7 +203,7 @@ pub(super) fn after_stop(make: &Make, subject: &Subject) -> Result<(), String> {
     let after = usual(&mut bench, subject)?;
     match subject.draws {
         Draws::Seeded => same(&fresh, &after, "after a run that was stopped"),
-        Draws::Nature => expect(
+        Draws::Unseeded => expect(
             fresh.samples() == after.samples(),
             fresh.samples(),
             after.samples(),

@@ -118,7 +118,7 @@ pub enum Draws {
     /// From a seed: the same run gives the same samples.
     Seeded,
     /// Physical noise: no two runs are equal.
-    Nature,
+    Unseeded,
 }
 
 /// A check takes so long at most.

@@ -124,7 +124,7 @@ pub(super) fn made(make: &Make, subject: &Subject) -> Result<(), String> {
             &found,
             "of a drive that is computed during playback",
         ),
-        Draws::Nature => {
+        Draws::Unseeded => {
             let (whole, found) = (whole.samples(), found.samples());
             expect(whole.abs_diff(found) * 100 <= whole, whole, found)
         }
@@ -229,7 +229,7 @@ pub(super) fn threads(make: &Make, subject: &Subject) -> Result<(), String> {
         .map_err(|_panic| "the thread that plays panicked".to_owned())??;
     match subject.draws {
         Draws::Seeded => same(&alone, &taken, "where two threads hold the halves"),
-        Draws::Nature => expect(
+        Draws::Unseeded => expect(
             alone.samples() == taken.samples(),
             alone.samples(),
             taken.samples(),

@@ -76,7 +76,7 @@ pub(super) fn contiguous(make: &Make, subject: &Subject) -> Result<(), String> {
 }
 
 pub(super) fn repeatable(make: &Make, subject: &Subject) -> Result<(), String> {
-    if subject.draws == Draws::Nature {
+    if subject.draws == Draws::Unseeded {
         return Ok(());
     }
     let mut bench = make();
@@ -98,7 +98,7 @@ pub(super) fn calibration(make: &Make, subject: &Subject) -> Result<(), String> 
     let after = usual(&mut bench, subject)?;
     match subject.draws {
         Draws::Seeded => same(&first, &after, "after a calibration"),
-        Draws::Nature => expect(
+        Draws::Unseeded => expect(
             after.samples() == first.samples(),
             first.samples(),
             after.samples(),

@@ -8,7 +8,7 @@ use piezotact::quantity::{Acceleration, Drive, Force, Quantity, SampleRate, Seco
 use piezotact::recording::{BenchKind, Condition, Touch};
 use piezotact::run::RunChunk;
 
-use super::script::{Breach, FakeScript, Half, Pace, Since};
+use super::script::{Breach, FakeScript, Half, Pace, TimeOrigin};
 use super::world::{Device, Output};
 use crate::error::DeviceError;
 use crate::plan::{Playback, RunPlan, Until};
@@ -183,11 +183,11 @@ impl Shared {
     }
 
     /// The sample of the run at which something that is scripted for `at_s` happens; none when it was before the run.
-    fn place(&self, at_s: f64, since: Since) -> Option<u64> {
+    fn place(&self, at_s: f64, since: TimeOrigin) -> Option<u64> {
         let at = (at_s * self.input_hz()).round() as u64;
         match since {
-            Since::Run => Some(at),
-            Since::Opened => at.checked_sub(self.before),
+            TimeOrigin::Run => Some(at),
+            TimeOrigin::Opened => at.checked_sub(self.before),
         }
     }
 
@@ -214,7 +214,7 @@ impl Shared {
         }
         let (at, stop) = (run.at, run.stop.clone());
         let fault = self.script.fault;
-        let fault_at = fault.and_then(|fault| self.place(fault.at_s, Since::Run));
+        let fault_at = fault.and_then(|fault| self.place(fault.at_s, TimeOrigin::Run));
         let breach = fault
             .map(|fault| fault.what)
             .filter(|_| fault_at.is_some_and(|f| at >= f));
@@ -241,7 +241,10 @@ impl Shared {
         }
         let late = self.script.late.iter().enumerate();
         let late = late.filter(|(i, late)| {
-            !run.late.contains(i) && self.place(late.at_s, Since::Run).is_some_and(|l| at >= l)
+            !run.late.contains(i)
+                && self
+                    .place(late.at_s, TimeOrigin::Run)
+                    .is_some_and(|l| at >= l)
         });
         let late = late.map(|(i, late)| (i, late.by_s)).next();
         let mut count = self.script.chunks_s[run.chunks % self.script.chunks_s.len()] * rate_hz;
@@ -295,7 +298,7 @@ impl Shared {
         ];
         let ends = ends.into_iter().flatten();
         let ends: Vec<u64> = ends
-            .filter_map(|at_s| self.place(at_s, Since::Opened))
+            .filter_map(|at_s| self.place(at_s, TimeOrigin::Opened))
             .collect();
         let next = next
             .chain(ends)

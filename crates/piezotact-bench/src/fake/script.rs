@@ -87,7 +87,7 @@ pub struct FakeDevice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", expecting = "\"run\" or \"opened\"")]
-pub enum Since {
+pub enum TimeOrigin {
     /// From the start of every run: it happens in each.
     #[default]
     Run,
@@ -109,7 +109,7 @@ pub struct DropOut {
     pub samples: u64,
     /// From when on `at_s` counts.
     #[serde(default)]
-    pub since: Since,
+    pub since: TimeOrigin,
 }
 
 /// A chunk that comes late.
@@ -432,7 +432,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!(script.clock_ppm, 50.0);
-        assert_eq!(script.drop_outs[1].since, Since::Opened);
+        assert_eq!(script.drop_outs[1].since, TimeOrigin::Opened);
         assert_eq!(script.lost.unwrap().half, Half::Input);
         assert_eq!(script.device.resonance_hz, 200.0);
         assert_eq!(

@@ -153,7 +153,7 @@ impl MeasuredBench {
         let mut random = Random::stream(noise.seed, number, "another placement");
         let normals: Vec<f64> = (0..spread.draws()).map(|_| random.normal()).collect();
         let mut bench = Self::new(function.times(spread.factor(&normals)), called, noise)?;
-        if let Some((level_db, phase_rad)) = spread.apart_over(bench.answers) {
+        if let Some((level_db, phase_rad)) = spread.rms_difference_over(bench.answers) {
             bench.placed = format!(
                 "another placement of the finger, number {number} of seed {}, drawn from the differences between {} for {} \
                     combinations of participant and condition ({level_db:.2} dB and {:.1}° rms): ",

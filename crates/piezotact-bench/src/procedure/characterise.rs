@@ -168,7 +168,7 @@ pub fn transfer_of(
     };
     function.about.doubts.extend(clocks);
     // The onset and end of a drive have power outside its band, which does not count as driven.
-    function.driven_within(excitation.band);
+    function.set_driven_band(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     function.about.provenance = recording
         .about

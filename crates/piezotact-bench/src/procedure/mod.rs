@@ -9,10 +9,11 @@ pub use characterise::{
     Characterisation, CharacteriseConfig, LOWEST_JUDGED, characterise, excite, transfer_of,
 };
 pub use closed_loop::{
-    Closeness, Gain, GainIn, Iteration, Kept, LoopConfig, LoopEnd, Looped, Mishap, closed_loop,
+    Gain, GainCriterion, Iteration, Kept, LoopConfig, LoopEnd, LoopErrors, Looped, Mishap,
+    closed_loop,
 };
-pub use repeats::{Gating, Refused, RepeatConfig, Repeated, repeated};
-pub use run::{RunKeeper, acquire, announce, play_and_record, record};
+pub use repeats::{GatePolicy, Refused, RepeatConfig, RepeatedCharacterisation, repeated};
+pub use run::{RunKeeper, acquire, play_and_record, record, start_document};
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;

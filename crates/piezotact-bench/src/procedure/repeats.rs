@@ -7,7 +7,9 @@ use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::run::{Attempt, Judged, RunCriterion};
-use piezotact::transfer::{BundleError, Distortion, TransferFunction, farthest_apart_db, pooled};
+use piezotact::transfer::{
+    BundleError, Distortion, TransferFunction, max_pair_difference_db, pooled,
+};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
 use super::run::excite_and_record;
@@ -28,7 +30,7 @@ pub struct RepeatConfig {
     /// The largest number of attempts at each repeat.
     pub attempts: usize,
     /// The limits for each repeat.
-    pub gating: Gating,
+    pub gating: GatePolicy,
 }
 
 impl RepeatConfig {
@@ -44,7 +46,7 @@ impl RepeatConfig {
 
 /// Whether measurements are judged while they run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Gating {
+pub enum GatePolicy {
     /// Every measurement is accepted.
     Open,
     /// A measurement that does not keep these limits is repeated.
@@ -62,7 +64,7 @@ pub struct Refused {
     pub refusal: Refusal,
 }
 
-impl Repeated {
+impl RepeatedCharacterisation {
     /// Noise and distortion of all repeats together; `None` where the excitation cannot tell them apart.
     #[must_use]
     pub fn distortion(&self) -> Option<Distortion> {
@@ -87,7 +89,7 @@ impl fmt::Display for Refused {
 
 /// Repeats of one characterisation.
 #[derive(Clone, Debug)]
-pub struct Repeated {
+pub struct RepeatedCharacterisation {
     /// Each.
     pub each: Vec<Characterisation>,
     /// The refused measurements.
@@ -112,7 +114,7 @@ pub fn repeated(
     repeats: &RepeatConfig,
     keeper: &mut dyn RunKeeper,
     refused_one: &mut dyn FnMut(&Refused),
-) -> Result<Repeated, ProcedureError> {
+) -> Result<RepeatedCharacterisation, ProcedureError> {
     let (drive, setup) = excite(bench, config)?;
     let first_label = config.run.placed_for().to_owned();
     let band = judged_band(config);
@@ -122,8 +124,8 @@ pub fn repeated(
     while repeat <= repeats.repeats.max(1) {
         let run = run_of(&config.run, &first_label, repeat, attempt);
         let mut gate = match &repeats.gating {
-            Gating::Open => None,
-            Gating::Judged(gate) => Some(gate_of(bench, config, gate)?),
+            GatePolicy::Open => None,
+            GatePolicy::Judged(gate) => Some(gate_of(bench, config, gate)?),
         };
         let recorded = excite_and_record(
             bench,
@@ -194,7 +196,7 @@ pub fn repeated(
             todo: "measure again".into(),
         },
     })?;
-    let apart_db = band.and_then(|band| farthest_apart_db(&functions, band));
+    let apart_db = band.and_then(|band| max_pair_difference_db(&functions, band));
     if each.len() > 1 {
         function
             .about
@@ -212,7 +214,7 @@ pub fn repeated(
             refused.len()
         ));
     }
-    Ok(Repeated {
+    Ok(RepeatedCharacterisation {
         each,
         refused,
         attempts,

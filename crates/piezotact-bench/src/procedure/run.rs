@@ -6,7 +6,7 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
-    Discard, Ended, Gathered, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
+    Discard, Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
     SinkError,
 };
 use piezotact::series::filled;
@@ -66,7 +66,7 @@ impl RunKeeper for Discard {
 
 /// The start document of the run `run` on `acquirer`.
 #[must_use]
-pub fn announce(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
+pub fn start_document(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
     let description = acquirer.describe();
     let mut steps = vec![run.label.clone()];
     steps.extend(description.steps);
@@ -120,7 +120,7 @@ pub(super) fn excite_and_record(
     gate: Option<&mut Gate>,
 ) -> Result<Recording, ProcedureError> {
     require_device(bench, drive, rendered_for)?;
-    let mut start = announce(bench.acquirer.as_ref(), run);
+    let mut start = start_document(bench.acquirer.as_ref(), run);
     start.setup = rendered_for.cloned();
     start.drive = Some(Checksum::of(drive.samples().iter().copied()));
     start.about.provenance.driven_hz = driven;
@@ -145,7 +145,7 @@ pub(super) fn excite_and_record(
             return Err(error);
         }
     };
-    let mut gathered = Gathered::default();
+    let mut gathered = RunCollector::default();
     let mut run_of = Run::new(&start, bench.acquirer.describe().name);
     let force = |(channel, _): &(String, _)| channel == FORCE_CHANNEL;
     run_of.force.1 = start.channels.iter().position(force);
@@ -208,7 +208,7 @@ pub(super) fn excite_and_record(
 /// # Errors
 /// Whatever the bench returns. It is stopped in any case.
 pub fn record(acquirer: &mut dyn Acquire, run: &RunPlan) -> Result<Recording, ProcedureError> {
-    let mut gathered = Gathered::default();
+    let mut gathered = RunCollector::default();
     acquire(acquirer, run, &StopHandle::new(), &mut gathered)?;
     Ok(gathered.recording()?)
 }
@@ -241,7 +241,7 @@ pub fn acquire(
         acquirer.stop();
         return Err(refused.into());
     }
-    let mut start = announce(acquirer, run);
+    let mut start = start_document(acquirer, run);
     let provenance = with_rest(&start, &at_rest);
     let mut run_of = Run::new(&start, acquirer.describe().name);
     run_of.sinks.push(sink);

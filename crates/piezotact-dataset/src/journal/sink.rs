@@ -10,7 +10,7 @@ use super::writer::keep_before;
 use super::{JournalWriter, StartDocument};
 use crate::atomic::{UNFINISHED, remove_left_behind, write_atomically};
 use crate::error::{ReadError, WriteError};
-use crate::lock::{Lock, LockFile, NoLock};
+use crate::lock::{Lock, LockError, LockFile};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
@@ -40,7 +40,7 @@ impl JournalSink {
 
     /// Where recordings and journals of the same name that were there before are kept now, and how many half copies of them were
     /// removed, since this was asked last.
-    pub fn take_moved(&mut self) -> (Vec<PathBuf>, usize) {
+    pub fn take_renamed(&mut self) -> (Vec<PathBuf>, usize) {
         (
             std::mem::take(&mut self.moved),
             std::mem::take(&mut self.removed),
@@ -53,7 +53,7 @@ impl JournalSink {
         };
         // An interrupted run of which nothing was acquired is no recording.
         if end.samples == 0 && end.ended != Ended::Completed {
-            return writer.give_up();
+            return writer.discard_empty();
         }
         let provenance = end.provenance.clone();
         let kept = writer.finish_as(provenance, end.doubts.clone(), Some(end.ended.clone()))?;
@@ -119,11 +119,11 @@ impl RunFolder {
         let mut lock = path.as_os_str().to_owned();
         lock.push(".lock");
         let lock = Lock::take(Path::new(&lock), LockFile::Goes).map_err(|error| match error {
-            NoLock::Io(source) => WriteError::Io {
+            LockError::Io(source) => WriteError::Io {
                 path: path.into(),
                 source,
             },
-            NoLock::Held(who) => WriteError::content(
+            LockError::Held(who) => WriteError::content(
                 path,
                 "a folder of runs that no other command uses",
                 format!("{who}, which is still writing to it"),

@@ -247,7 +247,7 @@ impl JournalWriter {
     ///
     /// # Errors
     /// [`WriteError::Io`] when the operating system refuses.
-    pub fn give_up(self) -> Result<(), WriteError> {
+    pub fn discard_empty(self) -> Result<(), WriteError> {
         drop(self.file);
         std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))
     }

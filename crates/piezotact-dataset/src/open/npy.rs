@@ -16,7 +16,7 @@ use super::beside::Beside;
 use super::{FileKind, ReadOptions, Reader};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
 use crate::error::ReadError;
-use crate::format::{Format, Sniff};
+use crate::format::{Format, Recognition};
 use crate::recording_file::Stored;
 use crate::sidecar::sidecar_path;
 use crate::stored::{ByteOrder, Stored as Number};
@@ -36,7 +36,7 @@ pub(super) const NPY: Format<FileKind, Reader> = Format {
     kind: FileKind::named("NumPy"),
     label: "NPY, NPZ",
     endings: &["npy", "npz"],
-    sniff: Sniff::Whole(|_, bytes| bytes.starts_with(MAGIC) || is_npz(bytes)),
+    sniff: Recognition::Whole(|_, bytes| bytes.starts_with(MAGIC) || is_npz(bytes)),
     read: |file, options| {
         let path = file.path;
         let mut parts = Parts::default();

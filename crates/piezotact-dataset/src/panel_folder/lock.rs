@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::ReadError;
-use crate::lock::{Lock, LockFile, NoLock};
+use crate::lock::{Lock, LockError, LockFile};
 
 /// The file whose lock a writer holds.
 const PANEL_LOCK: &str = "panel.lock";
@@ -12,8 +12,8 @@ const PANEL_LOCK: &str = "panel.lock";
 pub(super) fn take(folder: &Path) -> Result<Lock, ReadError> {
     let path = folder.join(PANEL_LOCK);
     Lock::take(&path, LockFile::Stays).map_err(|error| match error {
-        NoLock::Io(error) => ReadError::io(&path, &error),
-        NoLock::Held(who) => ReadError::content(
+        LockError::Io(error) => ReadError::io(&path, &error),
+        LockError::Held(who) => ReadError::content(
             &path,
             "no other command that writes to this panel",
             format!("{who}, which is writing to it"),

@@ -22,7 +22,7 @@ use piezotact::Doubt;
 use piezotact::surface::{HeightMap, HeightProfile, Topography};
 
 use crate::error::ReadError;
-use crate::format::{self, Format, Sniff};
+use crate::format::{self, Format, Recognition};
 use source::Source;
 
 pub use sur::write_sur;
@@ -162,7 +162,7 @@ static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
         kind: TopographyKind::Sur,
         label: "SUR",
         endings: &["sur", "pro"],
-        sniff: Sniff::Head(|head| {
+        sniff: Recognition::Head(|head| {
             head.starts_with(sur::MAGIC) || head.starts_with(sur::MAGIC_COMPRESSED)
         }),
         read: |source, _| sur::read(source),
@@ -171,35 +171,35 @@ static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
         kind: TopographyKind::X3p,
         label: "X3P",
         endings: &["x3p"],
-        sniff: Sniff::Head(|head| head.starts_with(b"PK\x03\x04")),
+        sniff: Recognition::Head(|head| head.starts_with(b"PK\x03\x04")),
         read: |source, _| x3p::read(source),
     },
     Format {
         kind: TopographyKind::Al3d,
         label: "AL3D",
         endings: &["al3d"],
-        sniff: Sniff::Head(|head| head.starts_with(al3d::MAGIC)),
+        sniff: Recognition::Head(|head| head.starts_with(al3d::MAGIC)),
         read: |source, _| al3d::read(source),
     },
     Format {
         kind: TopographyKind::BcrStm,
         label: "BCR",
         endings: &["bcr", "bcrf"],
-        sniff: Sniff::Head(bcr::is_bcr),
+        sniff: Recognition::Head(bcr::is_bcr),
         read: |source, _| bcr::read(source),
     },
     Format {
         kind: TopographyKind::SdfText,
         label: "SDF",
         endings: &["sdf"],
-        sniff: Sniff::Head(sdf::is_sdf),
+        sniff: Recognition::Head(sdf::is_sdf),
         read: |source, _| sdf::read(source),
     },
     Format {
         kind: TopographyKind::Plu,
         label: "PLU",
         endings: &["plu"],
-        sniff: Sniff::Whole(|path, bytes| plu::is_plu(Source { path, bytes })),
+        sniff: Recognition::Whole(|path, bytes| plu::is_plu(Source { path, bytes })),
         read: |source, _| plu::read(source),
     },
     // A text that is nothing else, with a point, a row or a height in each line: this row stays the last one.
@@ -207,7 +207,7 @@ static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
         kind: TopographyKind::PointText,
         label: "text",
         endings: &["txt", "csv", "xyz", "tx1", "tx2"],
-        sniff: Sniff::Head(|_| true),
+        sniff: Recognition::Head(|_| true),
         read: text::read,
     },
 ];

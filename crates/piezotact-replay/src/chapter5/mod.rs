@@ -364,7 +364,7 @@ fn dips(artefact: &Artefact, fingers: &Fingers) -> Vec<(Dip, Dip)> {
             let removed = own
                 .ok()
                 .flatten()
-                .and_then(|own| artefact.removed_from(&own).ok());
+                .and_then(|own| artefact.remove_from(&own).ok());
             found.extend(removed.map(|removed| (removed.before, removed.after)));
         }
     }

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use maud::{Markup, html};
 use piezotact::criterion::{Criterion, Limit, Outcome as Judged};
 use piezotact::page::limit_text;
-use piezotact::panel::{JudgedFiling, Member, MemberRule};
+use piezotact::panel::{JudgedFiling, Member, MemberCriterion};
 use piezotact::run::{Attempt, RunCriterion};
 
 use super::{Page, plural};
@@ -58,7 +58,7 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
     }
 }
 
-fn open(member: &Member) -> impl Iterator<Item = &Criterion<MemberRule>> {
+fn open(member: &Member) -> impl Iterator<Item = &Criterion<MemberCriterion>> {
     let criteria = member.criteria.iter();
     criteria.filter(|criterion| criterion.outcome != Judged::Met)
 }
@@ -75,10 +75,10 @@ fn beyond<W>(criterion: &Criterion<W>) -> f64 {
 
 /// Every rule with its limit and the measurement that comes nearest to not meeting it.
 fn by_rule(members: &[Member]) -> Markup {
-    let rules: Vec<MemberRule> = members.first().map_or(Vec::new(), |member| {
+    let rules: Vec<MemberCriterion> = members.first().map_or(Vec::new(), |member| {
         member.criteria.iter().map(|c| c.what).collect()
     });
-    let of = |rule: MemberRule| {
+    let of = |rule: MemberCriterion| {
         let all = members.iter();
         all.filter_map(move |member| Some((member, member.criterion(rule)?)))
     };

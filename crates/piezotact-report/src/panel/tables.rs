@@ -1,7 +1,9 @@
 //! The tables of a report on a panel.
 
 use maud::{Markup, html};
-use piezotact::panel::{AverageRule, CellPenalties, LearningCurve, PairDistances, PanelAnalysis};
+use piezotact::panel::{
+    AverageCriterion, CellPenalties, LearningCurve, PairDistances, PanelAnalysis,
+};
 use piezotact::statistics::{Direction, PairedDifference};
 use piezotact::transfer::BundleAverage;
 
@@ -200,7 +202,7 @@ fn within(costs: &CellPenalties) -> String {
         .verdict
         .criteria
         .iter()
-        .find(|c| c.what == AverageRule::ShareWithin);
+        .find(|c| c.what == AverageCriterion::ShareWithin);
     let share = percent(costs.verdict.share_within);
     match rule.and_then(|rule| rule.interval) {
         Some([low, high]) => format!("{share} ({} to {})", percent(low), percent(high)),

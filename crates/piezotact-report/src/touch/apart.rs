@@ -1,7 +1,7 @@
 //! Which samples can be told apart: a matrix of distances for each setting, and the rules that decide.
 
 use maud::{Markup, html};
-use piezotact::compare::{AcrossSamples, Groups, PairCriterion, Sampled, Telling};
+use piezotact::compare::{AcrossSamples, Distinguishability, Groups, PairCriterion, SampleUnit};
 
 use piezotact::study::Discrimination;
 
@@ -41,7 +41,7 @@ fn rules(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
             over {}. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, discrimination.family()))
             span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the 95 % limits are below 1 JND. \
                 Grey: not decided." }
-        @if found.units == Sampled::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do, so \
+        @if found.units == SampleUnit::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do, so \
             recordings are compared instead of strokes." } }
         p.soft { (model.jnd_source()) ". " (format!("Random divisions of the data: ChaCha8, seed {}.", found.config.seed)) }
     }
@@ -59,7 +59,7 @@ fn matrix(groups: &Groups) -> Markup {
                         @if i == j {
                             td.n.soft { (groups.within_jnd[i].map_or("–".into(), |v| format!("({v:.1})"))) }
                         } @else if let Some(pair) = groups.pair(i, j) {
-                            td.n.near[pair.outcome == Telling::BelowJnd].apart[pair.outcome == Telling::ToldApart].soft[pair.outcome == Telling::NotDecided] {
+                            td.n.near[pair.outcome == Distinguishability::BelowJnd].apart[pair.outcome == Distinguishability::ToldApart].soft[pair.outcome == Distinguishability::NotDecided] {
                                 (format!("{:.1}", pair.distance_jnd))
                                 @if let Some([low, high]) = pair.interval_jnd { br; small { (format!("{low:.1}–{high:.1}")) } }
                             }

@@ -13,7 +13,7 @@ use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::Rendering;
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{PredictedStraight, Tones, Verdict, Verification, VerifyError};
+use piezotact::verify::{Tones, UninvertedPrediction, Verdict, Verification, VerifyError};
 
 use crate::criteria::outcome;
 use crate::report::doubts_section;
@@ -49,7 +49,7 @@ pub struct Page<'a> {
     /// Who touched how.
     pub condition: &'a Condition,
     /// The predicted result of sending the texture directly to the device.
-    pub predicted: Option<&'a Result<PredictedStraight, VerifyError>>,
+    pub predicted: Option<&'a Result<UninvertedPrediction, VerifyError>>,
     /// Further measurements of the same target.
     pub also: Vec<Also<'a>>,
     /// The textures before the target was made of them.

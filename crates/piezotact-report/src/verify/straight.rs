@@ -1,7 +1,7 @@
 //! The texture sent directly to the device, without its transfer function: measured in the demo, computed elsewhere.
 
 use maud::{Markup, html};
-use piezotact::verify::{PredictedStraight, Verification, VerifyError};
+use piezotact::verify::{UninvertedPrediction, Verification, VerifyError};
 
 use super::Straight;
 use crate::{DrawError, figure, figures};
@@ -43,7 +43,7 @@ pub(super) fn measured(
 /// What the transfer function says that would come of it.
 pub(super) fn predicted(
     rendered: &Verification,
-    predicted: &Result<PredictedStraight, VerifyError>,
+    predicted: &Result<UninvertedPrediction, VerifyError>,
 ) -> Result<Markup, DrawError> {
     let title = "The texture sent directly to the device (computed, not measured)";
     let predicted = match predicted {

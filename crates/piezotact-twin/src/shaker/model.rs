@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use crate::finger::{Finger, Placement};
 use crate::parameters::ShakerParameters;
-use crate::varying::AtLoad;
+use crate::varying::LoadDependent;
 
 impl ShakerParameters {
     /// The factor of the bench's own dynamics on the acceleration at `frequency_hz`: an antiresonance.
@@ -81,7 +81,7 @@ impl Loaded {
 /// From the drive to the force at the cell.
 pub(super) struct Force(pub(super) Loaded);
 
-impl AtLoad for Force {
+impl LoadDependent for Force {
     fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64> {
         self.0.force_per_volt(frequency_hz, load_n)
     }
@@ -90,7 +90,7 @@ impl AtLoad for Force {
 /// From the drive to the acceleration that is sensed.
 pub(super) struct Acceleration(pub(super) Loaded);
 
-impl AtLoad for Acceleration {
+impl LoadDependent for Acceleration {
     fn at(&self, frequency_hz: f64, load_n: f64) -> Complex<f64> {
         self.0.force_per_volt(frequency_hz, load_n)
             * self.0.acceleration_per_newton(frequency_hz, load_n)

@@ -3,7 +3,7 @@
 use crate::doubt::Doubt;
 use serde::{Deserialize, Serialize};
 
-use super::telling::{Groups, Pair, PairCriterion, Sampled, Telling};
+use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
     Difference, DiscriminationDoubt, Evidence, Excitation, ExcitationPlan, Model, Units,
@@ -85,7 +85,7 @@ pub struct AcrossSamples {
     /// One for each setting.
     pub settings: Vec<Groups>,
     /// The independent units: strokes or recordings.
-    pub units: Sampled,
+    pub units: SampleUnit,
     /// The pairs of all settings, over which errors are controlled.
     pub family: usize,
     /// How it was done.
@@ -98,7 +98,7 @@ pub struct AcrossSamples {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "withheld", rename_all = "snake_case")]
-pub enum Withheld {
+pub enum DiscriminationError {
     /// The vibration is no acceleration in m/s².
     #[error(
         "it is not computed which samples are distinguishable: thresholds and JND are known for accelerations in m/s², \
@@ -139,10 +139,10 @@ pub enum Withheld {
 const LEAST_HIGH_HZ: f64 = 200.0;
 
 /// The band over which `settings` can be compared: that of the model, or as much of it as the PSDs hold.
-fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
+fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, DiscriminationError> {
     let all = || settings.iter().flatten();
     if let Some(other) = all().find(|t| t.unit != Unit::MetrePerSecondSquared) {
-        return Err(Withheld::NotAnAcceleration {
+        return Err(DiscriminationError::NotAnAcceleration {
             sample: other.name.clone(),
             unit: other.unit.to_string(),
         });
@@ -155,7 +155,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
                     || (lines(t) - lines(first)).abs() > 0.5
             })
         {
-            return Err(Withheld::OtherLines {
+            return Err(DiscriminationError::OtherLines {
                 one: first.name.clone(),
                 other: other.name.clone(),
             });
@@ -163,7 +163,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Withheld> {
     }
     let highest_hz = all().map(|t| t.highest_hz).fold(f64::INFINITY, f64::min);
     if highest_hz.is_nan() || highest_hz < LEAST_HIGH_HZ.min(band.high().0) {
-        return Err(Withheld::BandNotHeld { highest_hz, band });
+        return Err(DiscriminationError::BandNotHeld { highest_hz, band });
     }
     Ok(Band::new(band.low(), Hertz(band.high().0.min(highest_hz))).unwrap_or(band))
 }
@@ -191,11 +191,11 @@ struct Sample {
 /// Source: decisions 0014 and 0025 of this project.
 ///
 /// # Errors
-/// [`Withheld`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.
+/// [`DiscriminationError`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.
 pub fn discriminate(
     settings: &[Vec<Texture>],
     config: &DiscriminationConfig,
-) -> Result<AcrossSamples, Withheld> {
+) -> Result<AcrossSamples, DiscriminationError> {
     let model = Model {
         band: band_of(settings, config.model.band)?,
         ..config.model.clone()
@@ -219,9 +219,9 @@ pub fn discriminate(
             doubts.push(Doubt::from(DiscriminationDoubt::RecordingsDiffer {
                 p_value,
             }));
-            Sampled::Recordings
+            SampleUnit::Recordings
         }
-        _ => Sampled::Strokes,
+        _ => SampleUnit::Strokes,
     };
     let mut found: Vec<Groups> = settings
         .iter()
@@ -267,10 +267,10 @@ fn excitations(textures: &[Texture], model: &Model) -> Vec<Vec<Vec<Excitation>>>
         .collect()
 }
 
-fn sample(recordings: &[Vec<Excitation>], units: Sampled) -> Sample {
+fn sample(recordings: &[Vec<Excitation>], units: SampleUnit) -> Sample {
     let units: Vec<Excitation> = match units {
-        Sampled::Strokes => recordings.iter().flatten().cloned().collect(),
-        Sampled::Recordings => recordings.iter().map(|r| Excitation::mean(r)).collect(),
+        SampleUnit::Strokes => recordings.iter().flatten().cloned().collect(),
+        SampleUnit::Recordings => recordings.iter().map(|r| Excitation::mean(r)).collect(),
     };
     Sample {
         mean: Excitation::mean(&units),
@@ -452,7 +452,7 @@ fn pair(
             against(PairCriterion::JustNoticeableDifference, model.limit()),
             against(PairCriterion::DistanceWithin, Limit::at_most(largest)),
         ],
-        outcome: Telling::NotDecided,
+        outcome: Distinguishability::NotDecided,
     }
 }
 
@@ -477,7 +477,7 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
                 Some(p) => Criterion::new(PairCriterion::Chance, "", p, None, limit),
                 None => Criterion::unmeasured(PairCriterion::Chance, "", limit),
             });
-            pair.outcome = Telling::of(&pair.criteria);
+            pair.outcome = Distinguishability::of(&pair.criteria);
         }
         let near: Vec<Vec<usize>> = (0..groups.names.len())
             .map(|i| {
@@ -485,7 +485,7 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
                     *j != i
                         && groups
                             .pair(i, *j)
-                            .is_some_and(|p| p.outcome == Telling::BelowJnd)
+                            .is_some_and(|p| p.outcome == Distinguishability::BelowJnd)
                 };
                 (0..groups.names.len()).filter(below).collect()
             })
@@ -508,7 +508,7 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
 fn about_units(
     settings: &[Vec<Texture>],
     found: &[Groups],
-    units: Sampled,
+    units: SampleUnit,
     family: usize,
     alpha: f64,
 ) -> Vec<Doubt> {

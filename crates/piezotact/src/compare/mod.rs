@@ -1,22 +1,22 @@
 //! Comparisons: across samples, speeds, participants, and between active and passive touch.
 
 mod conclusion;
+mod distinguishability;
 mod doubt;
 mod groups;
 mod lines;
 mod period;
 mod summary;
-mod telling;
 mod trends;
 
+pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 pub use doubt::CompareDoubt;
-pub use groups::{AcrossSamples, DiscriminationConfig, Texture, Withheld, discriminate};
+pub use groups::{AcrossSamples, DiscriminationConfig, DiscriminationError, Texture, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
-    GroupPeriod, PeriodRule, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
+    GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
 };
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
-pub use telling::{Groups, Pair, PairCriterion, Sampled, Telling};
 pub use trends::{
     ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
     across_roughness, active_against_passive, friction_against_rms, rms_on_speed,

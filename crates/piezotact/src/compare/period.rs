@@ -51,7 +51,7 @@ pub enum PeriodUnit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum PeriodRule {
+pub enum PeriodCriterion {
     /// How far it stands above the background in the mean over speeds.
     Prominence,
     /// The share of the speeds that have a peak there.
@@ -103,7 +103,7 @@ pub struct SpatialPeriod {
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub groups: Vec<GroupPeriod>,
     /// The criteria and their outcomes.
-    pub criteria: Vec<Criterion<PeriodRule>>,
+    pub criteria: Vec<Criterion<PeriodCriterion>>,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
 }
@@ -118,16 +118,16 @@ impl SpatialPeriod {
     /// Whether the groups show different periods.
     #[must_use]
     pub fn jumps(&self) -> bool {
-        self.leaves_open(PeriodRule::EveryGroup)
+        self.leaves_open(PeriodCriterion::EveryGroup)
     }
 
     /// Whether it stands out of the noise at some of the speeds only.
     #[must_use]
     pub fn missed_at_a_speed(&self) -> bool {
-        self.leaves_open(PeriodRule::EverySpeed)
+        self.leaves_open(PeriodCriterion::EverySpeed)
     }
 
-    fn leaves_open(&self, rule: PeriodRule) -> bool {
+    fn leaves_open(&self, rule: PeriodCriterion) -> bool {
         let mut criteria = self.criteria.iter();
         criteria.any(|c| c.what == rule && c.outcome == Outcome::NotDecided)
     }
@@ -246,21 +246,21 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     let shortest_m = spectra.iter().map(|s| s.length_m).fold(f64::MAX, f64::min);
     let mut criteria = vec![
         Criterion::new(
-            PeriodRule::Prominence,
+            PeriodCriterion::Prominence,
             "dB",
             prominence_db,
             None,
             Limit::at_least(noise_db(HIGHEST_OF_MANY, &spectra)),
         ),
         Criterion::new(
-            PeriodRule::Speeds,
+            PeriodCriterion::Speeds,
             "",
             peaks.len() as f64 / spectra.len() as f64,
             None,
             Limit::at_least(1.0),
         ),
         Criterion::new(
-            PeriodRule::Cycles,
+            PeriodCriterion::Cycles,
             "",
             shortest_m / period_m,
             None,
@@ -283,7 +283,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         .min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
     if let Some((found_db, needed_db)) = weakest {
         criteria.push(Criterion::new(
-            PeriodRule::EverySpeed,
+            PeriodCriterion::EverySpeed,
             "dB",
             found_db,
             None,
@@ -305,7 +305,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         };
         let found = least.prominence_db;
         criteria.push(Criterion::new(
-            PeriodRule::EveryGroup,
+            PeriodCriterion::EveryGroup,
             "dB",
             found,
             None,

@@ -5,14 +5,18 @@ use num_complex::Complex;
 use super::crest::smoothed;
 
 /// A response expressed as drive, in two parts: the intended drive times a gain, and the residual.
-pub(super) struct Answers {
-    meant_share: Vec<f64>,
+pub(super) struct ResponseSplit {
+    explained_share: Vec<f64>,
     missing: Vec<Complex<f64>>,
 }
 
 /// Splits the lines `answered` (a response expressed as drive through the inverse) into the intended lines `meant` times a gain,
 /// which is constant over `smooth` neighbours on either side, and a residual: a least-squares fit, as in H1.
-pub(super) fn answers(meant: &[Complex<f64>], answered: &[Complex<f64>], smooth: usize) -> Answers {
+pub(super) fn answers(
+    meant: &[Complex<f64>],
+    answered: &[Complex<f64>],
+    smooth: usize,
+) -> ResponseSplit {
     let both = || meant.iter().zip(answered).map(|(m, y)| m.conj() * y);
     let asked = smoothed(meant.iter().map(Complex::norm_sqr), smooth);
     let came = smoothed(answered.iter().map(Complex::norm_sqr), smooth);
@@ -22,8 +26,8 @@ pub(super) fn answers(meant: &[Complex<f64>], answered: &[Complex<f64>], smooth:
         .map(|k| Complex::new(real[k], imaginary[k]) / asked[k].max(f64::MIN_POSITIVE))
         .collect();
     let powers = asked.iter().zip(&came);
-    Answers {
-        meant_share: gains
+    ResponseSplit {
+        explained_share: gains
             .iter()
             .zip(powers)
             .map(|(gain, (asked, came))| {
@@ -41,10 +45,10 @@ pub(super) fn answers(meant: &[Complex<f64>], answered: &[Complex<f64>], smooth:
     }
 }
 
-impl Answers {
+impl ResponseSplit {
     /// The share of a line's power explained by the intended drive, 0–1.
-    pub(super) fn meant_share(&self, line: usize) -> f64 {
-        self.meant_share[line]
+    pub(super) fn explained_share(&self, line: usize) -> f64 {
+        self.explained_share[line]
     }
 
     /// The missing part of a line, as drive: the intended magnitude at the phase of the response, minus the response.

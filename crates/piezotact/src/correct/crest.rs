@@ -19,8 +19,8 @@ const LEVEL_DB: f64 = 0.3;
 const ERROR_DB: f64 = -20.0;
 /// The number of iterations between two convergence checks, and the share to which the excess over the limit must have fallen at
 /// each check, or limiting stops.
-const LOOK: usize = 8;
-const GAINING: f64 = 0.9;
+const CHECK_INTERVAL: usize = 8;
+const MIN_PROGRESS_SHARE: f64 = 0.9;
 /// The range of the attenuation strength λ as powers of ten, the resolution of the search, and the range around the last strength
 /// that is searched first.
 const STRENGTHS: (f64, f64) = (-4.0, 8.0);
@@ -69,7 +69,7 @@ pub(super) struct Fitted {
     /// The share of every line that remains, 0–1; 1 where no attenuation was needed.
     pub(super) shares: Vec<f64>,
     /// The correlation with the same drive before its crests were limited.
-    pub(super) likeness: f64,
+    pub(super) crest_correlation: f64,
     /// How strongly lines were turned down, where they had to be.
     pub(super) strength: Option<f64>,
 }
@@ -82,11 +82,15 @@ pub(super) fn fitted(
     room: &Room,
     last: Option<f64>,
 ) -> Fitted {
-    if let Some(Pressed { samples, likeness }) = pressed(transform, bins, room) {
+    if let Some(Pressed {
+        samples,
+        crest_correlation,
+    }) = pressed(transform, bins, room)
+    {
         return Fitted {
             samples,
             shares: vec![1.0; bins.len()],
-            likeness,
+            crest_correlation,
             strength: None,
         };
     }
@@ -109,11 +113,14 @@ pub(super) fn fitted(
             .zip(&shares)
             .map(|(bin, share)| bin * *share)
             .collect();
-        let Pressed { samples, likeness } = pressed(transform, &turned, room)?;
+        let Pressed {
+            samples,
+            crest_correlation,
+        } = pressed(transform, &turned, room)?;
         Some(Fitted {
             samples,
             shares,
-            likeness,
+            crest_correlation,
             strength: Some(strength),
         })
     };
@@ -142,7 +149,7 @@ pub(super) fn fitted(
         Fitted {
             samples: samples.iter().map(|x| x * share).collect(),
             shares: vec![share; bins.len()],
-            likeness: 1.0,
+            crest_correlation: 1.0,
             strength: None,
         }
     })
@@ -151,7 +158,7 @@ pub(super) fn fitted(
 /// A drive within its room, with nothing turned down.
 pub(super) struct Pressed {
     pub(super) samples: Vec<f64>,
-    pub(super) likeness: f64,
+    pub(super) crest_correlation: f64,
 }
 
 /// The drive with the lines `bins`, its crests limited to `room`; `None` when that changes a line by more than is tolerated.
@@ -172,7 +179,7 @@ pub(super) fn pressed(
     if highest <= room.limit {
         return Some(Pressed {
             samples,
-            likeness: 1.0,
+            crest_correlation: 1.0,
         });
     }
     // A drive whose rms is close to its limit would have to be a square wave, which lines in a band cannot form.
@@ -209,9 +216,9 @@ pub(super) fn pressed(
         if now <= room.limit {
             break;
         }
-        if round % LOOK == LOOK - 1 {
+        if round % CHECK_INTERVAL == CHECK_INTERVAL - 1 {
             // An excess that hardly decreases will not fall below the limit.
-            if now - room.limit > GAINING * (highest - room.limit) {
+            if now - room.limit > MIN_PROGRESS_SHARE * (highest - room.limit) {
                 return None;
             }
             highest = now;
@@ -226,8 +233,11 @@ pub(super) fn pressed(
             return None;
         }
     }
-    let likeness = correlation(&samples, &asked);
-    Some(Pressed { samples, likeness })
+    let crest_correlation = correlation(&samples, &asked);
+    Some(Pressed {
+        samples,
+        crest_correlation,
+    })
 }
 
 /// Whether `samples` still have the requested lines, averaged over the neighbours of each.

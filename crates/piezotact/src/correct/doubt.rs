@@ -63,7 +63,7 @@ causes! {
 
 doubts! {
     /// What can be wrong with one measurement of a closed loop.
-    pub enum MishapDoubt {
+    pub enum MeasurementFaultDoubt {
         /// The bench failed.
         BenchFailed("bench_failed") {
             /// What it said.
@@ -100,7 +100,7 @@ doubts! {
     }
 }
 
-impl DoubtKind for MishapDoubt {
+impl DoubtKind for MeasurementFaultDoubt {
     fn of(doubt: &Doubt) -> Option<Self> {
         Self::of_doubt(doubt)
     }
@@ -110,7 +110,7 @@ impl DoubtKind for MishapDoubt {
     }
 }
 
-impl fmt::Display for MishapDoubt {
+impl fmt::Display for MeasurementFaultDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::BenchFailed { said } | Self::NotCorrected { said } => f.write_str(said),

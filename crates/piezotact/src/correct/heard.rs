@@ -8,7 +8,7 @@ use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::verify::{VerifyError, align};
 
 /// The measured responses to one drive, aligned in time with its aim.
-pub(super) struct Heard<O: Quantity> {
+pub(super) struct AlignedResponses<O: Quantity> {
     /// The samples of the aim that all of them cover.
     pub(super) shared: Range<usize>,
     /// The samples of each response in that range.
@@ -19,7 +19,7 @@ pub(super) struct Heard<O: Quantity> {
     pub(super) got: Spectrum<O>,
 }
 
-impl<O: Quantity> Heard<O> {
+impl<O: Quantity> AlignedResponses<O> {
     /// `responses` aligned in time with `aim`.
     ///
     /// # Errors

@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value as Json};
 
-use super::{About, AboutField, Doubt, Example, FieldValue, Value};
+use super::{About, Doubt, Example, FieldValue, SubjectField, Value};
 use crate::quantity::{Band, Hertz};
 
 /// The field that names what a doubt is about, by the doubt's name.
-fn subject(code: &str) -> Option<AboutField> {
+fn subject(code: &str) -> Option<SubjectField> {
     Some(match code {
         "uncalibrated"
         | "coarse_quantisation"

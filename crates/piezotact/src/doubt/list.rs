@@ -22,7 +22,7 @@ impl Doubts {
     /// Whether the list contains a doubt with the code, subject and values of `doubt`.
     #[must_use]
     pub fn say(&self, doubt: &Doubt) -> bool {
-        self.0.iter().any(|known| known.says_the_same(doubt))
+        self.0.iter().any(|known| known.is_equivalent_to(doubt))
     }
 
     /// Adds a doubt that is not yet in the list.

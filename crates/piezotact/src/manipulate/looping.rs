@@ -41,13 +41,13 @@ const SHORTEST_CROSSFADE: usize = 8;
 /// The length of a short-time spectrum, s: below the temporal resolution of touch.
 const FRAME_S: f64 = 0.0256;
 /// The limits of a join re the texture itself above which a doubt is raised: steps between samples, and short-time spectra.
-const STEP_TOLD: f64 = 1.1;
-const SPECTRUM_TOLD_DB: f64 = 1.0;
+const DOUBT_STEP_RATIO: f64 = 1.1;
+const DOUBT_SPECTRUM_DB: f64 = 1.0;
 /// Ends with a correlation below this cancel during the crossfade.
-const OPPOSITE_TOLD: f64 = -0.3;
+const DOUBT_END_CORRELATION: f64 = -0.3;
 /// The averaging time of a perceived level, s, and the limit of its change at the join above the texture's own changes, dB.
 const LEVEL_S: f64 = 0.1;
-const LEVEL_TOLD_DB: f64 = 1.0;
+const DOUBT_LEVEL_JUMP_DB: f64 = 1.0;
 /// The longest texture that is generated, in s and in samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
 const MOST_SAMPLES: f64 = 268_435_456.0;
@@ -126,9 +126,9 @@ pub fn looped<Q: Quantity>(
         spectrum_db: best.spectrum_db,
     };
     let mut doubts = Vec::new();
-    if join.step_ratio > STEP_TOLD
-        || join.spectrum_db > SPECTRUM_TOLD_DB
-        || join.correlation < OPPOSITE_TOLD
+    if join.step_ratio > DOUBT_STEP_RATIO
+        || join.spectrum_db > DOUBT_SPECTRUM_DB
+        || join.correlation < DOUBT_END_CORRELATION
     {
         doubts.push(Doubt::from(ManipulateDoubt::JoinShows {
             correlation: join.correlation,
@@ -174,7 +174,7 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
         .step_by((window / 8).max(1))
         .map(|from| (level_db(from + apart) - level_db(from)).abs())
         .fold(0.0, f64::max);
-    (jump_db.abs() > own_db + LEVEL_TOLD_DB)
+    (jump_db.abs() > own_db + DOUBT_LEVEL_JUMP_DB)
         .then_some(Doubt::from(ManipulateDoubt::LevelJumps { jump_db, own_db }))
 }
 

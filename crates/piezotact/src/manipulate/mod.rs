@@ -30,7 +30,7 @@ use crate::spectrum::{Spectrum, welch};
 use crate::statistics::{mean, standard_deviation};
 
 /// A doubt is raised when at least this share of the power leaves the band.
-pub const SHARE_TOLD: f64 = 1e-3;
+pub const DOUBT_LOST_SHARE: f64 = 1e-3;
 
 /// A mean below this share of the rms is neglected.
 const NO_MEAN_RATIO: f64 = 0.01;
@@ -101,7 +101,7 @@ impl<Q: Quantity> Texture<Q> {
     ///
     /// # Errors
     /// [`ManipulateError::Silent`] when nothing is left.
-    pub fn freed_of_mean(self) -> Result<Self, ManipulateError> {
+    pub fn with_mean_removed(self) -> Result<Self, ManipulateError> {
         let (mean, _) = about_mean(&self.series)?;
         if mean.abs() < NO_MEAN_RATIO * standard_deviation(self.series.samples()) {
             return Ok(self);
@@ -201,9 +201,9 @@ fn line_hz(k: usize, n: usize, rate: SampleRate) -> f64 {
     k as f64 * rate.hz() / n as f64
 }
 
-/// The doubt about the share of the power that left the band, if it reaches [`SHARE_TOLD`].
+/// The doubt about the share of the power that left the band, if it reaches [`DOUBT_LOST_SHARE`].
 fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt> {
-    if share <= SHARE_TOLD {
+    if share <= DOUBT_LOST_SHARE {
         return Vec::new();
     }
     vec![Doubt::from(ManipulateDoubt::LeftTheBand {

@@ -131,7 +131,7 @@ impl PanelAnalysis {
 }
 
 /// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
-pub(super) fn naming_opposites(error: PanelError, opposites: &[Doubt]) -> PanelError {
+pub(super) fn with_opposite_names(error: PanelError, opposites: &[Doubt]) -> PanelError {
     match (error, opposites.first()) {
         (PanelError::Bundle(BundleError::Cancel { .. }), Some(doubt)) => PanelError::Opposite {
             what: doubt.to_string(),
@@ -164,7 +164,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
     }
     let (band, seed) = (config.band, config.seed);
     let opposites = panel.opposites(band);
-    let named = |error| naming_opposites(error, &opposites);
+    let named = |error| with_opposite_names(error, &opposites);
     let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
     let mut doubts = panel.doubts.clone();
     if people < ENOUGH_FOR_RESAMPLES {

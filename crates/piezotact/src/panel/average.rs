@@ -18,7 +18,7 @@ use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
 const ENOUGH_FOR_INTERVAL: usize = 3;
 
 /// In an average of fewer people than this, one outlier shifts the average by more than a tenth of the outlier's distance.
-const ONE_ODD_COUNTS_BELOW: usize = 12;
+const SMALL_AVERAGE_PEOPLE: usize = 12;
 /// The largest number of people that is recommended.
 const MOST_PEOPLE: usize = 300;
 
@@ -50,7 +50,7 @@ impl Criterion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum AverageRule {
+pub enum AverageCriterion {
     /// The mean over people of the rms penalty, dB.
     MeanPenalty,
     /// The share of people whose own penalty is within the criterion.
@@ -70,7 +70,7 @@ pub struct Verdict {
     /// The share of people whose penalty is within it, 0–1.
     pub share_within: f64,
     /// The criterion's parts.
-    pub criteria: Vec<Rule<AverageRule>>,
+    pub criteria: Vec<Rule<AverageCriterion>>,
     /// The number of people needed for a decision, assuming the same scatter; absent when it is decided, or when up to
     /// 300 people would not decide it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -282,20 +282,20 @@ fn verdict<I: Quantity, O: Quantity>(
     // The penalties of two people are equal: there is only one number.
     let (mean_rule, share_rule) = match interval_db_rms {
         None => (
-            Rule::unmeasured(AverageRule::MeanPenalty, "dB rms", most),
-            Rule::unmeasured(AverageRule::ShareWithin, "", least),
+            Rule::unmeasured(AverageCriterion::MeanPenalty, "dB rms", most),
+            Rule::unmeasured(AverageCriterion::ShareWithin, "", least),
         ),
         Some(interval) => {
             let [low, mut high] = share_interval(within, n);
-            if high < criterion.least_share && n < ONE_ODD_COUNTS_BELOW {
+            if high < criterion.least_share && n < SMALL_AVERAGE_PEOPLE {
                 // In a small average one outlier puts everybody beyond the limit.
                 let within = within_without_odd(functions, &penalties, averaging, band, criterion)?;
                 high = share_interval(within, n)[1];
             }
-            let share = AverageRule::ShareWithin;
+            let share = AverageCriterion::ShareWithin;
             (
                 Rule::new(
-                    AverageRule::MeanPenalty,
+                    AverageCriterion::MeanPenalty,
                     "dB rms",
                     mean_db_rms,
                     Some(interval),
@@ -314,7 +314,13 @@ fn verdict<I: Quantity, O: Quantity>(
         met: 1.0,
         not_met: 0.0,
     };
-    let driven_rule = Rule::new(AverageRule::Driven, "", driven as f64 / n as f64, None, all);
+    let driven_rule = Rule::new(
+        AverageCriterion::Driven,
+        "",
+        driven as f64 / n as f64,
+        None,
+        all,
+    );
     let rules = [mean_rule.outcome, share_rule.outcome];
     let outcome = match driven_rule.outcome {
         Outcome::Met => Outcome::of_all(rules),
@@ -484,7 +490,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             panel.entries().iter().any(|e| inside(e) && names(e))
         })
         .collect();
-    let named = |error| super::analysis::naming_opposites(error, &opposites);
+    let named = |error| super::analysis::with_opposite_names(error, &opposites);
     let mut people = Vec::new();
     let mut functions = Vec::new();
     for who in panel.participants() {

@@ -214,7 +214,7 @@ fn what_was_not_driven_is_doubted() {
         (said.averages[0].penalties[0].verdict.clone(), said.doubts)
     };
     let driven = |verdict: &Verdict| verdict.criteria.last().map(|c| (c.what, c.outcome));
-    let is = |outcome| Some((AverageRule::Driven, outcome));
+    let is = |outcome| Some((AverageCriterion::Driven, outcome));
     assert_eq!(driven(&verdict(four()).0), is(Outcome::Met));
     let mut entries = four();
     entries[1].function.driven = Band::new(Hertz(100.0), Hertz(1000.0)).ok();
@@ -336,10 +336,10 @@ fn membership_is_a_list_of_criteria() {
     let doubted = members(entries.clone());
     let met = Outcome::Met;
     assert_eq!(
-        outcomes(&doubted, MemberRule::OppositeSign),
+        outcomes(&doubted, MemberCriterion::OppositeSign),
         [met, met, met, met, Outcome::NotDecided]
     );
-    let driven = doubted[1].criterion(MemberRule::Driven).unwrap();
+    let driven = doubted[1].criterion(MemberCriterion::Driven).unwrap();
     assert_eq!(driven.outcome, Outcome::NotDecided);
     assert!((driven.found.unwrap() - 0.5).abs() < 0.02, "{driven}");
     // The analysis holds the same list, and the participants who lack a cell.

@@ -47,7 +47,7 @@ pub enum CleaningError {
 /// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The doubts of the panel and
 /// of the artefact go with it.
 ///
-/// Formula: that of [`artefact_of`] and [`Artefact::removed_from`], measurement by measurement.
+/// Formula: that of [`artefact_of`] and [`Artefact::remove_from`], measurement by measurement.
 ///
 /// Source: L. Felicetti's thesis (2024), figure 71, for the control measurement.
 ///
@@ -62,7 +62,7 @@ pub fn without_artefact(
     let mut dips = Vec::new();
     let mut entries = Vec::new();
     for entry in panel.entries() {
-        let removed = artefact.removed_from(&entry.function)?;
+        let removed = artefact.remove_from(&entry.function)?;
         dips.push(CleanedDip {
             of: entry.filing.clone(),
             before: removed.before,

@@ -271,7 +271,7 @@ impl Artefact {
     ///
     /// # Errors
     /// [`ControlError::Lines`] when the control had other lines; [`ControlError::Transfer`] when nothing is left.
-    pub fn removed_from<I: Quantity, O: Quantity>(
+    pub fn remove_from<I: Quantity, O: Quantity>(
         &self,
         function: &TransferFunction<I, O>,
     ) -> Result<Removed<I, O>, ControlError> {

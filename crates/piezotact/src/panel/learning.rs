@@ -29,7 +29,7 @@ pub struct LearningCurve {
     pub points: Vec<LearningPoint>,
     /// The number of people beyond which a larger average gains less than `within_db`, with its interval over people,
     /// compared with the number of people measured.
-    pub enough: Criterion<LearningRule>,
+    pub enough: Criterion<LearningCriterion>,
     /// The tolerance of `enough`, dB.
     pub within_db: f64,
     /// Random orders of the others that were drawn for each person; 0 where every subset was averaged.
@@ -40,7 +40,7 @@ pub struct LearningCurve {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum LearningRule {
+pub enum LearningCriterion {
     /// How many people are enough; the limit is how many were measured.
     PeopleEnough,
 }
@@ -182,7 +182,7 @@ fn curve(
 }
 
 /// How many people an average needs, by how far `people` scatter.
-fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningRule> {
+fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningCriterion> {
     let n = people.len();
     let lines = people.first().map_or(0, |person| person.db.len());
     let squares: f64 = (0..lines)
@@ -202,13 +202,13 @@ fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningRule> {
     let limit = Limit::at_most(n as f64);
     match deviation_interval(deviation_db, n).filter(|_| deviation_db > 0.0) {
         Some(interval) => Criterion::new(
-            LearningRule::PeopleEnough,
+            LearningCriterion::PeopleEnough,
             "people",
             needed(deviation_db),
             Some(interval.map(needed)),
             limit,
         ),
-        None => Criterion::unmeasured(LearningRule::PeopleEnough, "people", limit),
+        None => Criterion::unmeasured(LearningCriterion::PeopleEnough, "people", limit),
     }
 }
 

@@ -21,7 +21,7 @@ const OPPOSITE_SHARE: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum MemberRule {
+pub enum MemberCriterion {
     /// How far the load it was measured at is from the one it is filed under.
     Load,
     /// How far the angle it was measured at is from the one it is filed under.
@@ -46,7 +46,7 @@ pub enum MemberRule {
     LowCoherence,
 }
 
-impl MemberRule {
+impl MemberCriterion {
     /// The unit of what is found.
     #[must_use]
     pub fn unit(self) -> &'static str {
@@ -58,7 +58,7 @@ impl MemberRule {
     }
 }
 
-impl fmt::Display for MemberRule {
+impl fmt::Display for MemberCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Load => "load, difference from the filed value",
@@ -86,7 +86,7 @@ pub struct Member {
     /// Which measurement.
     pub filing: Filing,
     /// What was looked at.
-    pub criteria: Vec<Criterion<MemberRule>>,
+    pub criteria: Vec<Criterion<MemberCriterion>>,
 }
 
 impl Member {
@@ -98,7 +98,7 @@ impl Member {
 
     /// The criterion on `what`, where it was looked at.
     #[must_use]
-    pub fn criterion(&self, what: MemberRule) -> Option<&Criterion<MemberRule>> {
+    pub fn criterion(&self, what: MemberCriterion) -> Option<&Criterion<MemberCriterion>> {
         self.criteria
             .iter()
             .find(|criterion| criterion.what == what)
@@ -109,12 +109,12 @@ impl Member {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum ParticipantRule {
+pub enum ParticipantCriterion {
     /// At how many loads and angles the participant was measured.
     CellsMeasured,
 }
 
-impl fmt::Display for ParticipantRule {
+impl fmt::Display for ParticipantCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::CellsMeasured => "number of loads and angles measured",
@@ -129,7 +129,7 @@ pub struct Attendance {
     /// The pseudonym.
     pub participant: String,
     /// What was looked at.
-    pub criteria: Vec<Criterion<ParticipantRule>>,
+    pub criteria: Vec<Criterion<ParticipantCriterion>>,
 }
 
 impl Attendance {
@@ -140,17 +140,21 @@ impl Attendance {
     }
 }
 
-fn criterion(what: MemberRule, found: f64, limit: Limit) -> Criterion<MemberRule> {
+fn criterion(what: MemberCriterion, found: f64, limit: Limit) -> Criterion<MemberCriterion> {
     Criterion::new(what, what.unit(), found, None, limit)
 }
 
 /// Whether an entry was measured at the load and angle it is filed under; `own` is its own.
-pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberRule>; 2] {
+pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberCriterion>; 2] {
     let same = Limit::Within { reach: SAME };
     [
-        criterion(MemberRule::Load, own.load_n.0 - filing.cell.load_n.0, same),
         criterion(
-            MemberRule::Angle,
+            MemberCriterion::Load,
+            own.load_n.0 - filing.cell.load_n.0,
+            same,
+        ),
+        criterion(
+            MemberCriterion::Angle,
             own.angle_deg.0 - filing.cell.angle_deg.0,
             same,
         ),
@@ -161,7 +165,7 @@ pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberRule>; 2
 pub(super) fn against_first<I: Quantity, O: Quantity>(
     first: &TransferFunction<I, O>,
     other: &TransferFunction<I, O>,
-) -> Vec<Criterion<MemberRule>> {
+) -> Vec<Criterion<MemberCriterion>> {
     let same = Limit::Within { reach: SAME };
     let none = Limit::at_most(0.0);
     let lines = [first, other].map(|f| f.response().len() as f64);
@@ -173,34 +177,34 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
         .zip(other.about.provenance.bench);
     vec![
         criterion(
-            MemberRule::LineSpacing,
+            MemberCriterion::LineSpacing,
             other.resolution_hz() / first.resolution_hz() - 1.0,
             same,
         ),
         criterion(
-            MemberRule::LineCount,
+            MemberCriterion::LineCount,
             lines[1] - lines[0],
             Limit::Within { reach: 0.0 },
         ),
         criterion(
-            MemberRule::Rate,
+            MemberCriterion::Rate,
             other.rate.hz() / first.rate.hz() - 1.0,
             same,
         ),
         criterion(
-            MemberRule::OtherDevice,
+            MemberCriterion::OtherDevice,
             differs(first.drive != other.drive),
             none,
         ),
         criterion(
-            MemberRule::OtherEstimator,
+            MemberCriterion::OtherEstimator,
             differs(first.estimator != other.estimator),
             none,
         ),
         match benches {
-            Some((a, b)) => criterion(MemberRule::OtherBench, differs(a != b), none),
+            Some((a, b)) => criterion(MemberCriterion::OtherBench, differs(a != b), none),
             // A measurement without a stated origin is compatible with any.
-            None => criterion(MemberRule::OtherBench, 0.0, none),
+            None => criterion(MemberCriterion::OtherBench, 0.0, none),
         },
     ]
 }
@@ -209,14 +213,14 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
 pub(super) fn driven<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberRule>, Option<Doubt>) {
+) -> (Criterion<MemberCriterion>, Option<Doubt>) {
     let doubt = function.not_driven(band);
     let limit = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
     let missing = doubt.as_ref().map_or(0.0, share);
-    let mut found = criterion(MemberRule::Driven, 1.0 - missing, limit);
+    let mut found = criterion(MemberCriterion::Driven, 1.0 - missing, limit);
     if doubt.is_some() {
         found.outcome = Outcome::NotDecided;
     }
@@ -227,14 +231,14 @@ pub(super) fn driven<I: Quantity, O: Quantity>(
 pub(super) fn low_coherence<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberRule>, Option<Doubt>) {
+) -> (Criterion<MemberCriterion>, Option<Doubt>) {
     let doubt = function.low_coherence(band, LOW_COHERENCE);
     let limit = Limit::AtMost {
         met: LOW_SHARE,
         not_met: 1.0,
     };
     let found = criterion(
-        MemberRule::LowCoherence,
+        MemberCriterion::LowCoherence,
         doubt.as_ref().map_or(0.0, share),
         limit,
     );
@@ -253,7 +257,7 @@ pub(super) fn share(doubt: &Doubt) -> f64 {
 }
 
 /// The share of the other measurements of a cell with the opposite sign: `against` of `of`.
-pub(super) fn opposite(against: usize, of: usize) -> Criterion<MemberRule> {
+pub(super) fn opposite(against: usize, of: usize) -> Criterion<MemberCriterion> {
     let limit = Limit::AtMost {
         met: OPPOSITE_SHARE,
         not_met: 1.0,
@@ -263,7 +267,7 @@ pub(super) fn opposite(against: usize, of: usize) -> Criterion<MemberRule> {
     } else {
         against as f64 / of as f64
     };
-    criterion(MemberRule::OppositeSign, share, limit)
+    criterion(MemberCriterion::OppositeSign, share, limit)
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
@@ -316,7 +320,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             .map(|who| Attendance {
                 participant: who.clone(),
                 criteria: vec![Criterion::new(
-                    ParticipantRule::CellsMeasured,
+                    ParticipantCriterion::CellsMeasured,
                     "",
                     measured(who),
                     None,

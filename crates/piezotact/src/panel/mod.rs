@@ -23,16 +23,16 @@ mod trend;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
-    AverageDifference, AverageRule, CellAverage, CellPenalties, Criterion, PersonPenalty, Verdict,
-    average_of_panel, cell_averages, share_interval,
+    AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, PersonPenalty,
+    Verdict, average_of_panel, cell_averages, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
-pub use learning::{LearningCurve, LearningPoint, LearningRule, learning_curve};
-pub use membership::{Attendance, Member, MemberRule, ParticipantRule};
-pub use placement::{PlacementSpread, SpreadOf, placement_spread};
+pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_curve};
+pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
+pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{
     BandSpread, CellSpread, FallsWithLoad, PersonDistance, WorstCase, bundle_of_all,
@@ -152,7 +152,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             }
         }
         together::distinct(&entries)?;
-        together::one_person_a_name(&entries)?;
+        together::require_distinct_people(&entries)?;
         let mut participants: Vec<String> = entries
             .iter()
             .map(|e| e.filing.participant.clone())
@@ -177,7 +177,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         };
         panel.doubts.extend(panel.incomplete());
         panel.doubts.extend(panel.of_several_twins());
-        panel.doubts.extend(panel.named_otherwise());
+        panel.doubts.extend(panel.other_participant_doubts());
         Ok(panel)
     }
 

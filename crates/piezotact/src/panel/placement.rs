@@ -12,14 +12,14 @@ const SMOOTHED_OCTAVES: f64 = 1.0 / 12.0;
 
 /// The kind of measurements between which a spread was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SpreadOf {
+pub enum SpreadKind {
     /// Placements: the finger taken off and put back.
     Placements,
     /// Repeats of one placement, if nobody was placed more than once: they differ less than placements.
     Repeats,
 }
 
-impl SpreadOf {
+impl SpreadKind {
     /// What is repeated.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -40,7 +40,7 @@ pub struct PlacementSpread {
     /// How many people and cells were measured more than once.
     pub groups: usize,
     /// Whether between placements or between repeats.
-    pub of: SpreadOf,
+    pub of: SpreadKind,
 }
 
 /// The spread between placements of one person in `panel`, in `cell` if somebody was placed there more than once, otherwise in
@@ -58,7 +58,7 @@ pub fn placement_spread<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     cell: Option<Cell>,
 ) -> Result<PlacementSpread, PanelError> {
-    for of in [SpreadOf::Placements, SpreadOf::Repeats] {
+    for of in [SpreadKind::Placements, SpreadKind::Repeats] {
         let all = groups(panel, of)?;
         let here: Vec<_> = all
             .iter()
@@ -97,7 +97,7 @@ type Group<I, O> = (Cell, Vec<TransferFunction<I, O>>);
 /// Groups of two or more measurements that should agree: the placements of a person in a cell, or the repeats of a placement.
 fn groups<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
-    of: SpreadOf,
+    of: SpreadKind,
 ) -> Result<Vec<Group<I, O>>, PanelError> {
     let mut groups = Vec::new();
     for who in panel.participants() {
@@ -111,14 +111,14 @@ fn groups<I: Quantity, O: Quantity>(
                     .map(|e| &e.function)
             };
             match of {
-                SpreadOf::Placements => {
+                SpreadKind::Placements => {
                     let placed = numbers.iter().map(|number| {
                         let own: Vec<&TransferFunction<I, O>> = repeats(*number).collect();
                         average(&own, BundleAverage::LogMagnitude)
                     });
                     groups.push((*cell, placed.collect::<Result<Vec<_>, _>>()?));
                 }
-                SpreadOf::Repeats => {
+                SpreadKind::Repeats => {
                     let each = numbers
                         .iter()
                         .map(|number| repeats(*number).cloned().collect());
@@ -214,7 +214,7 @@ impl PlacementSpread {
     /// How far two placements lie apart over `band`: rms of the level, dB, and of the phase, rad; `None` where no line lies
     /// in it.
     #[must_use]
-    pub fn apart_over(&self, band: Band) -> Option<(f64, f64)> {
+    pub fn rms_difference_over(&self, band: Band) -> Option<(f64, f64)> {
         let inside = |line: &usize| band.contains(*line as f64 * self.resolution_hz);
         let lines: Vec<usize> = (0..self.departures.first()?.len()).filter(inside).collect();
         let all = || {
@@ -306,7 +306,7 @@ mod tests {
         let spread = placement_spread(&Panel::new(entries).unwrap(), Some(AT)).unwrap();
         assert_eq!(
             (spread.of, spread.groups, spread.draws()),
-            (SpreadOf::Placements, 8, 24)
+            (SpreadKind::Placements, 8, 24)
         );
         let drawn: Vec<f64> = (0..400)
             .map(|seed| {
@@ -321,7 +321,7 @@ mod tests {
             })
             .collect();
         let (found, drawn) = (rms(&found), rms(&drawn));
-        let (said, phase) = spread.apart_over(band).unwrap();
+        let (said, phase) = spread.rms_difference_over(band).unwrap();
         assert!((drawn / found - 1.0).abs() < 0.1, "{drawn} {found}");
         assert!((said / found - 1.0).abs() < 0.1, "{said} {found}");
         assert!(phase > 0.05);

@@ -1,6 +1,6 @@
 //! What a panel says, in sentences.
 
-use super::{AverageRule, CellPenalties, FallsWithLoad, LearningCurve};
+use super::{AverageCriterion, CellPenalties, FallsWithLoad, LearningCurve};
 use crate::criterion::{Criterion, Outcome as Judged};
 use crate::number::{p_text, signed};
 use crate::statistics::Direction;
@@ -22,7 +22,7 @@ impl CellPenalties {
         let rule = verdict
             .criteria
             .iter()
-            .find(|c| c.what == AverageRule::ShareWithin);
+            .find(|c| c.what == AverageCriterion::ShareWithin);
         let interval = match rule.and_then(|rule| rule.interval) {
             Some([low, high]) => format!(
                 "95 %: {} to {} of the population",
@@ -40,7 +40,7 @@ impl CellPenalties {
     #[must_use]
     pub fn needed_text(&self) -> Option<String> {
         let verdict = &self.verdict;
-        let driven = |c: &&Criterion<AverageRule>| c.what == AverageRule::Driven;
+        let driven = |c: &&Criterion<AverageCriterion>| c.what == AverageCriterion::Driven;
         let driven = verdict.criteria.iter().find(driven).map(|c| c.outcome);
         match (verdict.outcome, verdict.people_needed) {
         (Judged::NotDecided, _) if driven != Some(Judged::Met) => {

@@ -26,7 +26,7 @@ const ENOUGH_FOR_EXCHANGE: usize = 6;
 /// … and up to this number of people all exchanges are evaluated.
 const ALL_EXCHANGES: usize = 11;
 /// The share of resamples from which on they count as agreeing.
-const AGREED: f64 = 0.95;
+const MIN_RESAMPLE_AGREEMENT: f64 = 0.95;
 /// The significance level for a direction.
 const SIGNIFICANT: f64 = 0.05;
 
@@ -104,7 +104,9 @@ impl WorstCase {
     /// Whether this cell is the worst: met when 95 % of the resamples of six or more people agree, or when it is the only cell.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        let agreed = self.share.is_some_and(|share| share >= AGREED);
+        let agreed = self
+            .share
+            .is_some_and(|share| share >= MIN_RESAMPLE_AGREEMENT);
         match agreed && self.people >= ENOUGH_FOR_EXCHANGE || self.ranking.len() < 2 {
             true => Outcome::Met,
             false => Outcome::NotDecided,

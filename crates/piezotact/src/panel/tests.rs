@@ -501,7 +501,7 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
     let finger = |hz: f64| Complex::from_polar(5.0 / (1.0 + hz / 400.0), -hz * 0.004);
     let mut measured = function(|hz| finger(hz) * notch(hz));
     (measured.driven, measured.effective_averages) = (Some(band()), 33.0);
-    let removed = artefact.removed_from(&measured).unwrap();
+    let removed = artefact.remove_from(&measured).unwrap();
     assert_eq!(removed.function.driven, measured.driven);
     assert!((removed.function.effective_averages - 33.0).abs() < 1e-12);
     for (k, h) in removed.function.response().iter().enumerate().skip(1) {
@@ -552,7 +552,7 @@ fn a_control_that_says_nothing_is_refused_or_doubted() {
         9,
     )
     .unwrap();
-    let refused = doubted.removed_from(&other).unwrap_err().to_string();
+    let refused = doubted.remove_from(&other).unwrap_err().to_string();
     assert!(
         refused.contains("201 lines") && refused.contains("101 lines"),
         "{refused}"

@@ -3,7 +3,7 @@
 use crate::panel::PanelDoubt;
 use std::collections::BTreeMap;
 
-use super::membership::{self, MemberRule, share};
+use super::membership::{self, MemberCriterion, share};
 use super::{Cell, Entry, Filing, Panel, PanelError};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
@@ -76,7 +76,7 @@ pub(super) fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(
         });
     }
     let own = Cell { load_n, angle_deg };
-    let met = |criterion: &Criterion<MemberRule>| criterion.outcome == Outcome::Met;
+    let met = |criterion: &Criterion<MemberCriterion>| criterion.outcome == Outcome::Met;
     if !membership::of_filing(filing, own).iter().all(met) {
         return Err(PanelError::Misfiled {
             filing: filing.clone(),
@@ -114,10 +114,10 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
     let bench =
         |f: &TransferFunction<I, O>| f.about.provenance.bench.map_or_else(String::new, kind);
     Err(match found.what {
-        MemberRule::Rate => differ("rate", one.rate.to_string(), other.rate.to_string()),
-        MemberRule::OtherDevice => differ("device", device(&one.drive), device(&other.drive)),
-        MemberRule::OtherEstimator => differ("estimator", name(one), name(other)),
-        MemberRule::OtherBench => differ("bench", bench(one), bench(other)),
+        MemberCriterion::Rate => differ("rate", one.rate.to_string(), other.rate.to_string()),
+        MemberCriterion::OtherDevice => differ("device", device(&one.drive), device(&other.drive)),
+        MemberCriterion::OtherEstimator => differ("estimator", name(one), name(other)),
+        MemberCriterion::OtherBench => differ("bench", bench(one), bench(other)),
         _ => differ("lines", lines(one), lines(other)),
     })
 }
@@ -176,7 +176,7 @@ fn person<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Option<String> {
 }
 
 /// Refuses two people under one name: P02 of the twin of one seed and P02 of that of another.
-pub(super) fn one_person_a_name<I: Quantity, O: Quantity>(
+pub(super) fn require_distinct_people<I: Quantity, O: Quantity>(
     entries: &[Entry<I, O>],
 ) -> Result<(), PanelError> {
     let mut people: BTreeMap<&str, (&Entry<I, O>, Option<String>)> = BTreeMap::new();
@@ -199,7 +199,7 @@ pub(super) fn one_person_a_name<I: Quantity, O: Quantity>(
 /// A measurement, and the others in its cell whose sign is opposite.
 pub(super) struct Sign<'a> {
     pub(super) of: &'a Filing,
-    pub(super) criterion: Criterion<MemberRule>,
+    pub(super) criterion: Criterion<MemberCriterion>,
     against: Vec<&'a Filing>,
     /// How many others there are.
     others: usize,
@@ -235,7 +235,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     }
 
     /// The doubts about measurements whose provenance names another participant than they are filed under.
-    pub(super) fn named_otherwise(&self) -> Vec<Doubt> {
+    pub(super) fn other_participant_doubts(&self) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         for entry in &self.entries {
             let provenance = &entry.function.about.provenance;

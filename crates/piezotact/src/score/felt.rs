@@ -4,7 +4,7 @@ use super::{ScoreConfig, Verdict, score};
 use crate::criterion::Criterion;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
-use crate::verify::{Aspect, Verification};
+use crate::verify::{Verification, VerifyCriterion};
 
 /// `verification` with the perceptible difference between target and measurement as a further criterion, in JND, if the
 /// score is decided: a rendering that can be distinguished from its target does not pass, and for one that does not pass the
@@ -13,14 +13,14 @@ use crate::verify::{Aspect, Verification};
 ///
 /// Source: [`score`] over the band of the verification, of the two as they are compared there.
 #[must_use]
-pub fn with_felt_difference(verification: Verification) -> Verification {
+pub fn with_perceptible_difference(verification: Verification) -> Verification {
     match criterion(&verification) {
         Some(criterion) => verification.with(criterion),
         None => verification,
     }
 }
 
-fn criterion(verification: &Verification) -> Option<Criterion<Aspect>> {
+fn criterion(verification: &Verification) -> Option<Criterion<VerifyCriterion>> {
     if verification.psd_unit != Acceleration::UNIT.of_psd() {
         return None;
     }
@@ -38,7 +38,7 @@ fn criterion(verification: &Verification) -> Option<Criterion<Aspect>> {
     let interval = [found.score.low_jnd, found.score.high_jnd];
     let limit = config.model().limit();
     Some(Criterion::new(
-        Aspect::FeltDifference,
+        VerifyCriterion::FeltDifference,
         "JND",
         found.score.jnd,
         Some(interval),

@@ -1,6 +1,6 @@
 //! A measurement held against its target, with what both files say.
 
-use super::with_felt_difference;
+use super::with_perceptible_difference;
 use crate::clipping::{ClippingDoubt, clipping};
 use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Acceleration, Band, Decibels, Drive};
@@ -58,7 +58,7 @@ pub enum MeasurementError {
 
 /// How close `measured` came to `target` over `band`, with the doubts about both and `more_doubts`, each once.
 ///
-/// Formula: that of [`verify`] and [`with_felt_difference`], at the lower rate of the two, for the bands and the level that its
+/// Formula: that of [`verify`] and [`with_perceptible_difference`], at the lower rate of the two, for the bands and the level that its
 /// rendering states.
 ///
 /// Source: as [`verify`].
@@ -94,7 +94,7 @@ pub fn judged_measurement(
         response: &response,
         clipping,
     };
-    let mut verification = with_felt_difference(verify(&texture, compared, &config)?);
+    let mut verification = with_perceptible_difference(verify(&texture, compared, &config)?);
     let known = [
         &measured.recording.about.doubts,
         &target.recording.about.doubts,

@@ -21,7 +21,7 @@ pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
-pub use felt::with_felt_difference;
+pub use felt::with_perceptible_difference;
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,

@@ -3,10 +3,10 @@
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{By, Group, StudyError, Take};
 use crate::compare::{
-    AcrossSamples, ActivePassive, DiscriminationConfig, Groups, LevelSpread, RoughnessTrend,
-    Sliding, SpatialPeriod, Summary, Texture, Withheld, across_participants, across_roughness,
-    active_against_passive, comparable, discriminate, friction_against_rms, rms_on_speed,
-    spatial_period,
+    AcrossSamples, ActivePassive, DiscriminationConfig, DiscriminationError, Groups, LevelSpread,
+    RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture, across_participants,
+    across_roughness, active_against_passive, comparable, discriminate, friction_against_rms,
+    rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
@@ -118,7 +118,7 @@ pub struct Discrimination {
     /// The settings, as the comparisons name them.
     pub settings: Vec<String>,
     /// What was found.
-    pub found: Result<AcrossSamples, Withheld>,
+    pub found: Result<AcrossSamples, DiscriminationError>,
 }
 
 impl Discrimination {

@@ -9,8 +9,8 @@ use super::{
     Trend,
 };
 use crate::compare::{
-    ActivePassive, CommonLine, DiscriminationConfig, GroupPeriod, Groups, LevelSpread, PeriodRule,
-    PeriodUnit, RoughnessTrend, Sampled, Summary, Withheld,
+    ActivePassive, CommonLine, DiscriminationConfig, DiscriminationError, GroupPeriod, Groups,
+    LevelSpread, PeriodCriterion, PeriodUnit, RoughnessTrend, SampleUnit, Summary,
 };
 use crate::criterion::{Criterion, Outcome};
 use crate::document::Content;
@@ -386,7 +386,7 @@ pub struct PeriodEntry<'a> {
     /// Whether it is a period.
     pub spatial_period_outcome: Outcome,
     /// What decides it.
-    pub spatial_period_criteria: &'a [Criterion<PeriodRule>],
+    pub spatial_period_criteria: &'a [Criterion<PeriodCriterion>],
     /// What its interval is over.
     pub spatial_period_over: OverEntry,
     /// What each group says of it.
@@ -425,7 +425,7 @@ pub enum DiscriminationEntry<'a> {
         /// One for each setting.
         settings: Vec<SettingEntry<'a>>,
         /// What is taken for independent.
-        units: Sampled,
+        units: SampleUnit,
         /// The pairs over which errors are controlled.
         family: usize,
         /// How it was done.
@@ -436,10 +436,10 @@ pub enum DiscriminationEntry<'a> {
         jnd_source: &'static str,
     },
     /// It is withheld.
-    Withheld {
+    DiscriminationError {
         /// Why.
         #[serde(flatten)]
-        withheld: &'a Withheld,
+        withheld: &'a DiscriminationError,
         /// Why, in a sentence.
         sentence: String,
     },
@@ -563,7 +563,7 @@ impl<'a> DiscriminationEntry<'a> {
         let found = match &discrimination.found {
             Ok(found) => found,
             Err(withheld) => {
-                return Self::Withheld {
+                return Self::DiscriminationError {
                     withheld,
                     sentence: withheld.to_string(),
                 };

@@ -125,7 +125,7 @@ pub fn between_channels(
     )?;
     function.about.doubts.extend(clocks);
     if let Some(band) = recording.about.provenance.driven_hz {
-        function.driven_within(band);
+        function.set_driven_band(band);
     }
     let units = [&drive_unit, &response_unit];
     let broken = broken(config, [&drive, &response], &drive_unit);

@@ -43,7 +43,7 @@ const FINE: usize = 4;
 /// deviations of unrelated blocks.
 const FOLLOWS: (f64, f64) = (0.1, 6.0);
 /// The share of blocks that have to follow.
-const FOLLOWING: f64 = 0.7;
+const MIN_FOLLOWING_SHARE: f64 = 0.7;
 /// The largest plausible difference between two clocks, parts per million.
 const MOST_PPM: f64 = 500.0;
 /// The numbers of standard errors above which a drift, and a step, are significant.
@@ -369,7 +369,7 @@ impl Blocks {
             }
             locals.push(Local { at: *at, delay });
         }
-        let enough = locals.len() as f64 >= FOLLOWING * self.at.len() as f64;
+        let enough = locals.len() as f64 >= MIN_FOLLOWING_SHARE * self.at.len() as f64;
         (enough && locals.len() >= FEWEST_BLOCKS).then_some(locals)
     }
 

@@ -17,7 +17,7 @@ const LINES_OF_A_RESONANCE: f64 = 6.0;
 /// The least prominence of a peak, dB.
 const PROMINENT_DB: f64 = 6.0;
 /// The least coherence of lines in which a resonance is looked for.
-const BELIEVED: f64 = 0.5;
+const MIN_RESONANCE_COHERENCE: f64 = 0.5;
 /// A response delayed by more than this share of a segment is underestimated.
 const LATE: f64 = 0.05;
 
@@ -71,7 +71,7 @@ pub(super) fn gaps<I: Quantity, O: Quantity>(
     for (line, hz) in function.lines_in(inside) {
         lines += 1;
         // The window's leakage alone lets neighbours of 0 Hz and of single lines through.
-        if hz <= 0.0 || driven[line] || function.coherence[line] > BELIEVED {
+        if hz <= 0.0 || driven[line] || function.coherence[line] > MIN_RESONANCE_COHERENCE {
             continue;
         }
         missing += 1;
@@ -186,7 +186,10 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
     for at in 1..levels.len().saturating_sub(1) {
         let peak = levels[at];
         let line = lines[at].0;
-        if peak < levels[at - 1] || peak <= levels[at + 1] || function.coherence[line] < BELIEVED {
+        if peak < levels[at - 1]
+            || peak <= levels[at + 1]
+            || function.coherence[line] < MIN_RESONANCE_COHERENCE
+        {
             continue;
         }
         let below = |depth_db: f64, side: &mut dyn Iterator<Item = usize>| {

@@ -117,7 +117,7 @@ fn part_of_h1(estimator: Estimator, coherence: f64) -> f64 {
 ///
 /// Source: L. Felicetti's thesis (2024), section 5.1.2 and figure 78a, as a number.
 #[must_use]
-pub fn farthest_apart_db<I: Quantity, O: Quantity>(
+pub fn max_pair_difference_db<I: Quantity, O: Quantity>(
     repeats: &[&TransferFunction<I, O>],
     band: Band,
 ) -> Option<f64> {

@@ -8,7 +8,7 @@ use crate::spectrum::{EstimateError, WelchConfig, segments_in};
 
 /// The share of the scatter of two independent estimates that remains in one line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Alike {
+pub(super) struct IndependentShare {
     /// Its share, 0–1.
     pub(super) share: f64,
     /// The 95 % interval of the share, either side.
@@ -122,8 +122,8 @@ pub(super) fn alike(
     near: &[(f64, usize)],
     holds: &[usize],
     independent: f64,
-) -> Result<Vec<Alike>, EstimateError> {
-    let unrelated = Alike {
+) -> Result<Vec<IndependentShare>, EstimateError> {
+    let unrelated = IndependentShare {
         share: 1.0,
         reach: 0.0,
     };
@@ -152,7 +152,7 @@ pub(super) fn alike(
             .sum::<f64>()
             / width as f64;
         let number = independent * counts[window.clone()].iter().sum::<f64>();
-        alike[*line] = Alike {
+        alike[*line] = IndependentShare {
             share: ((1.0 - both + LEAST) / (1.0 - coherence + LEAST)).clamp(0.0, 1.0),
             reach: 1.96 * (1.0 - both * both) / number.max(1.0).sqrt(),
         };

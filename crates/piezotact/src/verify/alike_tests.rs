@@ -114,7 +114,10 @@ fn a_ripple_under_the_same_lines_does_not_pass() {
     let [target, measured] = pair(SameLines, 1.25, 1);
     let measured = recorded(&measured, 1);
     let v = verify(&series(target), Measured::alone(&measured), &config).unwrap();
-    for what in [Aspect::SpectrumError, Aspect::PowerWeightedError] {
+    for what in [
+        VerifyCriterion::SpectrumError,
+        VerifyCriterion::PowerWeightedError,
+    ] {
         let criterion = v.criterion(what).unwrap();
         assert_eq!(criterion.outcome, Outcome::NotMet, "{}", v.sentence());
         let [low, high] = criterion.interval.unwrap();
@@ -135,7 +138,10 @@ fn what_an_underrun_leaves_of_the_spectrum_has_an_interval() {
         let v = verify(&series(target), Measured::alone(&measured), &usual()).unwrap();
         // By the mean of short segments, to which the delay is nothing.
         let by_segments = v.error_db_rms;
-        for what in [Aspect::SpectrumError, Aspect::PowerWeightedError] {
+        for what in [
+            VerifyCriterion::SpectrumError,
+            VerifyCriterion::PowerWeightedError,
+        ] {
             let [low, high] = v.criterion(what).and_then(|c| c.interval).unwrap();
             assert!(
                 low <= by_segments && by_segments <= high && high < 0.6,

@@ -92,7 +92,7 @@ const MOST_PLACES: usize = 4;
 /// A delay is steady when it scatters by less than this about its line, in samples.
 const STEADY: f64 = 0.15;
 /// The least distance between two steps, in windows: as windows overlap, one step shows in two consecutive windows.
-const APART: usize = 3;
+const MIN_STEP_DISTANCE: usize = 3;
 
 /// The delay of one window.
 #[derive(Clone, Copy, Debug)]
@@ -180,7 +180,10 @@ fn jumps(locals: &[Local]) -> Vec<f64> {
         if chosen.len() == MOST_PLACES {
             break;
         }
-        if chosen.iter().all(|other| i.abs_diff(*other) >= APART) {
+        if chosen
+            .iter()
+            .all(|other| i.abs_diff(*other) >= MIN_STEP_DISTANCE)
+        {
             chosen.push(i);
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Changed, PredictedStraight, Verification, VerifyError};
+use super::{Changed, UninvertedPrediction, Verification, VerifyError};
 use crate::document::Content;
 
 /// A verification with its verdict as a yes or no and as a sentence.
@@ -60,7 +60,7 @@ pub struct NamedChange<'a> {
 #[serde(untagged)]
 pub enum StraightOutcome<'a> {
     /// What it would give.
-    Predicted(&'a PredictedStraight),
+    Predicted(&'a UninvertedPrediction),
     /// It could not be computed.
     NotComputed {
         /// Why not.
@@ -68,8 +68,8 @@ pub enum StraightOutcome<'a> {
     },
 }
 
-impl<'a> From<&'a Result<PredictedStraight, VerifyError>> for StraightOutcome<'a> {
-    fn from(predicted: &'a Result<PredictedStraight, VerifyError>) -> Self {
+impl<'a> From<&'a Result<UninvertedPrediction, VerifyError>> for StraightOutcome<'a> {
+    fn from(predicted: &'a Result<UninvertedPrediction, VerifyError>) -> Self {
         match predicted {
             Ok(predicted) => Self::Predicted(predicted),
             Err(error) => Self::NotComputed {

@@ -17,7 +17,7 @@ enum Left {
     LineUnderNoise,
 }
 
-fn lost(at: usize, count: usize, left: Left, seed: u64) -> Criterion<Aspect> {
+fn lost(at: usize, count: usize, left: Left, seed: u64) -> Criterion<VerifyCriterion> {
     let target = noise(COUNT, seed);
     let mut samples = recorded(&target, seed).into_samples();
     let (from, to) = (LEAD + at, LEAD + at + count);
@@ -33,7 +33,7 @@ fn lost(at: usize, count: usize, left: Left, seed: u64) -> Criterion<Aspect> {
         };
     }
     let v = verify(&series(target), Measured::alone(&series(samples)), &usual()).unwrap();
-    v.criterion(Aspect::DropOut).cloned().unwrap()
+    v.criterion(VerifyCriterion::DropOut).cloned().unwrap()
 }
 
 /// 95 % intervals used to hold the truth in 10 of 21 losses, and 15.2 and 18 ms were found as 0 [0, 0].
@@ -81,11 +81,13 @@ fn what_was_reported_as_lost_counts() {
     assert_eq!(v.verdict, Verdict::Passed, "{}", v.sentence());
     let short = v.clone().with_samples_lost(Seconds(0.008));
     assert_eq!(short.verdict, Verdict::Passed, "{}", short.sentence());
-    let criterion = short.criterion(Aspect::DropOut).unwrap();
+    let criterion = short.criterion(VerifyCriterion::DropOut).unwrap();
     assert_eq!(criterion.found, Some(0.008));
     let long = v.with_samples_lost(Seconds(0.016));
     assert_eq!(long.verdict, Verdict::NotDecided, "{}", long.sentence());
-    let interval = long.criterion(Aspect::DropOut).and_then(|c| c.interval);
+    let interval = long
+        .criterion(VerifyCriterion::DropOut)
+        .and_then(|c| c.interval);
     assert_eq!(interval.map(|[_, high]| high), Some(0.016));
 }
 
@@ -108,7 +110,7 @@ fn a_drop_out_that_the_recording_is_doubted_for_is_not_met() {
     };
     let outcome = |measured: &[Doubt], target: &[Doubt]| {
         let v = v.clone().with_known_losses(measured, target);
-        v.criterion(Aspect::DropOut).unwrap().outcome
+        v.criterion(VerifyCriterion::DropOut).unwrap().outcome
     };
     assert_eq!(outcome(&[], &[]), Outcome::Met);
     assert_eq!(outcome(&[doubt(0.010)], &[]), Outcome::Met);

@@ -5,7 +5,7 @@ const SHORT_S: f64 = 0.01;
 /// The hop of this window, s.
 const SHORT_HOP_S: f64 = 0.0025;
 /// A window is a drop-out when it holds less than this share of the expected power.
-const DROPPED: f64 = 0.1;
+const DROP_OUT_POWER_SHARE: f64 = 0.1;
 /// The window in which a departure from the target is looked for, s, and how far it moves.
 const FINE_S: f64 = 0.003;
 const FINE_HOP_S: f64 = 0.0005;
@@ -16,7 +16,7 @@ const ENDS_S: f64 = 0.05;
 /// A difference of this share of the mean power is a departure.
 const LEAST_DEPARTURE: f64 = 0.01;
 /// When the usual difference exceeds this share of the mean power, departures cannot be detected.
-const BLIND: f64 = 0.5;
+const MAX_USUAL_DIFFERENCE: f64 = 0.5;
 /// A stretch is lost when it holds no more than the first share of the target (by least squares), and possibly lost up to the
 /// second.
 const LOST: f64 = 0.3;
@@ -34,15 +34,15 @@ const SILENT: f64 = 0.01;
 /// Between two realisations, a shorter difference of lulls cannot be distinguished from chance, s.
 const CHANCE_S: f64 = 0.01;
 /// A waveform saturates when a model with a limit leaves less than this share of the squared residual that a pure gain leaves.
-const SATURATES: f64 = 0.5;
+const SATURATION_RESIDUAL_RATIO: f64 = 0.5;
 /// Peaks whose quantile ratio is below this share of that of the target may have been limited.
-const PRESSED: f64 = 0.8;
+const CLIPPED_CREST_RATIO: f64 = 0.8;
 /// Clipping is ruled out unless the target exceeds the measurement by this factor.
-const EXCEEDS: f64 = 1.05;
+const MIN_PEAK_EXCESS: f64 = 1.05;
 /// A window holds an added event above the first multiple of the expected power; in another realisation possibly above the
 /// second.
-const MORE: f64 = 4.0;
-const MAY_BE_MORE: f64 = 2.5;
+const ADDED_POWER_RATIO: f64 = 4.0;
+const POSSIBLY_ADDED_POWER_RATIO: f64 = 2.5;
 /// An added event holds at least the first share of the mean power; a possible one at least the second.
 const ADDED: f64 = 0.1;
 const MAY_BE_ADDED: f64 = 0.03;
@@ -161,12 +161,16 @@ impl Compared<'_> {
         let ([wanted, got], hop_s) = self.short();
         let mean = wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
         let gain = self.gain();
-        let least = (QUIET * mean).max(self.noise_power / (DROPPED * gain).max(f64::MIN_POSITIVE));
+        let least = (QUIET * mean)
+            .max(self.noise_power / (DROP_OUT_POWER_SHARE * gain).max(f64::MIN_POSITIVE));
         let gone = |i: usize| {
-            wanted[i] >= least && (got[i] - self.noise_power).max(0.0) < DROPPED * gain * wanted[i]
+            wanted[i] >= least
+                && (got[i] - self.noise_power).max(0.0) < DROP_OUT_POWER_SHARE * gain * wanted[i]
         };
         // A lull of the target does not end a drop-out.
-        let silent = |i: usize| gone(i) || (wanted[i] < least && got[i] < DROPPED * gain * least);
+        let silent = |i: usize| {
+            gone(i) || (wanted[i] < least && got[i] < DROP_OUT_POWER_SHARE * gain * least)
+        };
         let count = wanted.len().min(got.len());
         let mut longest = 0.0f64;
         let mut i = 0;
@@ -196,7 +200,7 @@ impl Compared<'_> {
             value: longest,
             interval,
         };
-        found.larger(self.departed())
+        found.larger(self.longest_departure())
     }
 
     /// The longest stretch in which a measurement that otherwise follows its target departs from it, s: a loss that
@@ -206,7 +210,7 @@ impl Compared<'_> {
     /// target's mean power and a quarter of what they should hold; n windows in a row, breaks of 4 ms aside, are
     /// (n − 1)·0.5 ms, with an interval of −4.5 ms to +3 ms; the first and last 50 ms are left out, where content outside the
     /// band rings. A stretch is lost when the least-squares share of the target in it is at most 0.3, possibly lost up to 0.7.
-    fn departed(&self) -> Found {
+    fn longest_departure(&self) -> Found {
         let (length, hop) = (self.samples(FINE_S), self.samples(FINE_HOP_S));
         let hop_s = hop as f64 / self.rate_hz;
         let wanted = powers(self.target, length, hop);
@@ -217,7 +221,7 @@ impl Compared<'_> {
         let differs = powers(&difference, length, hop);
         let mean = gain * wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
         let usual = USUAL_DIFFERENCES * (median(&differs) + self.noise_power);
-        if usual > BLIND * mean || wanted.is_empty() {
+        if usual > MAX_USUAL_DIFFERENCE * mean || wanted.is_empty() {
             // A loss would not stand out of the usual difference: only windows of 10 ms can show it.
             return Found {
                 value: 0.0,
@@ -365,7 +369,11 @@ impl Compared<'_> {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
-            Some((squares, share)) if linear > 0.0 && squares < SATURATES * linear => share,
+            Some((squares, share))
+                if linear > 0.0 && squares < SATURATION_RESIDUAL_RATIO * linear =>
+            {
+                share
+            }
             _ => 0.0,
         }
     }
@@ -384,14 +392,14 @@ impl Compared<'_> {
                 _ => 1.0,
             }
         };
-        crest(self.measured) < PRESSED * crest(self.target)
+        crest(self.measured) < CLIPPED_CREST_RATIO * crest(self.target)
     }
 
     /// Whether the target, scaled by the gain, exceeds the peak of the measurement by 5 %: otherwise nothing was clipped.
     pub(super) fn exceeded(&self) -> bool {
         let gain = self.gain().max(0.0).sqrt();
         crate::statistics::peak(self.target) * gain
-            > EXCEEDS * crate::statistics::peak(self.measured)
+            > MIN_PEAK_EXCESS * crate::statistics::peak(self.measured)
     }
 
     /// The longest event that a measurement which follows its target has and the target does not, s; the interval extends from
@@ -412,7 +420,7 @@ impl Compared<'_> {
             let least = (share * mean).max(USUAL_DIFFERENCES * usual) + self.noise_power;
             let added = |i: usize| {
                 let should = gain * wanted[i];
-                got[i] > MORE * should + self.noise_power && got[i] - should > least
+                got[i] > ADDED_POWER_RATIO * should + self.noise_power && got[i] - should > least
             };
             match runs_of(wanted.len().min(got.len()), added) {
                 0 => 0.0,
@@ -438,7 +446,10 @@ impl Compared<'_> {
                 0 => 0.0,
                 n => (n - 1) as f64 * hop_s + SHORT_S,
             };
-        let (sure, open) = (longest(MORE), longest(MAY_BE_MORE));
+        let (sure, open) = (
+            longest(ADDED_POWER_RATIO),
+            longest(POSSIBLY_ADDED_POWER_RATIO),
+        );
         Found {
             value: sure,
             interval: [sure, open.max(sure)],

@@ -44,7 +44,7 @@ pub(super) struct Synchronised {
 /// The window of the short-time levels by which another realisation is located, s.
 const ENVELOPE_S: f64 = 0.01;
 /// Lags at which less than this share of the largest possible power falls within the target are not considered.
-const ALL_POWER: f64 = 0.998;
+const MIN_POWER_WITHIN: f64 = 0.998;
 
 /// The delay of `response` re `intended` in samples, from their levels in windows of 10 ms.
 fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: Band) -> f64 {
@@ -80,7 +80,7 @@ fn envelope_lag<Q: Quantity>(intended: &Series<Q>, response: &Series<Q>, band: B
         |lag: i64| sums[(lag + count).clamp(0, all) as usize] - sums[lag.clamp(0, all) as usize];
     let largest = (least..=most).map(within).fold(0.0, f64::max);
     let best = (least..=most)
-        .filter(|lag| within(*lag) >= ALL_POWER * largest)
+        .filter(|lag| within(*lag) >= MIN_POWER_WITHIN * largest)
         .max_by(|a, b| {
             let at = |lag: i64| products[lag.rem_euclid(n) as usize];
             at(*a).total_cmp(&at(*b))

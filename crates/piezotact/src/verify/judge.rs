@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::clock::Clock;
 use super::events::{Compared, Found, UNSEEN_S};
 use super::lines::{Floor, Line, Lines, Pair, rms_error};
-use super::{Aspect, FOLLOWS, VerifyConfig};
+use super::{FOLLOWS, VerifyConfig, VerifyCriterion};
 use crate::criterion::{Criterion, Limit};
 use crate::doubt::Doubt;
 use crate::lineage::Mode;
@@ -44,7 +44,7 @@ pub(super) struct Evidence<'a> {
 
 /// The criteria, and what is doubted.
 pub(super) struct Judgement {
-    pub(super) criteria: Vec<Criterion<Aspect>>,
+    pub(super) criteria: Vec<Criterion<VerifyCriterion>>,
     pub(super) more: Vec<Doubt>,
 }
 
@@ -58,29 +58,29 @@ const FELT_HZ: (f64, f64) = (10.0, 1000.0);
 const STANDS_OUT: f64 = 4.0;
 
 /// A line below this share of the noise shows that the noise was not present while the texture played.
-const QUIETER: f64 = 0.3;
+const ABSENT_NOISE_SHARE: f64 = 0.3;
 /// The largest share of such lines for which the noise is still taken as present.
-const MOST_QUIETER: f64 = 0.1;
+const MAX_QUIETER_LINES: f64 = 0.1;
 
 /// Whether the noise `floor` can have been present while the texture played: the measurement is no quieter than it.
-fn was_there(floor: &Floor, pair: &Pair, band: Band) -> bool {
+fn noise_is_plausible(floor: &Floor, pair: &Pair, band: Band) -> bool {
     let lines = pair.measured.iter().enumerate();
     let (mut quieter, mut all) = (0usize, 0usize);
     for (k, measured) in lines {
         let hz = k as f64 * pair.resolution_hz;
         if band.contains(hz) {
             all += 1;
-            quieter += usize::from(*measured < QUIETER * floor.at(hz));
+            quieter += usize::from(*measured < ABSENT_NOISE_SHARE * floor.at(hz));
         }
     }
-    quieter as f64 <= MOST_QUIETER * all as f64
+    quieter as f64 <= MAX_QUIETER_LINES * all as f64
 }
 
 /// The criteria on `evidence`.
 pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     let believed = evidence
         .floor
-        .filter(|floor| was_there(floor, evidence.pair, evidence.config.band));
+        .filter(|floor| noise_is_plausible(floor, evidence.pair, evidence.config.band));
     let evidence = &Evidence {
         floor: believed,
         ..*evidence
@@ -99,7 +99,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         / evidence.rate.hz();
     let level = blocks.level_db(bandwidth_s);
     criteria.push(of(
-        Aspect::Level,
+        VerifyCriterion::Level,
         "dB",
         level,
         Limit::Within {
@@ -110,13 +110,13 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     criteria.extend(spectrum(evidence, &lines, &mut more));
     if config.mode == Mode::Replicate {
         criteria.push(of(
-            Aspect::WaveformCorrelation,
+            VerifyCriterion::WaveformCorrelation,
             "",
             blocks.correlation(bandwidth_s),
             Limit::at_least(limits.waveform_correlation),
         ));
         criteria.push(of(
-            Aspect::WaveformError,
+            VerifyCriterion::WaveformError,
             "dB",
             blocks.nmse_db(bandwidth_s),
             Limit::at_most(limits.waveform_nmse_db),
@@ -130,7 +130,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         more.push(Doubt::from(VerifyDoubt::CopyOfTarget));
         criteria.push(Criterion {
             found: Some(correlation),
-            ..Criterion::unmeasured(Aspect::Independent, "", Limit::at_most(COPY))
+            ..Criterion::unmeasured(VerifyCriterion::Independent, "", Limit::at_most(COPY))
         });
     }
     if let Some(frozen_s) = evidence
@@ -139,14 +139,18 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     {
         criteria.push(Criterion {
             found: Some(frozen_s),
-            ..Criterion::unmeasured(Aspect::Frozen, "s", Limit::at_most(limits.drop_out_s))
+            ..Criterion::unmeasured(
+                VerifyCriterion::Frozen,
+                "s",
+                Limit::at_most(limits.drop_out_s),
+            )
         });
     }
     more.extend(of_clock(evidence.clock));
     Judgement { criteria, more }
 }
 
-fn of(what: Aspect, unit: &str, found: Found, limit: Limit) -> Criterion<Aspect> {
+fn of(what: VerifyCriterion, unit: &str, found: Found, limit: Limit) -> Criterion<VerifyCriterion> {
     Criterion::new(what, unit, found.value, Some(found.interval), limit)
 }
 
@@ -173,7 +177,7 @@ fn spectrum(
     evidence: &Evidence<'_>,
     lines: &Lines,
     more: &mut Vec<Doubt>,
-) -> Vec<Criterion<Aspect>> {
+) -> Vec<Criterion<VerifyCriterion>> {
     let (config, limits) = (evidence.config, &evidence.config.limits);
     let judged = |line: &&Line| {
         evidence
@@ -184,17 +188,19 @@ fn spectrum(
     let compared: Vec<Line> = lines.compared.iter().filter(judged).copied().collect();
     let sensitivity = |hz: f64| config.weighting.threshold_m_s2(Hertz(hz)).powi(-2);
     let mut criteria = Vec::new();
-    let mut push = |what: Aspect, weight: &dyn Fn(&Line) -> f64| {
+    let mut push = |what: VerifyCriterion, weight: &dyn Fn(&Line) -> f64| {
         let limit = Limit::at_most(limits.error_db_rms);
         criteria.push(match rms_error(&compared, weight) {
             Some((value, interval)) => of(what, "dB", Found { value, interval }, limit),
             None => Criterion::unmeasured(what, "dB", limit),
         });
     };
-    push(Aspect::SpectrumError, &|_| 1.0);
-    push(Aspect::PowerWeightedError, &|line| line.pooled_power());
+    push(VerifyCriterion::SpectrumError, &|_| 1.0);
+    push(VerifyCriterion::PowerWeightedError, &|line| {
+        line.pooled_power()
+    });
     if evidence.felt {
-        push(Aspect::FeltWeightedError, &|line| {
+        push(VerifyCriterion::FeltWeightedError, &|line| {
             line.pooled_power() * sensitivity(line.frequency_hz)
         });
     }
@@ -206,7 +212,7 @@ fn spectrum(
         + lines.hidden_power;
     let added = lines.added / in_band.max(f64::MIN_POSITIVE);
     criteria.push(Criterion::new(
-        Aspect::AddedPower,
+        VerifyCriterion::AddedPower,
         "",
         added,
         None,
@@ -247,7 +253,7 @@ fn spectrum(
         // Power below the detection threshold is imperceptible, however weak the texture is.
         let share = |beyond: f64| beyond.max(0.0) / felt.max(1.0);
         criteria.push(Criterion::new(
-            Aspect::FeltOutside,
+            VerifyCriterion::FeltOutside,
             "",
             share(beyond),
             Some([share(beyond - reach), share(beyond + reach)]),
@@ -265,7 +271,7 @@ fn spectrum(
 }
 
 /// The share of samples at a limit: found as flat tops, or because a limit explains the waveform better than a pure gain.
-fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<Aspect> {
+fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<VerifyCriterion> {
     let compared = compared(evidence, noise_power);
     let limit = Limit::at_most(evidence.config.limits.clipped_fraction);
     let saturated = if all.follows() {
@@ -282,7 +288,7 @@ fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<A
     let found = sensor.max(evidence.clipped_drive).max(saturated);
     let open = !all.follows() && compared.pressed();
     let interval = open.then_some([found, 1.0]);
-    Criterion::new(Aspect::Clipped, "", found, interval, limit)
+    Criterion::new(VerifyCriterion::Clipped, "", found, interval, limit)
 }
 
 fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
@@ -296,7 +302,11 @@ fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
 }
 
 /// The criteria on events in time: drop-outs, added events, short-time levels.
-fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criterion<Aspect>> {
+fn in_time(
+    evidence: &Evidence<'_>,
+    all: &Sums,
+    noise_power: f64,
+) -> Vec<Criterion<VerifyCriterion>> {
     let limits = &evidence.config.limits;
     let compared = compared(evidence, noise_power);
     let drop_out = Limit::at_most(limits.drop_out_s);
@@ -318,23 +328,23 @@ fn in_time(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Vec<Criteri
     let over_time = match evidence.config.mode {
         Mode::Replicate => compared
             .level_departure()
-            .map(|value| Criterion::new(Aspect::ShortTimeLevel, "dB", value, None, level)),
+            .map(|value| Criterion::new(VerifyCriterion::ShortTimeLevel, "dB", value, None, level)),
         Mode::Texture => compared
             .level_distribution()
-            .map(|found| of(Aspect::ShortTimeDistribution, "dB", found, level)),
+            .map(|found| of(VerifyCriterion::ShortTimeDistribution, "dB", found, level)),
     };
-    let dropped = of(Aspect::DropOut, "s", dropped, drop_out);
+    let dropped = of(VerifyCriterion::DropOut, "s", dropped, drop_out);
     let added = if all.follows() && !free {
         compared.added_while_following()
     } else {
         compared.added_crests()
     };
-    let added = of(Aspect::AddedEvent, "s", added, Limit::at_most(0.0));
+    let added = of(VerifyCriterion::AddedEvent, "s", added, Limit::at_most(0.0));
     [dropped, added].into_iter().chain(over_time).collect()
 }
 
 /// How much of the target was judged.
-fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<Aspect>> {
+fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<VerifyCriterion>> {
     let limits = &evidence.config.limits;
     let band = evidence.config.band;
     let step_hz = evidence.pair.resolution_hz;
@@ -356,7 +366,7 @@ fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<Aspect>> {
     let least = limits.least_judged;
     vec![
         Criterion::new(
-            Aspect::JudgedPower,
+            VerifyCriterion::JudgedPower,
             "",
             (kept / power.max(f64::MIN_POSITIVE) - hidden).clamp(0.0, 1.0),
             None,
@@ -366,14 +376,14 @@ fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<Aspect>> {
             },
         ),
         Criterion::new(
-            Aspect::JudgedLines,
+            VerifyCriterion::JudgedLines,
             "",
             line_share,
             None,
             Limit::at_least(least),
         ),
         Criterion::new(
-            Aspect::Covered,
+            VerifyCriterion::Covered,
             "",
             evidence.covered,
             None,

@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use super::VerifyError;
-use super::alike::{self, Alike, Bins};
+use super::alike::{self, Bins, IndependentShare};
 use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, Band, SampleRate};
 use crate::render::fade_ends;
@@ -16,7 +16,7 @@ const HIDDEN_RATIO: f64 = 3.0;
 /// The noise spectrum is smoothed over this range on either side of a line, Hz, so that tones do not count as noise.
 const SMOOTH_HZ: f64 = 40.0;
 /// The factor by which the correlation of neighbouring lines of a Hann window increases the variance of a sum.
-const TOGETHER: f64 = 1.4;
+const LINE_CORRELATION_FACTOR: f64 = 1.4;
 /// The 97.5 % quantile of the normal distribution.
 const REACH: f64 = 1.96;
 
@@ -27,7 +27,7 @@ pub(super) struct Pair {
     /// The variance of 10·log10(measured/target) of each line by the coherence alone, dB².
     pub(super) variance_db2: Vec<f64>,
     /// For each line, the share of that variance which remains although the two estimates are not independent.
-    pub(super) alike: Vec<Alike>,
+    pub(super) alike: Vec<IndependentShare>,
     pub(super) resolution_hz: f64,
 }
 
@@ -393,7 +393,8 @@ pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option
         return None;
     }
     let found = squares / sum;
-    let reach = (REACH.powi(2) * TOGETHER * varies + of_variance.powi(2)).sqrt() / sum;
+    let reach =
+        (REACH.powi(2) * LINE_CORRELATION_FACTOR * varies + of_variance.powi(2)).sqrt() / sum;
     let root = |v: f64| v.max(0.0).sqrt();
     let highest = (found + reach).max(0.5 * reach) + less / sum;
     Some((root(found), [root(found - reach), root(highest)]))

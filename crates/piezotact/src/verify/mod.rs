@@ -35,9 +35,9 @@ pub use doubt::VerifyDoubt;
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
-pub use straight::{PredictedStraight, predicted_straight};
+pub use straight::{UninvertedPrediction, predict_uninverted};
 pub use tones::{Tones, tones};
-pub use verdict::{Aspect, Verdict};
+pub use verdict::{Verdict, VerifyCriterion};
 
 use crate::criterion::Criterion;
 use crate::doubt::{Doubt, Doubts};
@@ -62,7 +62,7 @@ use lines::Pair;
 pub struct Verification {
     /// The band over which they were compared, Hz.
     pub band_hz: Band,
-    /// Root mean square over all of the band's lines of the spectrum error as measured, dB; the criterion is [`Aspect::SpectrumError`].
+    /// Root mean square over all of the band's lines of the spectrum error as measured, dB; the criterion is [`VerifyCriterion::SpectrumError`].
     pub error_db_rms: f64,
     /// The largest absolute error of a line in the band, dB.
     pub error_db_max: f64,
@@ -76,13 +76,13 @@ pub struct Verification {
     /// The rms error over the achievable parts, as measured, dB.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub error_db_rms_achievable: Option<f64>,
-    /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`Aspect::Level`].
+    /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`VerifyCriterion::Level`].
     pub level_error_db: f64,
     /// Pearson's correlation of the waveforms in all of the band, with the sensor's noise, after aligning the delay; the criterion is
-    /// [`Aspect::WaveformCorrelation`].
+    /// [`VerifyCriterion::WaveformCorrelation`].
     pub waveform_correlation: f64,
     /// The power of the difference of those waveforms re that of the target (NMSE), dB; silence would give 0 dB. Over all of the
-    /// band, with the sensor's noise; the criterion is [`Aspect::WaveformError`].
+    /// band, with the sensor's noise; the criterion is [`VerifyCriterion::WaveformError`].
     #[serde(default)]
     pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.
@@ -125,7 +125,7 @@ pub struct Verification {
     #[serde(default)]
     pub clock: Clock,
     /// The criteria, each with the value found, its limit and its outcome; the verdict follows from them.
-    pub criteria: Vec<Criterion<Aspect>>,
+    pub criteria: Vec<Criterion<VerifyCriterion>>,
     /// What is concluded.
     pub verdict: Verdict,
     /// Whether the waveform is judged, or the spectrum alone.
@@ -217,9 +217,9 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
 /// A waveform follows its target in time when the magnitude of their correlation exceeds this.
 const FOLLOWS: f64 = 0.5;
 /// A doubt is raised when at least this share of the band is not judged.
-const TOLD_SHARE: f64 = 0.05;
+const DOUBT_UNJUDGED_SHARE: f64 = 0.05;
 /// A doubt is raised when the power on lines without target exceeds this share of the target's power.
-const ADDED_TOLD: f64 = 0.01;
+const DOUBT_ADDED_POWER: f64 = 0.01;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
@@ -318,14 +318,14 @@ pub fn verify<Q: Quantity>(
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut doubts: Doubts = target_psd.doubts.iter().cloned().collect();
-    if judged_share < 1.0 - TOLD_SHARE {
+    if judged_share < 1.0 - DOUBT_UNJUDGED_SHARE {
         doubts.push(Doubt::from(VerifyDoubt::PartJudged {
             share: judged_share,
             judged: config.reached.clone(),
             band: config.band,
         }));
     }
-    if added_power > ADDED_TOLD {
+    if added_power > DOUBT_ADDED_POWER {
         doubts.push(Doubt::from(VerifyDoubt::PowerAdded { ratio: added_power }));
     }
     if config.level.0 != 0.0 {

@@ -15,7 +15,7 @@ use crate::transfer::TransferFunction;
 /// noise and without clipping.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PredictedStraight {
+pub struct UninvertedPrediction {
     /// The band of the comparison: the part of the requested band that the transfer function covers, Hz.
     pub band_hz: Band,
     /// The rms error of the judged lines after their mean error is taken away, dB.
@@ -37,7 +37,7 @@ pub struct PredictedStraight {
     pub answer_psd: Vec<f64>,
 }
 
-impl PredictedStraight {
+impl UninvertedPrediction {
     /// The judged band as text: the part of the judged band of `verification` that the transfer function covers.
     #[must_use]
     pub fn judged_band(&self, verification: &Verification) -> String {
@@ -59,11 +59,11 @@ impl PredictedStraight {
 ///
 /// # Errors
 /// [`VerifyError::OutOfReach`] when the transfer function says nothing in the band; those of [`verify`].
-pub fn predicted_straight<Q: Quantity>(
+pub fn predict_uninverted<Q: Quantity>(
     target: &Series<Q>,
     function: &TransferFunction<Drive, Q>,
     config: &VerifyConfig,
-) -> Result<PredictedStraight, VerifyError> {
+) -> Result<UninvertedPrediction, VerifyError> {
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()))?;
     let band = function
         .driven
@@ -88,7 +88,7 @@ pub fn predicted_straight<Q: Quantity>(
     };
     let level_difference_db = lines().sum::<f64>() / lines().count() as f64;
     let matched = 10f64.powf(-level_difference_db / 10.0);
-    Ok(PredictedStraight {
+    Ok(UninvertedPrediction {
         band_hz: band,
         error_db_rms_level_matched: rms_of(lines().map(|error| error - level_difference_db)),
         level_difference_db,

@@ -178,7 +178,7 @@ fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
     let band = Band::new(Hertz(30.0), Hertz(500.0)).unwrap();
     let mut config = VerifyConfig::over(band, RATE_HZ);
     let filtered = series(echoed(target.samples()));
-    let found = predicted_straight(&target, &echoing(), &config).unwrap();
+    let found = predict_uninverted(&target, &echoing(), &config).unwrap();
     let v = verify(&target, Measured::alone(&filtered), &config).unwrap();
     let close = |a: f64, b: f64| (a - b).abs() < 5e-3;
     assert!(
@@ -197,12 +197,12 @@ fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
     // Matching removes an intentional change of level.
     config.level = Decibels(-12.0);
     assert_eq!(
-        predicted_straight(&target, &echoing(), &config).unwrap(),
+        predict_uninverted(&target, &echoing(), &config).unwrap(),
         found
     );
     // Where only a part is judged, that part is matched and judged.
     config.reached = vec![Band::new(Hertz(30.0), Hertz(60.0)).unwrap()];
-    let part = predicted_straight(&target, &echoing(), &config).unwrap();
+    let part = predict_uninverted(&target, &echoing(), &config).unwrap();
     assert!(part.error_db_rms_level_matched < 0.1, "{part:?}");
 }
 
@@ -214,7 +214,7 @@ fn nothing_is_predicted_beyond_what_was_driven() {
     function.driven = Some(band(100.0, 300.0));
     let over = |asked| {
         let config = VerifyConfig::over(asked, RATE_HZ);
-        predicted_straight(&target, &function, &config)
+        predict_uninverted(&target, &function, &config)
     };
     assert_eq!(over(band(30.0, 500.0)).unwrap().band_hz, band(100.0, 300.0));
     assert!(matches!(

@@ -64,20 +64,21 @@ impl Verdict {
     /// [`Self::NotDecided`]. Otherwise any criterion that is not met decides, then any that is not decided, then a part that
     /// could not be judged; a measurement of less than `least` of the target gives [`Self::NotDecided`].
     #[must_use]
-    pub(super) fn of(criteria: &[Criterion<Aspect>], least: f64) -> Self {
+    pub(super) fn of(criteria: &[Criterion<VerifyCriterion>], least: f64) -> Self {
         let of = |extent: bool| {
             let chosen = criteria
                 .iter()
                 .filter(move |c| c.what.is_extent() == extent);
             Outcome::of_all(chosen.map(|criterion| criterion.outcome))
         };
-        let found = |what: Aspect| {
+        let found = |what: VerifyCriterion| {
             let criterion = criteria.iter().find(|criterion| criterion.what == what);
             criterion.and_then(|c| c.found).unwrap_or(1.0)
         };
         // Whatever a recording does not show counts neither for nor against the rendering.
-        let shows =
-            |c: &Criterion<Aspect>| !c.what.is_of_the_recording() || c.outcome == Outcome::Met;
+        let shows = |c: &Criterion<VerifyCriterion>| {
+            !c.what.is_of_the_recording() || c.outcome == Outcome::Met
+        };
         if !criteria.iter().all(shows) {
             return Self::NotDecided;
         }
@@ -85,11 +86,11 @@ impl Verdict {
             (Outcome::NotMet, _) | (_, Outcome::NotMet) => Self::NotPassed,
             (Outcome::NotDecided, _) => Self::NotDecided,
             (Outcome::Met, Outcome::Met) => Self::Passed,
-            (Outcome::Met, Outcome::NotDecided) if found(Aspect::Covered) < least => {
+            (Outcome::Met, Outcome::NotDecided) if found(VerifyCriterion::Covered) < least => {
                 Self::NotDecided
             }
             (Outcome::Met, Outcome::NotDecided) => Self::PassedInPart {
-                power_share: found(Aspect::JudgedPower) * found(Aspect::Covered),
+                power_share: found(VerifyCriterion::JudgedPower) * found(VerifyCriterion::Covered),
             },
         }
     }
@@ -99,7 +100,7 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Aspect {
+pub enum VerifyCriterion {
     /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
     Level,
     /// The rms error of the judged lines, corrected for the scatter of the estimates and the sensor's noise, dB.
@@ -140,7 +141,7 @@ pub enum Aspect {
     FeltDifference,
 }
 
-impl Aspect {
+impl VerifyCriterion {
     /// Whether the aspect describes how much was judged, and not how well it was rendered.
     fn is_extent(self) -> bool {
         matches!(self, Self::JudgedPower | Self::JudgedLines | Self::Covered)
@@ -182,7 +183,7 @@ impl Aspect {
     }
 }
 
-impl fmt::Display for Aspect {
+impl fmt::Display for VerifyCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Level => "level",
@@ -210,7 +211,7 @@ impl fmt::Display for Aspect {
     }
 }
 
-impl Criterion<Aspect> {
+impl Criterion<VerifyCriterion> {
     /// What was found, as text with its unit.
     #[must_use]
     pub fn found_text(&self) -> String {
@@ -270,7 +271,7 @@ impl Criterion<Aspect> {
     /// The criterion in one phrase: the aspect, the value found, its interval where that matters, and the limit.
     #[must_use]
     pub fn phrase(&self) -> String {
-        if self.what == Aspect::Independent {
+        if self.what == VerifyCriterion::Independent {
             return "the measurement equals the target: it is a copy and no measurement".into();
         }
         let interval = match (self.outcome, self.interval) {
@@ -295,7 +296,7 @@ impl Verification {
 
     /// The criterion on `what`, if it was looked at.
     #[must_use]
-    pub fn criterion(&self, what: Aspect) -> Option<&Criterion<Aspect>> {
+    pub fn criterion(&self, what: VerifyCriterion) -> Option<&Criterion<VerifyCriterion>> {
         self.criteria
             .iter()
             .find(|criterion| criterion.what == what)
@@ -303,7 +304,7 @@ impl Verification {
 
     /// Adds a criterion and derives the verdict again.
     #[must_use]
-    pub fn with(mut self, criterion: Criterion<Aspect>) -> Self {
+    pub fn with(mut self, criterion: Criterion<VerifyCriterion>) -> Self {
         self.criteria.retain(|other| other.what != criterion.what);
         self.criteria.push(criterion);
         self.verdict = Verdict::of(&self.criteria, self.limits.least_judged);
@@ -314,14 +315,14 @@ impl Verification {
     /// drop-out criterion then extends to that length, wherever in the recording the loss was.
     #[must_use]
     pub fn with_samples_lost(self, longest: Seconds) -> Self {
-        let Some(seen) = self.criterion(Aspect::DropOut).cloned() else {
+        let Some(seen) = self.criterion(VerifyCriterion::DropOut).cloned() else {
             return self;
         };
         let found = seen.found.unwrap_or(0.0);
         let [low, high] = seen.interval.unwrap_or([found, found]);
         let interval = [low, high.max(longest.0)];
         self.with(Criterion::new(
-            Aspect::DropOut,
+            VerifyCriterion::DropOut,
             &seen.unit,
             found.max(longest.0),
             Some(interval),
@@ -348,7 +349,7 @@ impl Verification {
             chosen.map(Criterion::phrase).collect()
         };
         let main = || -> Vec<String> {
-            use Aspect::{
+            use VerifyCriterion::{
                 FeltDifference, Level, SpectrumError, WaveformCorrelation, WaveformError,
             };
             [
@@ -386,7 +387,7 @@ impl Verification {
                 self.level_db
             )
         };
-        let felt = self.criterion(Aspect::FeltDifference);
+        let felt = self.criterion(VerifyCriterion::FeltDifference);
         let felt = match felt.map(|c| c.outcome) {
             Some(Outcome::Met) if self.verdict == Verdict::NotPassed => {
                 "; from their long-time spectra alone, the two could not be distinguished (below the just-noticeable \

@@ -70,7 +70,7 @@ fn judged(target: &[f64], delivered: &[f64], config: &VerifyConfig) -> Verificat
     verify(&series(target.to_vec()), Measured::alone(&measured), config).unwrap()
 }
 
-fn not_met(v: &Verification) -> Vec<Aspect> {
+fn not_met(v: &Verification) -> Vec<VerifyCriterion> {
     let chosen = v.criteria.iter().filter(|c| c.outcome == Outcome::NotMet);
     chosen.map(|criterion| criterion.what).collect()
 }
@@ -87,10 +87,10 @@ fn a_strong_line_that_came_back_low_does_not_pass() {
     let v = judged(&with(1.0), &with(0.5), &usual());
     assert_eq!(v.verdict, Verdict::NotPassed, "{}", v.sentence());
     for what in [
-        Aspect::Level,
-        Aspect::PowerWeightedError,
-        Aspect::FeltWeightedError,
-        Aspect::WaveformError,
+        VerifyCriterion::Level,
+        VerifyCriterion::PowerWeightedError,
+        VerifyCriterion::FeltWeightedError,
+        VerifyCriterion::WaveformError,
     ] {
         assert!(not_met(&v).contains(&what), "{what}: {}", v.sentence());
     }
@@ -123,7 +123,12 @@ fn a_band_given_up_with_most_of_the_power_does_not_pass() {
     };
     let v = judged(&target, &delivered, &parts(61.6));
     assert_eq!(v.verdict, Verdict::NotPassed, "{}", v.sentence());
-    assert_eq!(not_met(&v), [Aspect::JudgedPower], "{}", v.sentence());
+    assert_eq!(
+        not_met(&v),
+        [VerifyCriterion::JudgedPower],
+        "{}",
+        v.sentence()
+    );
     // A third of the power given up and said: passed, in part.
     let target = noise(40_000, 3);
     let low: Vec<f64> = align::in_bands(
@@ -175,11 +180,14 @@ fn what_drops_out_is_found() {
             delivered[20_000..20_000 + (gap_s * RATE_HZ) as usize].fill(0.0);
             let v = judged(&target, &delivered, &config);
             assert!(
-                not_met(&v).contains(&Aspect::DropOut),
+                not_met(&v).contains(&VerifyCriterion::DropOut),
                 "{gap_s} s: {}",
                 v.sentence()
             );
-            let found = v.criterion(Aspect::DropOut).and_then(|c| c.found).unwrap();
+            let found = v
+                .criterion(VerifyCriterion::DropOut)
+                .and_then(|c| c.found)
+                .unwrap();
             assert!((found - gap_s).abs() < 0.01, "{gap_s} s: found {found}");
         }
         let tap = |n: usize, i: usize| {
@@ -202,7 +210,11 @@ fn what_drops_out_is_found() {
         let v = judged(&taps(None), &taps(None), &config);
         assert_eq!(v.verdict, Verdict::Passed, "{}", v.sentence());
         let v = judged(&taps(None), &taps(Some(7)), &config);
-        assert!(not_met(&v).contains(&Aspect::DropOut), "{}", v.sentence());
+        assert!(
+            not_met(&v).contains(&VerifyCriterion::DropOut),
+            "{}",
+            v.sentence()
+        );
     }
     // Where it is another realisation too.
     let mut other = noise(40_000, 6);
@@ -212,7 +224,11 @@ fn what_drops_out_is_found() {
         ..usual()
     };
     let v = judged(&noise(40_000, 5), &other, &config);
-    assert!(not_met(&v).contains(&Aspect::DropOut), "{}", v.sentence());
+    assert!(
+        not_met(&v).contains(&VerifyCriterion::DropOut),
+        "{}",
+        v.sentence()
+    );
 }
 
 /// `samples` as a clock that is `ppm` slower records them.
@@ -342,7 +358,11 @@ fn another_realisation_is_right_for_a_texture_and_wrong_for_a_replica() {
     // 2 dB louder it is wrong, whichever realisation; in half a second nothing is decided.
     let louder: Vec<f64> = other.iter().map(|v| v * 1.26).collect();
     let v = judged(&target, &louder, &texture);
-    assert!(not_met(&v).contains(&Aspect::Level), "{}", v.sentence());
+    assert!(
+        not_met(&v).contains(&VerifyCriterion::Level),
+        "{}",
+        v.sentence()
+    );
     let v = judged(&target[..2500], &other[..2500], &texture);
     assert_eq!(v.verdict, Verdict::NotDecided, "{}", v.sentence());
 }
@@ -362,7 +382,7 @@ fn what_was_added_and_what_noise_seemed_to_hide_is_found() {
     for (count, height) in [(100, 5.0), (25, 8.0)] {
         let v = judged(&target, &with(9_000, count, height), &usual());
         assert!(
-            not_met(&v).contains(&Aspect::AddedEvent),
+            not_met(&v).contains(&VerifyCriterion::AddedEvent),
             "{}",
             v.sentence()
         );
@@ -375,7 +395,7 @@ fn what_was_added_and_what_noise_seemed_to_hide_is_found() {
     }
     let v = judged(&paused, &burst, &usual());
     assert!(
-        not_met(&v).contains(&Aspect::AddedEvent),
+        not_met(&v).contains(&VerifyCriterion::AddedEvent),
         "{}",
         v.sentence()
     );
@@ -441,7 +461,7 @@ fn what_is_felt_outside_the_band_is_seen() {
     assert_eq!(v.verdict, Verdict::Passed, "{}", v.sentence());
     let v = judged(&target, &with(30.0), &usual());
     assert!(
-        not_met(&v).contains(&Aspect::FeltOutside),
+        not_met(&v).contains(&VerifyCriterion::FeltOutside),
         "{}",
         v.sentence()
     );

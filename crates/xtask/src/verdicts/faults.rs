@@ -12,7 +12,7 @@ use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
 use super::parts::{ThirdOctaves, Which, line, within, within_band};
-use super::scene::{LEAD, Lies, Scene, TAP_S, TAPS, Texture, tap_at};
+use super::scene::{FingerPlacement, LEAD, Scene, TAP_S, TAPS, Texture, tap_at};
 use super::signal::{
     Draws, RATE_HZ, amplitude, at_times, bins_of, decibels, delayed, energy, filtered, shaped,
     signal_of,
@@ -395,7 +395,7 @@ impl Making<'_> {
         use Kind::*;
         let (scene, device) = (self.scene, &self.scene.device);
         let samples = scene.frame_samples();
-        let play = Lies::anew("play");
+        let play = FingerPlacement::anew("play");
         match kind {
             Exact => {
                 let one = |_| Complex::from(1.0);
@@ -410,7 +410,7 @@ impl Making<'_> {
             }
             WrongPerson(but) => {
                 let number = device.differing(but);
-                let other = device.true_at(number, Lies::anew("characterise"));
+                let other = device.true_at(number, FingerPlacement::anew("characterise"));
                 self.case.delivered = scene.delivered(&self.played, device.own(play), other);
             }
             PressedHarder => self.placed("play", 0.6),
@@ -586,7 +586,7 @@ impl Making<'_> {
 
     fn placed(&mut self, run: &'static str, load_n: f64) {
         let device = &self.scene.device;
-        let is = device.own(Lies { run, load_n });
+        let is = device.own(FingerPlacement { run, load_n });
         self.case.delivered = self
             .scene
             .delivered(&self.played, is, |hz| device.measured_at(hz));

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, bail, ensure};
 use piezotact::lineage::Mode;
-use piezotact::score::with_felt_difference;
+use piezotact::score::with_perceptible_difference;
 use piezotact::verify::{Measured, Verdict, verify};
 
 use faults::Case;
@@ -99,7 +99,7 @@ impl Judged {
         };
         let (target, response) = (series(scene.target.clone())?, series(case.seen.clone())?);
         let (verdict, sentence) = match verify(&target, Measured::alone(&response), &case.config)
-            .map(with_felt_difference)
+            .map(with_perceptible_difference)
         {
             Ok(verification) => (verification.verdict, verification.sentence()),
             // No verdict at all is none.

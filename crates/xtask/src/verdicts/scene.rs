@@ -149,13 +149,13 @@ pub(super) struct Device {
 
 /// How a finger lies on the device.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lies {
+pub(super) struct FingerPlacement {
     /// The name of the run that it was put down for.
     pub(super) run: &'static str,
     pub(super) load_n: f64,
 }
 
-impl Lies {
+impl FingerPlacement {
     pub(super) fn anew(run: &'static str) -> Self {
         Self {
             run,
@@ -209,11 +209,11 @@ impl Device {
 
     /// The other 19 of 20 people, those first whose devices differ most from this one's over the band.
     fn by_difference(&self) -> Result<Vec<u64>> {
-        let (band, own) = (band()?, self.own(Lies::anew("play")));
+        let (band, own) = (band()?, self.own(FingerPlacement::anew("play")));
         let mut others: Vec<(f64, u64)> = (1..=20)
             .filter(|number| *number != self.person.number)
             .map(|number| {
-                let other = self.true_at(number, Lies::anew("characterise"));
+                let other = self.true_at(number, FingerPlacement::anew("characterise"));
                 let differs = |k: u32| {
                     let hz = band.low().0 + 10.0 * f64::from(k);
                     decibels((own(hz) / other(hz)).norm_sqr()).powi(2)
@@ -231,7 +231,11 @@ impl Device {
     }
 
     /// What the device of participant `number` is, from the digital drive to the nail, (m/s²) at full scale.
-    pub(super) fn true_at(&self, number: u64, lies: Lies) -> impl Fn(f64) -> Complex<f64> + use<> {
+    pub(super) fn true_at(
+        &self,
+        number: u64,
+        lies: FingerPlacement,
+    ) -> impl Fn(f64) -> Complex<f64> + use<> {
         let seed = self.person.seed;
         let person = Participant::of(number, seed, &self.parameters);
         let placement = Placement::of(&self.parameters, number, seed, lies.run);
@@ -251,7 +255,7 @@ impl Device {
         }
     }
 
-    pub(super) fn own(&self, lies: Lies) -> impl Fn(f64) -> Complex<f64> + use<> {
+    pub(super) fn own(&self, lies: FingerPlacement) -> impl Fn(f64) -> Complex<f64> + use<> {
         self.true_at(self.person.number, lies)
     }
 
@@ -331,7 +335,7 @@ impl Scene {
 
     /// What a good rendering of `x` delivers: the measured transfer function of the person, and the finger put down again.
     pub(super) fn good(&self, x: &[f64]) -> Vec<f64> {
-        let is = self.device.own(Lies::anew("play"));
+        let is = self.device.own(FingerPlacement::anew("play"));
         self.delivered(x, is, |hz| self.device.measured_at(hz))
     }
 

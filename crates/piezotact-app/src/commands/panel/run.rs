@@ -7,7 +7,7 @@ use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::Estimator;
-use piezotact_bench::procedure::{CharacteriseConfig, Gating, RepeatConfig, excite, repeated};
+use piezotact_bench::procedure::{CharacteriseConfig, GatePolicy, RepeatConfig, excite, repeated};
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
 /// A panel while it is measured.
 struct Session<'a> {
     args: &'a Run,
-    gating: Gating,
+    gating: GatePolicy,
     campaign: String,
     folder: PanelFolder,
     counts: PanelRunCounts,
@@ -292,7 +292,7 @@ fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
 fn measure(
     bench: &mut Bench,
     (args, campaign): (&Run, &str),
-    gating: &Gating,
+    gating: &GatePolicy,
     filing: &Filing,
     folder: &mut PanelFolder,
     keeper: &mut Keeper<'_>,

@@ -82,7 +82,7 @@ impl std::fmt::Display for Broken {
 }
 
 /// Measures responses: a bench with a finger on it, with the settings and the noise needed to judge them.
-pub(super) struct Listener<'a> {
+pub(super) struct ResponseMeter<'a> {
     pub(super) bench: &'a mut Bench,
     /// Where every run is kept.
     pub(super) keeper: &'a mut dyn RunKeeper,
@@ -143,7 +143,7 @@ impl RunKeeper for Attempts<'_> {
 }
 
 /// `response` resampled to `rate`, with the corrected band unchanged.
-pub(super) fn brought_to(
+pub(super) fn resampled_to(
     response: &Series<Acceleration>,
     rate: SampleRate,
     config: &LoopConfig,
@@ -155,7 +155,7 @@ pub(super) fn brought_to(
         .map_err(|error| impossible("rates that go together", &error))
 }
 
-impl Listener<'_> {
+impl ResponseMeter<'_> {
     fn run(&self, label: &str) -> RunPlan {
         let run = &self.config.run;
         RunPlan {
@@ -186,11 +186,11 @@ impl Listener<'_> {
         &self,
         response: &Series<Acceleration>,
     ) -> Result<Series<Acceleration>, ProcedureError> {
-        brought_to(response, self.rate, self.config)
+        resampled_to(response, self.rate, self.config)
     }
 
     /// Measures the noise (the response to silence) and estimates its PSD with `welch`.
-    pub(super) fn listen(
+    pub(super) fn measure_noise(
         &mut self,
         welch: &WelchConfig,
     ) -> Result<&Spectrum<Acceleration>, ProcedureError> {

@@ -31,8 +31,8 @@ use super::RunKeeper;
 use crate::error::ProcedureError;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
-use measured::{Broken, Felt, Listener, brought_to};
-pub use outcome::{Closeness, Gain, GainIn, Kept, LoopEnd, Mishap};
+use measured::{Broken, Felt, ResponseMeter, resampled_to};
+pub use outcome::{Gain, GainCriterion, Kept, LoopEnd, LoopErrors, Mishap};
 
 /// How a texture is rendered in a closed loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub struct Iteration {
     /// reaches, for a waveform the power of its difference re that of the target (NMSE).
     pub aim_db: f64,
     /// The errors of its two measurements; the drive is judged by the second.
-    pub measured: [Closeness; 2],
+    pub measured: [LoopErrors; 2],
     /// The share of its samples clipped at the device's limit, 0–1.
     pub held: f64,
     /// The change made by the following correction step; none after the last.
@@ -94,7 +94,7 @@ impl Looped {
             closed: self.told(),
             is_confirmed: self.confirmed.is_some(),
             is_close: self.is_close(),
-            is_open_kept: self.kept.is_open(),
+            is_open_kept: self.kept.keeps_open_loop(),
             kept: self.kept.to_string(),
             got_worse: self.got_worse(),
             gain_db: self.gain.as_ref().and_then(|gain| {
@@ -144,11 +144,11 @@ const SPECTRUM_DB: (f64, f64) = (0.005, 1.0);
 /// The change from which a waveform is clearly worse, dB; waveforms vary more between measurements.
 const WORSE_WAVEFORM_DB: f64 = 3.0;
 /// Waveforms within this of the best count as equally good, and their spectra decide, dB.
-const ALIKE_DB: f64 = 0.5;
+const EQUAL_WAVEFORM_DB: f64 = 0.5;
 /// The number of consecutive iterations without improvement after which the loop stops.
-const PATIENCE: usize = 2;
+const MAX_STALLED_ITERATIONS: usize = 2;
 /// The share of samples at the limit from which a doubt is raised: about one in ten thousand is due to rounding.
-const HELD_TOLD: f64 = 1e-4;
+const DOUBT_HELD_SHARE: f64 = 1e-4;
 /// Below this correlation with the requested drive, limiting its crests raises a doubt.
 const UNLIKE: f64 = 0.98;
 
@@ -205,7 +205,7 @@ pub fn closed_loop(
     if !free && !correction.fits() {
         return Err(refused(&mut correction, function.drive.as_ref()).into());
     }
-    let mut listener = Listener {
+    let mut listener = ResponseMeter {
         bench,
         keeper,
         config,
@@ -214,7 +214,7 @@ pub fn closed_loop(
         noise: None,
     };
     let correction_welch = correction.welch().clone();
-    let noise = listener.listen(&correction_welch)?.clone();
+    let noise = listener.measure_noise(&correction_welch)?.clone();
     let hidden = correction
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
@@ -311,7 +311,7 @@ pub fn closed_loop(
         }
         Some(best) => {
             let again = once_more(&best);
-            let pairs: Vec<[Closeness; 2]> = iterations.iter().map(|i| i.measured).collect();
+            let pairs: Vec<[LoopErrors; 2]> = iterations.iter().map(|i| i.measured).collect();
             let mut closed = vec![pairs[best.number][0]];
             if let Ok((verification, _)) = &again {
                 closed.push(closeness(verification, config.correct.mode, &reached));
@@ -319,12 +319,12 @@ pub fn closed_loop(
             let gain = Gain::of(best.number, &pairs, &closed);
             let keeps = gain
                 .as_ref()
-                .is_some_and(|gain| gain.keeps(config.correct.mode, ALIKE_DB));
+                .is_some_and(|gain| gain.keeps(config.correct.mode, EQUAL_WAVEFORM_DB));
             if keeps {
                 (best, again, gain, Kept::Corrected)
             } else {
                 let further = |gain: &Gain| {
-                    [GainIn::Aim, GainIn::Spectrum]
+                    [GainCriterion::Aim, GainCriterion::Spectrum]
                         .map(|what| gain.outcome(what))
                         .contains(&Outcome::NotMet)
                 };
@@ -453,8 +453,8 @@ impl Course {
             ),
             // The strong lines dominate a waveform; among equally good waveforms the best spectrum decides.
             (Mode::Replicate, Some(so_far)) => (
-                aim_db < least_db - ALIKE_DB
-                    || aim_db < least_db + ALIKE_DB
+                aim_db < least_db - EQUAL_WAVEFORM_DB
+                    || aim_db < least_db + EQUAL_WAVEFORM_DB
                         && spectrum_db(&iteration) < spectrum_db(so_far) - SPECTRUM_DB.0,
                 aim_db > so_far.aim_db + WORSE_WAVEFORM_DB,
             ),
@@ -472,7 +472,7 @@ impl Course {
         }
         if worse {
             self.end = LoopEnd::Worse;
-        } else if self.since_best >= PATIENCE {
+        } else if self.since_best >= MAX_STALLED_ITERATIONS {
             self.end = LoopEnd::NoBetter;
         }
     }
@@ -491,7 +491,7 @@ struct Fit {
     coverage: Coverage,
     /// The attenuated bands, and their share of the lines.
     turned_down: Option<(Vec<Band>, f64)>,
-    likeness: f64,
+    crest_correlation: f64,
     held: f64,
 }
 
@@ -500,7 +500,7 @@ impl Fit {
         Self {
             coverage: correction.coverage(),
             turned_down: correction.turned_down(),
-            likeness: correction.likeness(),
+            crest_correlation: correction.crest_correlation(),
             held: correction.held(),
         }
     }
@@ -515,10 +515,11 @@ impl Fit {
                 fits_at_db: fits_at.0,
             })
         });
-        let pressed = (self.likeness < UNLIKE).then_some(Doubt::from(LoopDoubt::CrestsPressed {
-            correlation: self.likeness,
-        }));
-        let held = (self.held > HELD_TOLD).then(|| {
+        let pressed =
+            (self.crest_correlation < UNLIKE).then_some(Doubt::from(LoopDoubt::CrestsPressed {
+                correlation: self.crest_correlation,
+            }));
+        let held = (self.held > DOUBT_HELD_SHARE).then(|| {
             Doubt::from(ClippingDoubt::Clipped {
                 what: "the corrected drive".into(),
                 fraction: self.held,
@@ -546,7 +547,7 @@ fn at_a_common_rate(
     if from.hz() <= to.hz() {
         return Ok((target.clone(), None));
     }
-    let lower = brought_to(target, to, config)?;
+    let lower = resampled_to(target, to, config)?;
     let doubt = Doubt::from(ResampleDoubt::RateConverted {
         what: "the target".into(),
         from_hz: from.hz(),
@@ -599,9 +600,9 @@ fn refused(correction: &mut Correction<Acceleration>, setup: Option<&DriveSetup>
 }
 
 /// How close one measurement came, over what the inverse `reached`: the same for every drive of a loop.
-fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> Closeness {
+fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> LoopErrors {
     let spectrum_db = verification.error_db_rms_over(reached);
-    Closeness {
+    LoopErrors {
         aim_db: match mode {
             Mode::Texture => spectrum_db,
             Mode::Replicate => verification.waveform_nmse_db,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use piezotact::Doubt;
-use piezotact::correct::MishapDoubt;
+use piezotact::correct::MeasurementFaultDoubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
@@ -66,26 +66,28 @@ impl Mishap {
     #[must_use]
     pub fn doubt(&self) -> Doubt {
         match self.clone() {
-            Self::Bench { said } => MishapDoubt::BenchFailed { said }.into(),
-            Self::Correction { said } => MishapDoubt::NotCorrected { said }.into(),
+            Self::Bench { said } => MeasurementFaultDoubt::BenchFailed { said }.into(),
+            Self::Correction { said } => MeasurementFaultDoubt::NotCorrected { said }.into(),
             Self::Playback { doubt } | Self::Response { doubt } => *doubt,
             Self::Force {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
-            } => MishapDoubt::ForceNotHeld {
+            } => MeasurementFaultDoubt::ForceNotHeld {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
             }
             .into(),
-            Self::SensorClips { fraction } => MishapDoubt::SensorClips { fraction }.into(),
+            Self::SensorClips { fraction } => {
+                MeasurementFaultDoubt::SensorClips { fraction }.into()
+            }
             Self::Faint {
                 rms_m_s2,
                 noise_m_s2,
-            } => MishapDoubt::Faint {
+            } => MeasurementFaultDoubt::Faint {
                 rms_m_s2,
                 noise_m_s2,
             }
@@ -130,7 +132,7 @@ impl fmt::Display for LoopEnd {
 /// The errors of one measurement of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Closeness {
+pub struct LoopErrors {
     /// The objective of the loop, dB: see [`super::Iteration::aim_db`].
     pub aim_db: f64,
     /// The rms error of the spectrum over what the inverse reaches, dB.
@@ -141,7 +143,7 @@ pub struct Closeness {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum GainIn {
+pub enum GainCriterion {
     /// The objective of the loop.
     Aim,
     /// The spectrum error.
@@ -156,7 +158,7 @@ pub struct Gain {
     pub number: usize,
     /// The error of the open loop minus that of the corrected drive, dB, positive if the corrected drive is closer; with the
     /// interval from the spread of the loop's own pairs of measurements.
-    pub criteria: [Criterion<GainIn>; 2],
+    pub criteria: [Criterion<GainCriterion>; 2],
 }
 
 impl Gain {
@@ -167,16 +169,16 @@ impl Gain {
     /// differences d of m pairs, t Student's with m degrees of freedom.
     pub(super) fn of(
         number: usize,
-        pairs: &[[Closeness; 2]],
-        closed: &[Closeness],
+        pairs: &[[LoopErrors; 2]],
+        closed: &[LoopErrors],
     ) -> Option<Self> {
         let open = pairs.first()?;
         if closed.is_empty() {
             return None;
         }
         let t = t_quantile(pairs.len())?;
-        let gain = |what: GainIn, value: fn(&Closeness) -> f64| {
-            let over = |all: &[Closeness]| mean(&all.iter().map(value).collect::<Vec<_>>());
+        let gain = |what: GainCriterion, value: fn(&LoopErrors) -> f64| {
+            let over = |all: &[LoopErrors]| mean(&all.iter().map(value).collect::<Vec<_>>());
             let squares: f64 = pairs
                 .iter()
                 .map(|[a, b]| (value(a) - value(b)).powi(2))
@@ -195,15 +197,15 @@ impl Gain {
         Some(Self {
             number,
             criteria: [
-                gain(GainIn::Aim, |c| c.aim_db),
-                gain(GainIn::Spectrum, |c| c.spectrum_db),
+                gain(GainCriterion::Aim, |c| c.aim_db),
+                gain(GainCriterion::Spectrum, |c| c.spectrum_db),
             ],
         })
     }
 
     /// Whether it came closer in `what`.
     #[must_use]
-    pub fn outcome(&self, what: GainIn) -> Outcome {
+    pub fn outcome(&self, what: GainCriterion) -> Outcome {
         let mut of = self.criteria.iter().filter(|c| c.what == what);
         of.next().map_or(Outcome::NotDecided, |c| c.outcome)
     }
@@ -238,7 +240,7 @@ pub enum Kept {
 impl Kept {
     /// Whether it is the open loop's drive.
     #[must_use]
-    pub fn is_open(self) -> bool {
+    pub fn keeps_open_loop(self) -> bool {
         self != Self::Corrected
     }
 }
@@ -265,8 +267,8 @@ impl Looped {
     #[must_use]
     pub fn got_worse(&self) -> bool {
         let gain = self.gain.as_ref();
-        !self.kept.is_open()
-            && gain.is_some_and(|gain| gain.outcome(GainIn::Spectrum) == Outcome::NotMet)
+        !self.kept.keeps_open_loop()
+            && gain.is_some_and(|gain| gain.outcome(GainCriterion::Spectrum) == Outcome::NotMet)
     }
 
     /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
@@ -299,12 +301,12 @@ mod tests {
     fn kept(noise: &mut Noise, truths: &[f64]) -> bool {
         let mut measured = |truth: f64| {
             let db = truth + 0.05 * noise.normal();
-            Closeness {
+            LoopErrors {
                 aim_db: db,
                 spectrum_db: db,
             }
         };
-        let pairs: Vec<[Closeness; 2]> = truths
+        let pairs: Vec<[LoopErrors; 2]> = truths
             .iter()
             .map(|t| [measured(*t), measured(*t)])
             .collect();
@@ -334,7 +336,7 @@ mod tests {
     /// A waveform a little closer does not pay for a worse spectrum (0.16 to 0.28 dB), and one much closer does.
     #[test]
     fn a_worse_spectrum_is_not_kept_for_little() {
-        let at = |aim_db: f64, spectrum_db: f64| Closeness {
+        let at = |aim_db: f64, spectrum_db: f64| LoopErrors {
             aim_db,
             spectrum_db,
         };
@@ -348,7 +350,10 @@ mod tests {
         };
         assert!(!gain(-20.5, 0.28).keeps(Mode::Replicate, 0.5));
         assert!(gain(-24.0, 0.28).keeps(Mode::Replicate, 0.5));
-        assert_eq!(gain(-24.0, 0.28).outcome(GainIn::Spectrum), Outcome::NotMet);
+        assert_eq!(
+            gain(-24.0, 0.28).outcome(GainCriterion::Spectrum),
+            Outcome::NotMet
+        );
         assert!(gain(-20.5, 0.16).keeps(Mode::Replicate, 0.5));
     }
 }

@@ -26,7 +26,7 @@ pub enum PairCriterion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Telling {
+pub enum Distinguishability {
     /// They differ by more than strokes of one sample do, and by more than the published range of the JND.
     ToldApart,
     /// They differ by less than the JND, at which 75 % of judgements are right.
@@ -35,7 +35,7 @@ pub enum Telling {
     NotDecided,
 }
 
-impl Telling {
+impl Distinguishability {
     /// The outcome in plain words.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -90,21 +90,21 @@ pub struct Pair {
     /// The criteria.
     pub criteria: Vec<Criterion<PairCriterion>>,
     /// The outcome.
-    pub outcome: Telling,
+    pub outcome: Distinguishability,
 }
 
 /// The independent units of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Sampled {
+pub enum SampleUnit {
     /// Strokes are taken for independent.
     Strokes,
     /// Recordings are; the strokes of one are averaged.
     Recordings,
 }
 
-impl Sampled {
+impl SampleUnit {
     /// "strokes" or "recordings".
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -150,7 +150,7 @@ impl Groups {
     }
 
     /// The pairs with this outcome.
-    pub fn with(&self, outcome: Telling) -> impl Iterator<Item = &Pair> {
+    pub fn with(&self, outcome: Distinguishability) -> impl Iterator<Item = &Pair> {
         self.pairs
             .iter()
             .filter(move |pair| pair.outcome == outcome)
@@ -182,7 +182,7 @@ impl Pair {
     fn sentence(&self, groups: &Groups) -> String {
         let both = format!("{} and {}", groups.names[self.a], groups.names[self.b]);
         let word = self.outcome.word();
-        if self.neither_felt && self.outcome == Telling::BelowJnd {
+        if self.neither_felt && self.outcome == Distinguishability::BelowJnd {
             return format!("{word}: {both}: neither reaches the detection threshold");
         }
         let halves = groups.within_jnd[self.a]
@@ -193,7 +193,7 @@ impl Pair {
             format!(" (95 %: {low:.2}–{high:.2}; halves of one sample: {halves:.2})")
         });
         let why = match self.outcome {
-            Telling::NotDecided => format!("; {}", self.open_because()),
+            Distinguishability::NotDecided => format!("; {}", self.open_because()),
             _ => String::new(),
         };
         format!(
@@ -211,14 +211,18 @@ impl Groups {
             return self.pairs.iter().map(|p| p.sentence(self)).collect();
         }
         let mut sentences = Vec::new();
-        for outcome in [Telling::ToldApart, Telling::BelowJnd, Telling::NotDecided] {
+        for outcome in [
+            Distinguishability::ToldApart,
+            Distinguishability::BelowJnd,
+            Distinguishability::NotDecided,
+        ] {
             sentences.push(format!(
                 "{}: {} of {} pairs",
                 outcome.word(),
                 self.with(outcome).count(),
                 self.pairs.len()
             ));
-            if outcome == Telling::BelowJnd {
+            if outcome == Distinguishability::BelowJnd {
                 let sets = self.below_by_name();
                 sentences.extend(sets.iter().map(|set| format!("  {}", set.join(", "))));
             }
