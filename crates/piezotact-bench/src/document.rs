@@ -9,7 +9,7 @@ use piezotact::quantity::{Band, SampleRate, Seconds};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::{GainFit, Headroom, RenderedDrive, gains_for};
 use piezotact::run::Attempt;
-use piezotact::transfer::Distortion;
+use piezotact::transfer::{Bias, Distortion, Limits};
 use piezotact::verify::Verification;
 use serde::Serialize;
 
@@ -43,6 +43,10 @@ impl From<&Refused> for RefusedAttempt {
 pub struct CharacteriseDocument<'a> {
     /// The file that holds it.
     pub out: &'a Path,
+    /// What the confidence limits hold.
+    pub limits: Limits,
+    /// How far H2 lies above H1 from 20 Hz on; absent where no line lies there.
+    pub bias: Option<Bias>,
     /// How many segments were averaged.
     pub averages: usize,
     /// As many independent ones scatter as much.
@@ -88,6 +92,8 @@ impl<'a> CharacteriseDocument<'a> {
         let function = &measured.function;
         Self {
             out,
+            limits: function.limits(),
+            bias: function.bias(function.felt_band()),
             averages: function.averages,
             effective_averages: function.effective_averages,
             resolution_hz: function.resolution_hz(),

@@ -55,7 +55,7 @@ pub use topography::{
     write_sur,
 };
 pub use transfer_file::{
-    TransferFormat, holds_transfer, read_transfer, transfer_formats, write_transfer,
-    write_transfer_as,
+    TransferFormat, holds_transfer, read_transfer, stored_transfer, transfer_formats,
+    write_transfer, write_transfer_as,
 };
 pub use transfer_json::{ConfidenceColumns, TransferDocument};

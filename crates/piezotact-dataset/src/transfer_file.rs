@@ -127,8 +127,27 @@ pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
     }
 }
 
-/// Whether the file at `path` holds a transfer function rather than a recording, by its content; `false` for what
-/// cannot be read.
+/// The transfer function that an analyser stored beside the time signals in the file at `path`; `None` where there is none,
+/// or nothing else ([`holds_transfer`]).
+///
+/// # Errors
+/// As [`read_transfer`].
+pub fn stored_transfer(path: &Path) -> Result<Option<TransferDocument>, ReadError> {
+    let mut file = Opened::open(path)?;
+    match format::recognise(&TRANSFERS, &mut file)? {
+        Some(format) if matches!(format.kind, TransferFormat::Matlab) => {
+            let file = matlab::parse_mat(path, file.bytes()?)?;
+            if matlab::holds_both(&file) {
+                matlab::transfer_of(path, file).map(Some)
+            } else {
+                Ok(None)
+            }
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Whether the file at `path` holds a transfer function and no recording, by its content; `false` for what cannot be read.
 #[must_use]
 pub fn holds_transfer(path: &Path) -> bool {
     // A long recording is not read for this: its first bytes say that it is none.
@@ -308,6 +327,7 @@ pub(crate) fn from_lines(
         drive_unit: Unit::Other(String::new()),
         response_unit: Unit::Other(String::new()),
         estimator: Estimator::H1,
+        exact_drive: false,
         averages: 0,
         effective_averages: None,
         driven_hz: None,
@@ -326,6 +346,7 @@ pub(crate) fn from_lines(
         imaginary: response.iter().map(|h| h.im).collect(),
         coherence,
         confidence: None,
+        identities: None,
         attempts: Vec::new(),
         distortion: None,
     })

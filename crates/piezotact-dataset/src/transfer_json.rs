@@ -8,7 +8,9 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::About;
-use piezotact::transfer::{Confidence, Distortion, Estimator, TransferFunction};
+use piezotact::transfer::{
+    Confidence, Distortion, Estimator, Limits, StoredIdentities, TransferFunction,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ReadError;
@@ -26,6 +28,9 @@ pub struct TransferDocument {
     /// How it was estimated.
     #[serde(default = "h1")]
     pub estimator: Estimator,
+    /// Whether the drive is known without noise: it is the signal that was sent, not a measurement of it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub exact_drive: bool,
     /// The number of segments averaged; 0 when not known.
     #[serde(default)]
     pub averages: usize,
@@ -55,6 +60,9 @@ pub struct TransferDocument {
     /// How far every line may be off; written for other programs, as it follows from coherence and averages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<ConfidenceColumns>,
+    /// How a stored function agrees with the spectra that were stored beside it; absent where none were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identities: Option<StoredIdentities>,
     /// The attempts at the measurement with what was judged of each; none where nothing was judged, or nobody knows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attempts: Vec<Attempt>,
@@ -63,9 +71,12 @@ pub struct TransferDocument {
     pub distortion: Option<Distortion>,
 }
 
-/// 95 % confidence limits as they stand in a file.
+/// The limits of every line as they stand in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceColumns {
+    /// What the limits hold: `best_linear` with 95 % confidence, or `scatter`, the random error alone.
+    #[serde(default = "scatter")]
+    pub of: Limits,
     /// The lower limit of the magnitude of every line.
     pub low: Vec<f64>,
     /// The upper limit; absent where there is none.
@@ -78,6 +89,7 @@ impl From<Confidence> for ConfidenceColumns {
     fn from(confidence: Confidence) -> Self {
         let known = |high: f64| high.is_finite().then_some(high);
         Self {
+            of: confidence.of,
             low: confidence.low,
             high: confidence.high.into_iter().map(known).collect(),
             phase_reach_rad: confidence.phase_reach_rad,
@@ -91,6 +103,10 @@ fn full_scale() -> Unit {
 
 fn acceleration() -> Unit {
     Unit::MetrePerSecondSquared
+}
+
+fn scatter() -> Limits {
+    Limits::Scatter
 }
 
 fn h1() -> Estimator {
@@ -119,6 +135,7 @@ impl TransferDocument {
             drive_unit,
             response_unit,
             estimator: function.estimator,
+            exact_drive: function.exact_drive,
             averages: function.averages,
             effective_averages: Some(function.effective_averages),
             driven_hz: function.driven,
@@ -130,6 +147,7 @@ impl TransferDocument {
             imaginary: function.response().iter().map(|h| h.im).collect(),
             coherence: function.coherence().to_vec(),
             confidence: function.confidence().map(ConfidenceColumns::from),
+            identities: None,
             attempts: Vec::new(),
             distortion: None,
         }
@@ -231,6 +249,7 @@ impl TransferDocument {
             function.effective_averages = effective;
         }
         function.driven = self.driven_hz;
+        function.exact_drive = self.exact_drive;
         // What was doubted when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.about.doubts);
         function.about.doubts.clone_from(&self.about.doubts);

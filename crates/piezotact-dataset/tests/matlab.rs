@@ -22,7 +22,7 @@ use piezotact_dataset::matlab::{
 };
 use piezotact_dataset::{
     FileKind, ReadError, ReadOptions, TransferDocument, holds_transfer, read_recording,
-    read_transfer, write_transfer,
+    read_transfer, stored_transfer, write_transfer,
 };
 
 fn files() -> Vec<PathBuf> {
@@ -360,7 +360,62 @@ fn time_signals_of_others_become_recordings() {
             .collect();
         assert_eq!(names, ["Time_chan_1", "Time_chan_2"]);
         assert_eq!(recording.len(), 4096);
+        // The stated rate, not the one of times in single precision (1279.95 Hz).
+        assert_eq!(recording.rate().hz(), 1280.0);
+        assert!(!holds_transfer(&path));
     }
+}
+
+/// The function that an analyser stored is read, and agrees with its own spectra within the rounding of singles.
+#[test]
+fn a_stored_function_is_read_and_checked_with_its_own_spectra() {
+    let Some(path) = shared_data::shared("data/frf/vibrationtesting/case1.mat") else {
+        return;
+    };
+    let stored = stored_transfer(&path).unwrap().unwrap();
+    let case = case1().unwrap();
+    assert_eq!(stored.frequency_hz.len(), 1601);
+    assert!((stored.frequency_hz[1] - 0.3125).abs() < 1e-12);
+    for (k, h) in case.h.iter().enumerate() {
+        let ratio = case.gxy[k] / case.gxx[k];
+        let read = Complex::new(stored.real[k], stored.imaginary[k]);
+        assert!(
+            (read - ratio).norm() < 1.1e-7 * ratio.norm() && read == *h,
+            "{k}"
+        );
+        assert_eq!(stored.coherence[k], case.coherence[k]);
+    }
+    let found = stored.identities.as_ref().unwrap();
+    assert_eq!(
+        (found.estimator, found.conjugate, found.lines),
+        (Estimator::H1, false, 1601)
+    );
+    assert!(found.response_difference < 1.1e-7 && found.coherence_difference.unwrap() < 1e-6);
+    let function = stored.function::<Uncalibrated, Uncalibrated>(&path);
+    // Without units it is read as what it says it is.
+    drop(function);
+    assert_eq!(read_transfer(&path).unwrap(), stored);
+
+    // A line that does not follow from the stored spectra is doubted.
+    let bytes = std::fs::read(&path).unwrap();
+    let needle: Vec<u8> = case.h[800].re.to_le_bytes().to_vec();
+    let at = bytes
+        .windows(8)
+        .position(|window| window == needle)
+        .unwrap();
+    let mut damaged = bytes.clone();
+    damaged[at..at + 8].copy_from_slice(&(case.h[800].re * 3.0).to_le_bytes());
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("damaged.mat");
+    std::fs::write(&other, damaged).unwrap();
+    let doubts = stored_transfer(&other).unwrap().unwrap().about.doubts;
+    assert!(
+        doubts.iter().any(|doubt| matches!(
+            doubt.kind(),
+            Some(TransferDoubt::StoredDiffers { at_hz: 250.0, .. })
+        )),
+        "{doubts:?}"
+    );
 }
 
 fn document() -> TransferDocument {
@@ -368,7 +423,9 @@ fn document() -> TransferDocument {
     TransferDocument {
         drive_unit: Unit::FullScale,
         response_unit: Unit::MetrePerSecondSquared,
-        estimator: Estimator::H2,
+        estimator: Estimator::HvAt { noise_ratio: 0.25 },
+        exact_drive: true,
+        identities: None,
         effective_averages: Some(37.5),
         driven_hz: None,
         confidence: None,

@@ -172,7 +172,11 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
     TransferDocument {
         drive_unit: Unit::FullScale,
         response_unit: Unit::MetrePerSecondSquared,
-        estimator: Estimator::H2,
+        estimator: Estimator::HvAt {
+            noise_ratio: 2.5e-3,
+        },
+        exact_drive: false,
+        identities: None,
         effective_averages: Some(37.5),
         driven_hz: None,
         confidence: None,

@@ -3,7 +3,7 @@
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, standard_deviation};
-use piezotact::transfer::{Distortion, DistortionLevels, TransferFunction};
+use piezotact::transfer::{Distortion, DistortionLevels, Estimator, TransferFunction};
 use piezotact::verify::{Beside, Tones, UninvertedPrediction, Verification};
 
 use crate::chart::{self, HEIGHT};
@@ -454,7 +454,7 @@ fn stretch(
 }
 
 /// Magnitude, phase and coherence of a transfer function in `unit`: three figures over one axis, the first two with their
-/// 95 % confidence where it is known.
+/// limits where they are known, the first with the area between H1 and H2.
 pub(crate) fn transfer<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
@@ -485,36 +485,63 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             phases.push((hz, phase_of(line) - reach, phase_of(line) + reach));
         }
     }
+    let bounds = function.bias_bounds();
+    let between: Vec<(f64, f64, f64)> = lines
+        .iter()
+        .map(|(line, hz)| {
+            (
+                *hz,
+                db(bounds[*line][0]),
+                db(bounds[*line][1]).min(high + 40.0),
+            )
+        })
+        .collect();
+    let other = |label: &str, bound: usize| {
+        let points = lines
+            .iter()
+            .map(|(line, hz)| (*hz, db(bounds[*line][bound])))
+            .filter(|(_, db)| db.is_finite());
+        Line::new(label, OTHER, points.collect()).thin()
+    };
+    let others = match function.estimator {
+        Estimator::H1 => vec![other("H2", 1).ribbon(between)],
+        Estimator::H2 => vec![other("H1", 0).ribbon(between)],
+        Estimator::Hv | Estimator::HvAt { .. } => {
+            vec![other("H1", 0).ribbon(between), other("H2", 1)]
+        }
+    };
+    let shown_name = function.estimator.to_string();
     // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
     let lowest = function
         .coherence_in(band)
         .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
     let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
-    let chart = |label: &str, (low, high): (f64, f64), line: Line| Chart {
+    let chart = |label: &str, (low, high): (f64, f64), lines: Vec<Line>| Chart {
         shaded: vec![(band.low().0, band.high().0)],
         ..Chart::new(
             Axis::log("frequency, Hz", from, to),
             Axis::new(label, low, high),
-            vec![line.thin()],
+            lines,
         )
     };
+    let mut all = others;
+    all.push(
+        Line::new(shown_name, MEASURED, magnitude)
+            .ribbon(magnitudes)
+            .thin(),
+    );
     Ok(vec![
-        chart(
-            &format!("|H|, dB re 1 {unit}"),
-            (low, high),
-            Line::new("", MEASURED, magnitude).ribbon(magnitudes),
-        )
-        .svg(HEIGHT - 20)?,
+        chart(&format!("|H|, dB re 1 {unit}"), (low, high), all).svg(HEIGHT - 20)?,
         chart(
             "phase including delay, °",
             (-180.0, 180.0),
-            Line::new("", TARGET, phase).ribbon(phases),
+            vec![Line::new("", TARGET, phase).ribbon(phases).thin()],
         )
         .svg(HEIGHT - 80)?,
         chart(
             "coherence",
             (floor, 1.0 + 0.05 * (1.0 - floor)),
-            Line::new("", OTHER, coherence),
+            vec![Line::new("", OTHER, coherence).thin()],
         )
         .svg(HEIGHT - 80)?,
     ])

@@ -4,17 +4,30 @@ use maud::{Markup, html};
 use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact::quantity::{Band, Quantity, Unit};
-use piezotact::transfer::{Distortion, TransferFunction};
+use piezotact::transfer::{Bias, Distortion, Limits, TransferFunction};
 
 use crate::report::drawn_doubts_and;
 use crate::{DrawError, bench_text, document, figure, figures};
 
-/// What magnitude, phase and coherence say.
-pub(crate) const CAPTIONS: [&str; 3] = [
-    "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line.",
-    "Phase. Area behind the curve: 95 % confidence interval.",
-    "Coherence: the share of the response power that the drive explains linearly.",
-];
+/// What magnitude, phase and coherence with such limits say.
+pub(crate) fn captions(limits: Limits) -> [&'static str; 3] {
+    let coherence = "Coherence: the share of the response power that the drive explains linearly.";
+    match limits {
+        Limits::BestLinear => [
+            "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line, of the best linear approximation \
+                at the level of this drive. H2 is above H1 by the noise on the response and by the distortion.",
+            "Phase. Area behind the curve: 95 % confidence interval.",
+            coherence,
+        ],
+        Limits::Scatter => [
+            "Magnitude. Area behind the curve: scatter of the estimate, that is its random error only. Other area: from H1 to H2. \
+                Noise on the drive makes H1 too small, noise on the response makes H2 too large: for a linear system the \
+                true magnitude lies between them.",
+            "Phase. Area behind the curve: scatter of the estimate.",
+            coherence,
+        ],
+    }
+}
 
 /// What a report of a transfer function shows.
 #[derive(Clone, Debug)]
@@ -80,7 +93,7 @@ pub fn html<I: Quantity, O: Quantity>(
         }
         section {
             h2 { "Transfer function" }
-            @for (svg, caption) in figures.iter().zip(CAPTIONS) { (figure(svg, caption)) }
+            @for (svg, caption) in figures.iter().zip(captions(function.limits())) { (figure(svg, caption)) }
             p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
         }
         @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
@@ -113,11 +126,14 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     html! {
         section.verdict {
-            strong { (format!("{:?} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
+            strong { (format!("{} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
             div.numbers {
                 @if let Some(reach_db) = function.median_reach_db(judged) {
                     @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
-                    (number(reach, &format!("95 % confidence interval of the median line over {judged}")))
+                    (number(reach, &format!("{} of the median line over {judged}", limits_name(function.limits()))))
+                }
+                @if let Some(bias) = function.bias(judged) {
+                    (number(bias.median_db.map_or_else(|| "unknown".into(), |db| format!("{db:.2} dB")), &bias_text(&bias)))
                 }
                 @if let Some(coherence) = function.coherence_in(judged) {
                     (number(format!("{:.3}", coherence.median), "median coherence"))
@@ -136,6 +152,27 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                 }
             }
         }
+    }
+}
+
+/// What limits are called.
+fn limits_name(limits: Limits) -> &'static str {
+    match limits {
+        Limits::BestLinear => "95 % confidence interval",
+        Limits::Scatter => "scatter (random error only)",
+    }
+}
+
+fn bias_text(bias: &Bias) -> String {
+    match bias.largest_db {
+        Some(db) => format!(
+            "H2 above H1 at the median line; at most {db:.1} dB, at {:.0} Hz",
+            bias.largest_at_hz
+        ),
+        None => format!(
+            "H2 above H1 at the median line; without limit at {:.0} Hz",
+            bias.largest_at_hz
+        ),
     }
 }
 

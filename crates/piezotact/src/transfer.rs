@@ -4,6 +4,7 @@
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
 mod between;
+mod bias;
 mod broken;
 mod bundle;
 mod clock;
@@ -11,26 +12,31 @@ mod confidence;
 mod cross;
 mod document;
 mod doubt;
+mod estimator;
 mod judge;
 mod multisine;
 mod periodic;
 mod related;
 mod repeats;
+mod stored;
 
 pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
+pub use bias::Bias;
 pub(crate) use bundle::level_db;
 pub use bundle::{
     Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
 pub use clock::{OneClock, on_one_clock, prepared};
-pub use confidence::Confidence;
+pub use confidence::{Confidence, Limits};
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use document::EstimateDocument;
 pub use doubt::TransferDoubt;
+pub use estimator::Estimator;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};
+pub use stored::StoredIdentities;
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -47,38 +53,6 @@ use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 
-/// Which ratio of spectra estimates the transfer function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub enum Estimator {
-    /// Sxy/Sxx: unbiased by noise on the response.
-    H1,
-    /// Syy/Syx: unbiased by noise on the drive.
-    H2,
-    /// √(Syy/Sxx)·Sxy/|Sxy|: between the two, for noise with the same share of power in both signals.
-    Hv,
-}
-
-impl Estimator {
-    /// The estimator of this name, in letters of any case.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::H1, Self::H2, Self::Hv]
-            .into_iter()
-            .find(|estimator| estimator.name().eq_ignore_ascii_case(name.trim()))
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::H1 => "H1",
-            Self::H2 => "H2",
-            Self::Hv => "Hv",
-        }
-    }
-}
-
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
 /// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,6 +64,8 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub rate: SampleRate,
     /// How it was estimated.
     pub estimator: Estimator,
+    /// Whether the drive is known without noise: it is the signal that was sent, not a measurement of it.
+    pub exact_drive: bool,
     /// The number of segments averaged.
     pub averages: usize,
     /// The equivalent number of independent segments, with the same scatter; 0 when not known.
@@ -134,6 +110,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             Estimator::H1 => spectra.h1(),
             Estimator::H2 => spectra.h2(),
             Estimator::Hv => spectra.hv(),
+            Estimator::HvAt { noise_ratio } => spectra.hv_for(noise_ratio),
         };
         let mut function = Self::from_lines(
             response,
@@ -246,6 +223,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             resolution_hz,
             rate,
             estimator,
+            exact_drive: false,
             averages,
             about: About {
                 doubts,
@@ -414,7 +392,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown)
     }
 
-    /// The median of half the width of the 95 % confidence limits over the lines of `band`, dB; infinite where most have no lower
+    /// The median of half the width of the limits ([`Self::confidence`]) over the lines of `band`, dB; infinite where most have no lower
     /// limit, `None` where none are known.
     #[must_use]
     pub fn median_reach_db(&self, band: Band) -> Option<f64> {
@@ -530,7 +508,7 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
     let spectra = cross::cross_spectra_of(drive, response, config, &|cut| !lost(cut))?;
     let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
     function.about.provenance.steps.push(format!(
-        "transfer function {estimator:?}, {} window, segments of {} samples, {} % overlap, {} averages",
+        "transfer function {estimator}, {} window, segments of {} samples, {} % overlap, {} averages",
         config.window.name(),
         config.segment,
         (config.overlap * 100.0).round(),

@@ -4,6 +4,7 @@ mod clocks;
 mod conjugate_trap;
 mod correct;
 mod correct_parts;
+mod coverage;
 mod discrimination;
 mod doubts;
 mod golden_values;

@@ -110,7 +110,7 @@ pub(crate) enum EstimatorName {
     H1,
     /// Syy/Syx, unbiased by noise on the drive.
     H2,
-    /// Their geometric mean, for noise on both.
+    /// For noise on both: their geometric mean, or the total least squares for --noise-ratio.
     Hv,
 }
 
@@ -132,6 +132,14 @@ pub(crate) struct Transfer {
     /// The estimator of the transfer function.
     #[arg(long, value_enum, default_value = "h1")]
     pub(crate) estimator: EstimatorName,
+    /// For --estimator hv: the power of the noise on the response over that on the drive, in (units of the response per
+    /// unit of the drive)². Without it Hv is the geometric mean of H1 and H2.
+    #[arg(long, value_name = "RATIO")]
+    pub(crate) noise_ratio: Option<f64>,
+    /// The drive channel holds the signal that was sent, not a measurement of it: it has no noise. Only then are the limits
+    /// of H1 95 % confidence limits of the best linear approximation.
+    #[arg(long)]
+    pub(crate) exact_drive: bool,
     /// The amplifier and the actuator: drv2667 (that of the thesis, the default), fixed, or a TOML file that
     /// describes them.
     #[arg(long, value_name = "NAME|FILE.toml", requires = "volts_per_full_scale")]

@@ -17,6 +17,7 @@ use piezotact_dataset::{
 };
 use piezotact_report::transfer;
 
+use super::transfer::bias_text;
 use super::{has_ending, outputs, recording_files, run_plan};
 use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
@@ -125,6 +126,7 @@ fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
         document.averages,
         document.provenance.source
     );
+    text += &bias_text(document.bias.as_ref());
     if let Some(apart_db) = document.repeats_apart_db_rms {
         text += &format!(
             "\n{} repeats; largest difference between two of them {apart_db:.2} dB rms",

@@ -9,8 +9,11 @@ use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::Condition;
 use piezotact::statistics::{mean, peak, standard_deviation};
+use piezotact::transfer::StoredIdentities;
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
-use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
+use piezotact_dataset::{
+    Contents, TransferDocument, holds_transfer, read_transfer, stored_transfer,
+};
 
 use super::read;
 use crate::advice::merged_text;
@@ -29,14 +32,22 @@ pub(crate) fn run(args: &Info) -> Outcome {
         return transfer_function(args, &read_transfer(&args.file)?);
     }
     let contents = read(&args.file, &args.reading)?;
+    let stored = match stored_transfer(&args.file)? {
+        Some(document) => Some(TransferInfo::of(&args.file, &document, shown_band()?)?),
+        None => None,
+    };
     if args.json {
-        let recording = RecordingInfo::of(&args.file, &contents);
+        let recording = RecordingInfo::of(&args.file, &contents, stored);
         return print_document(&InfoDocument::Recording(Box::new(recording)));
     }
-    recording_text(args, &contents)
+    let mut text = recording_text(args, &contents);
+    if let Some(stored) = &stored {
+        text += &transfer_text(stored);
+    }
+    print(&text)
 }
 
-fn recording_text(args: &Info, contents: &Contents) -> Outcome {
+fn recording_text(args: &Info, contents: &Contents) -> String {
     let recording = &contents.recording;
     let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
     let groups = clock_summaries(recording);
@@ -105,7 +116,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
-    print(&text)
+    text
 }
 
 /// The manipulations of a texture: of the one in a file, or of the one that a drive was rendered from.
@@ -134,17 +145,26 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
     if args.json {
         return print_document(&InfoDocument::Transfer(Box::new(info)));
     }
+    print(&format!("{}{}", info.file.display(), transfer_text(&info)))
+}
+
+fn transfer_text(info: &TransferInfo<'_>) -> String {
+    let averages = match info.averages {
+        0 => "number of averages not stated".into(),
+        averages => format!("{averages} averages"),
+    };
     let mut text = format!(
-        "{}\n  transfer function from {} to {}, {} lines to {:.1} Hz in steps of {:.3} Hz, {:?}, {} averages",
-        info.file.display(),
+        "\n  transfer function from {} to {}, {} lines to {:.1} Hz in steps of {:.3} Hz, {}, {averages}",
         info.drive_unit,
         info.response_unit,
         info.lines,
         info.highest_hz,
         info.resolution_hz,
         info.estimator,
-        info.averages
     );
+    if let Some(identities) = &info.identities {
+        text += &identities_text(identities);
+    }
     if let Some(coherence) = info.coherence {
         let _never_fails = write!(
             text,
@@ -166,5 +186,20 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
     for doubt in &info.doubts {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(doubt));
     }
-    print(&text)
+    text
+}
+
+fn identities_text(identities: &StoredIdentities) -> String {
+    let ratio = match (identities.estimator, identities.conjugate) {
+        (estimator, false) => estimator.to_string(),
+        (estimator, true) => format!("{estimator} with the conjugate cross-spectrum"),
+    };
+    let mut text = format!(
+        "\n  equals {ratio} of the stored spectra within {:.1e} (largest relative difference of {} lines, at {:.1} Hz)",
+        identities.response_difference, identities.lines, identities.response_at_hz
+    );
+    if let Some(difference) = identities.coherence_difference {
+        let _never_fails = write!(text, "; the coherence within {difference:.1e}");
+    }
+    text
 }

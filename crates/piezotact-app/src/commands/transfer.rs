@@ -8,7 +8,7 @@ use piezotact::quantity::Volts;
 use piezotact::run::lost_s;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenConfig, BetweenError, EstimateDocument, Estimator, TransferError, between_channels,
+    BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, TransferError, between_channels,
 };
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
 use piezotact_report::transfer::{Page, html};
@@ -30,11 +30,8 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         drive: &args.drive,
         response: &args.response,
         welch: WelchConfig::hann(args.segment),
-        estimator: match args.estimator {
-            EstimatorName::H1 => Estimator::H1,
-            EstimatorName::H2 => Estimator::H2,
-            EstimatorName::Hv => Estimator::Hv,
-        },
+        estimator: estimator(args)?,
+        exact_drive: args.exact_drive,
         volts_per_full_scale: args.volts_per_full_scale.map(Volts),
         setup: setup(args, contents.setup.as_ref())?,
         lost_s: lost_s(&contents.recording.about.doubts),
@@ -60,14 +57,51 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     print(&text(&document, found.function.response().len()))
 }
 
+/// How far H2 lies above H1, as a further line of text.
+pub(crate) fn bias_text(bias: Option<&Bias>) -> String {
+    let Some(Bias {
+        median_db: Some(median_db),
+        largest_db,
+        largest_at_hz,
+        band_hz,
+    }) = bias
+    else {
+        return String::new();
+    };
+    let largest = largest_db.map_or_else(|| "unlimited".into(), |db| format!("{db:.1} dB"));
+    format!(
+        "\nH2 is above H1 by {median_db:.2} dB at the median line and at most by {largest} (at {largest_at_hz:.0} Hz) over {band_hz}"
+    )
+}
+
+/// The estimator of the options.
+fn estimator(args: &Transfer) -> Outcome<Estimator> {
+    match (args.estimator, args.noise_ratio) {
+        (EstimatorName::H1, None) => Ok(Estimator::H1),
+        (EstimatorName::H2, None) => Ok(Estimator::H2),
+        (EstimatorName::Hv, None) => Ok(Estimator::Hv),
+        (EstimatorName::Hv, Some(ratio)) => Estimator::hv_at(ratio).ok_or_else(|| {
+            usage(anyhow!(
+                "expected a --noise-ratio above 0, found {ratio}; without noise on the drive use --estimator h1, without noise on \
+                    the response --estimator h2"
+            ))
+        }),
+        (EstimatorName::H1 | EstimatorName::H2, Some(_)) => Err(usage(anyhow!(
+            "expected --estimator hv with --noise-ratio, found another; H1 and H2 assume noise on one channel only"
+        ))),
+    }
+}
+
 fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
     format!(
-        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, from {} to {}",
+        "wrote {}: {}, {lines} frequency lines in steps of {:.2} Hz from {} averages, from {} to {}{}",
         document.out.display(),
+        document.estimator,
         document.resolution_hz,
         document.averages,
         document.drive_unit,
-        document.response_unit
+        document.response_unit,
+        bias_text(document.bias.as_ref())
     )
 }
 

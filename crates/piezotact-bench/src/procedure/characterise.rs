@@ -167,6 +167,8 @@ pub fn transfer_of(
         }
     };
     function.about.doubts.extend(clocks);
+    // The drive is the signal that was sent.
+    function.exact_drive = true;
     // The onset and end of a drive have power outside its band, which does not count as driven.
     function.set_driven_band(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);

@@ -9,7 +9,7 @@ use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Secon
 use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact::transfer::{CoherenceSummary, Distortion, Estimator};
+use piezotact::transfer::{CoherenceSummary, Distortion, Estimator, StoredIdentities};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
@@ -106,6 +106,9 @@ pub struct RecordingInfo<'a> {
     pub drive_setup: Option<&'a DriveSetup>,
     /// How the drive was made.
     pub rendering: Option<&'a Rendering>,
+    /// The transfer function that an analyser stored beside the signals; absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stored_transfer: Option<TransferInfo<'a>>,
     /// What limits it.
     pub doubts: Vec<Merged>,
 }
@@ -131,9 +134,13 @@ pub fn clock_summaries(recording: &Recording) -> Vec<ClockSummary> {
 }
 
 impl<'a> RecordingInfo<'a> {
-    /// What was read from `file`.
+    /// What was read from `file`, with the transfer function stored in it.
     #[must_use]
-    pub fn of(file: &'a Path, contents: &'a Contents) -> Self {
+    pub fn of(
+        file: &'a Path,
+        contents: &'a Contents,
+        stored_transfer: Option<TransferInfo<'a>>,
+    ) -> Self {
         let recording = &contents.recording;
         let annotated = recording.annotations != Annotations::default();
         Self {
@@ -157,6 +164,7 @@ impl<'a> RecordingInfo<'a> {
             provenance: &recording.about.provenance,
             drive_setup: contents.setup.as_ref(),
             rendering: contents.rendering.as_ref(),
+            stored_transfer,
             doubts: merged(&recording.about.doubts),
         }
     }
@@ -186,6 +194,9 @@ pub struct TransferInfo<'a> {
     pub averages: usize,
     /// From the lowest to the highest line that was driven; absent when not known.
     pub driven_hz: Option<Band>,
+    /// How it agrees with the spectra stored beside it; absent where none were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identities: Option<StoredIdentities>,
     /// Noise and distortion; absent where nothing told them apart.
     pub distortion: Option<Distortion>,
     /// Coherence over the band that is usually rendered; absent where no line lies in it.
@@ -221,6 +232,7 @@ impl<'a> TransferInfo<'a> {
             estimator: function.estimator,
             averages: function.averages,
             driven_hz: function.driven,
+            identities: document.identities.clone(),
             distortion: document.distortion.clone(),
             coherence: function.coherence_in(band),
             condition: function.about.condition.clone(),

@@ -3,12 +3,12 @@
 use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
-use num_complex::Complex;
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
 use piezotact::recording::Recording;
-use piezotact::transfer::Estimator;
+use piezotact::transfer::{Estimator, StoredIdentities};
 
+use super::stored;
 use super::{MatFile, MatNumbers, MatValue};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of as table_of};
 use crate::error::ReadError;
@@ -41,16 +41,18 @@ const RATES: [&str; 11] = [
     "time_sample_rate",
 ];
 const STEPS: [&str; 3] = ["dt", "delta_t", "time_step"];
-const RESPONSES: [&str; 5] = ["h", "frf", "h1", "hf", "tf"];
-const FREQUENCIES: [&str; 6] = [
+const FREQUENCIES: [&str; 7] = [
     "frequency_hz",
     "f",
     "freq",
     "frequency",
     "frequencies",
     "f_hz",
+    "freq_domain",
 ];
 const COHERENCES: [&str; 5] = ["coherence", "coh", "gamma2", "cxy", "c"];
+/// Up to this relative difference, a rate found from times differs from the stated one by the rounding of the times.
+const ROUNDED_TIMES: f64 = 1e-3;
 /// More columns than this make a matrix that is no recording.
 const MOST_CHANNELS: usize = 512;
 
@@ -199,17 +201,24 @@ pub(crate) fn recording_of(
     let found = match (&time, scalar) {
         (Some(time), scalar) => {
             let found = rate_of(path, time, &mut doubts);
-            if let (Ok(found), Some((name, stated))) = (&found, scalar)
-                && (found.hz() / stated.hz() - 1.0).abs() > 0.01
-            {
-                about.push(Doubt::from(RecordingDoubt::Guessed {
-                    what: format!(
-                        "`{name}` states {stated}, `{}` gives {found}: the second was used",
-                        time.name
-                    ),
-                }));
+            match (&found, scalar) {
+                // Times are often stored with few digits: their mean step is less exact than the stated rate.
+                (Ok(found), Some((_, stated)))
+                    if (found.hz() / stated.hz() - 1.0).abs() <= ROUNDED_TIMES =>
+                {
+                    Some(Ok(stated))
+                }
+                (Ok(found), Some((name, stated))) => {
+                    about.push(Doubt::from(RecordingDoubt::Guessed {
+                        what: format!(
+                            "`{name}` states {stated}, `{}` gives {found}: the second was used",
+                            time.name
+                        ),
+                    }));
+                    Some(Ok(*found))
+                }
+                _ => Some(found),
             }
-            Some(found)
         }
         (None, Some((_, rate))) => Some(Ok(rate)),
         (None, None) => None,
@@ -303,22 +312,32 @@ fn scalar_rate(
         .transpose()
 }
 
-/// Whether a file holds a frequency response with its frequencies.
+/// Whether a file holds a frequency response with its frequencies, and no time signals.
 pub(crate) fn holds_transfer(file: &MatFile) -> bool {
     let variables = flat(file);
-    complex_response(&variables).is_some() && by_name(&variables, &FREQUENCIES).is_some()
+    holds_response(&variables) && !holds_time_signals(&variables)
 }
 
-fn complex_response(variables: &[(String, &MatValue)]) -> Option<Vec<Complex<f64>>> {
-    RESPONSES.iter().find_map(|wanted| {
-        variables.iter().find_map(|(name, value)| match value {
-            MatValue::Numbers(numbers) if is_called(name, &[wanted]) && numbers.is_vector() => {
-                let imaginary = numbers.imaginary.as_ref()?;
-                let pairs = numbers.real.iter().zip(imaginary);
-                Some(pairs.map(|(re, im)| Complex::new(*re, *im)).collect())
-            }
-            _ => None,
-        })
+/// Whether a file holds a frequency response with its frequencies, and time signals.
+pub(crate) fn holds_both(file: &MatFile) -> bool {
+    let variables = flat(file);
+    holds_response(&variables) && holds_time_signals(&variables)
+}
+
+fn holds_response(variables: &[(String, &MatValue)]) -> bool {
+    !stored::responses(variables).is_empty() && by_name(variables, &FREQUENCIES).is_some()
+}
+
+/// A vector of times, and another of that length.
+fn holds_time_signals(variables: &[(String, &MatValue)]) -> bool {
+    let length = |value: &MatValue| value.vector().map(<[f64]>::len).filter(|len| *len > 1);
+    let time = variables.iter().find_map(|(name, value)| {
+        let length = length(value)?;
+        is_called(name, &TIMES).then_some(length)
+    });
+    time.is_some_and(|time| {
+        (variables.iter())
+            .any(|(name, value)| length(value) == Some(time) && !is_called(name, &TIMES))
     })
 }
 
@@ -328,16 +347,17 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     let real = |names: &[&str]| {
         by_name(&variables, names).and_then(|(_, value)| value.vector().map(<[f64]>::to_vec))
     };
-    let (Some(mut response), Some(frequency_hz)) =
-        (complex_response(&variables), real(&FREQUENCIES))
-    else {
+    let responses = stored::responses(&variables);
+    let (Some(found), Some(frequency_hz)) = (responses.first(), real(&FREQUENCIES)) else {
         return Err(ReadError::content(
             path,
-            "a complex vector `H` (or FRF, H1, Hf, TF) and its frequencies `f` (or freq, frequency_hz)",
+            "a complex vector `H` (or FRF, H1, Hf, TF, Hf_chan_2) and its frequencies `f` (or freq, frequency_hz)",
             listed(&variables),
             "use these variable names and save with -v7, or write the transfer function as a universal file",
         ));
     };
+    let (mut response, stored_coherence) = (found.values.clone(), found.coherence(&variables));
+    let coherence = stored_coherence.or_else(|| real(&COHERENCES));
     let text = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.text());
     let number = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.scalar());
     let (mut units, mut factor) = (Vec::new(), 1.0);
@@ -354,6 +374,17 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         *line *= factor;
     }
     let mut doubts = Vec::new();
+    if let [first, _, ..] = responses.as_slice() {
+        let names: Vec<&str> = responses.iter().map(|r| r.name.as_str()).collect();
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            what: format!(
+                "the file holds {} transfer functions ({}): `{}` is read",
+                names.len(),
+                names.join(", "),
+                first.name
+            ),
+        }));
+    }
     // What only our own files hold: everything but the columns, as JSON.
     let described = text("description").and_then(|text| {
         let document: Option<TransferDocument> = serde_json::from_str(text).ok();
@@ -362,18 +393,25 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     if let Some(described) = &described {
         doubts.clone_from(&described.about.doubts);
     }
+    let identities = found.identities(&variables, &frequency_hz);
+    doubts.extend(identities.as_ref().and_then(StoredIdentities::doubt));
     let lines = Lines {
         frequency_hz,
         response,
-        coherence: real(&COHERENCES),
+        coherence,
     };
     let mut document = from_lines(path, lines, doubts)?;
+    if let Some(identities) = &identities {
+        document.estimator = identities.estimator;
+    }
+    document.identities = identities;
     if let Some(described) = described {
         document.about.condition = described.about.condition;
         document.drive = described.drive;
         document.about.provenance = described.about.provenance;
         document.effective_averages = described.effective_averages;
         document.driven_hz = described.driven_hz;
+        document.exact_drive = described.exact_drive;
         document.distortion = described.distortion;
         document.attempts = described.attempts;
     }

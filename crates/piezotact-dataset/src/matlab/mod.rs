@@ -4,6 +4,7 @@
 //! claims is checked against the bytes it has before anything is reserved: a damaged file is an error, never a panic.
 
 mod convert;
+mod stored;
 mod v4;
 mod v5;
 mod write;
@@ -12,7 +13,7 @@ use std::path::Path;
 
 pub use write::write_mat;
 
-pub(crate) use convert::{holds_transfer, recording_of, transfer_of};
+pub(crate) use convert::{holds_both, holds_transfer, recording_of, transfer_of};
 
 use crate::error::ReadError;
 

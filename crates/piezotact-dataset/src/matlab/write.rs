@@ -37,6 +37,7 @@ pub fn write_mat(path: &Path, document: &TransferDocument) -> Result<(), WriteEr
         path: path.into(),
         source: error.into(),
     })?;
+    let estimator = document.estimator.to_string();
     let mut bytes = header();
     numbers(&mut bytes, "frequency_hz", &document.frequency_hz, None);
     numbers(&mut bytes, "H", &document.real, Some(&document.imaginary));
@@ -69,7 +70,7 @@ pub fn write_mat(path: &Path, document: &TransferDocument) -> Result<(), WriteEr
         );
     }
     let texts = [
-        ("estimator", Some(document.estimator.name())),
+        ("estimator", Some(estimator.as_str())),
         ("drive_unit", Some(document.drive_unit.symbol())),
         ("response_unit", Some(document.response_unit.symbol())),
         ("participant", condition.participant.as_deref()),

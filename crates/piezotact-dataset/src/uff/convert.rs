@@ -453,8 +453,12 @@ impl Own {
             condition: Condition::default(),
         };
         let named = |line: &String| {
-            line.split(|c: char| !c.is_ascii_alphanumeric())
-                .find_map(Estimator::named)
+            // Our own files give the noise ratio of Hv in brackets; in others a bracket may stand around the name.
+            let own = line.split(['=', ';', ' ']).find_map(Estimator::named);
+            own.or_else(|| {
+                line.split(|c: char| !c.is_ascii_alphanumeric())
+                    .find_map(Estimator::named)
+            })
         };
         if let Some(estimator) = response.id_lines.iter().find_map(named) {
             own.estimator = estimator;

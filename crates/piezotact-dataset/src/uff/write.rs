@@ -43,8 +43,7 @@ pub fn write_uff(
         .collect();
     let mut first = format!(
         "estimator={}; averages={}",
-        document.estimator.name(),
-        document.averages
+        document.estimator, document.averages
     );
     if let Some(rate) = document.rate_hz {
         first.push_str(&format!("; rate_hz={}", rate.hz()));

@@ -463,7 +463,7 @@ fn origin(page: &Page<'_>) -> Markup {
                 @if let Some(bench) = page.bench { tr { th { "bench" } td { (bench) } } }
                 @if let Some(function) = first {
                     tr { th { "first measurement" } td { (function.about.provenance.source) ol { @for step in &function.about.provenance.steps { li { (step) } } } } }
-                    tr { th { "transfer functions" } td { (format!("{:?}, {} lines every {:.2} Hz, from {} to {}", function.estimator, function.response().len(), function.resolution_hz(), page.drive_unit, page.response_unit)) } }
+                    tr { th { "transfer functions" } td { (format!("{}, {} lines every {:.2} Hz, from {} to {}", function.estimator, function.response().len(), function.resolution_hz(), page.drive_unit, page.response_unit)) } }
                     @if let Some(setup) = &function.drive {
                         tr { th { "device" } td { (format!("amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale)) } }
                     }

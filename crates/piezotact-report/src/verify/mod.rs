@@ -239,13 +239,13 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
         section {
             h2 { "Transfer function of the device with the finger on it" }
             p {
-                (format!("{:?} from {} averages in steps of {:.2} Hz", function.estimator, function.averages, function.resolution_hz()))
+                (format!("{} from {} averages in steps of {:.2} Hz", function.estimator, function.averages, function.resolution_hz()))
                 @if let Some(setup) = &function.drive {
                     (format!("; amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale))
                 }
                 "."
             }
-            @for (svg, caption) in figures.iter().zip(transfer::CAPTIONS) {
+            @for (svg, caption) in figures.iter().zip(transfer::captions(function.limits())) {
                 (figure(svg, caption))
             }
         }

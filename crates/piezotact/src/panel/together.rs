@@ -110,7 +110,7 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
     let Some(found) = criteria.iter().find(|c| c.outcome != Outcome::Met) else {
         return Ok(());
     };
-    let name = |f: &TransferFunction<I, O>| f.estimator.name().to_owned();
+    let name = |f: &TransferFunction<I, O>| f.estimator.to_string();
     let bench =
         |f: &TransferFunction<I, O>| f.about.provenance.bench.map_or_else(String::new, kind);
     Err(match found.what {

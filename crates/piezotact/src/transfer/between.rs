@@ -22,6 +22,8 @@ pub struct BetweenConfig<'a> {
     pub welch: WelchConfig,
     /// The estimator.
     pub estimator: Estimator,
+    /// Whether the drive is known without noise: the channel holds the signal that was sent, not a measurement of it.
+    pub exact_drive: bool,
     /// How many volts full scale is; where it is stated a drive in V becomes one of full scale.
     pub volts_per_full_scale: Option<Volts>,
     /// The device that played; absent for a plant without one.
@@ -124,6 +126,7 @@ pub fn between_channels(
         &missing_s,
     )?;
     function.about.doubts.extend(clocks);
+    function.exact_drive = config.exact_drive;
     if let Some(band) = recording.about.provenance.driven_hz {
         function.set_driven_band(band);
     }

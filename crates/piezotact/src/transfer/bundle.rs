@@ -279,6 +279,7 @@ pub fn average<I: Quantity, O: Quantity>(
         _ => 0.0,
     };
     averaged.driven = driven_by_all(functions)?;
+    averaged.exact_drive = functions.iter().all(|f| f.exact_drive);
     let told = match averaging {
         BundleAverage::Complex => "complex mean",
         BundleAverage::LogMagnitude => "mean of log magnitudes and phases",

@@ -192,7 +192,13 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     }
 }
 
-fn total_least_squares(cross: Complex<f64>, x: f64, y: f64, noise_ratio: f64) -> Complex<f64> {
+/// As [`CrossSpectra::hv_for`], of one line.
+pub(super) fn total_least_squares(
+    cross: Complex<f64>,
+    x: f64,
+    y: f64,
+    noise_ratio: f64,
+) -> Complex<f64> {
     if cross.norm_sqr() <= 0.0 {
         return Complex::default();
     }

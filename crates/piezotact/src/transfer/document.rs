@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::TransferFunction;
+use super::{Bias, Estimator, Limits, TransferFunction};
 use crate::document::Content;
 use crate::doubt::{Merged, merged};
 use crate::quantity::{Band, Quantity, Unit};
@@ -19,6 +19,12 @@ pub struct EstimateDocument<'a> {
     pub drive_unit: &'a Unit,
     /// The unit of the response.
     pub response_unit: &'a Unit,
+    /// How it was estimated.
+    pub estimator: Estimator,
+    /// What the confidence limits hold.
+    pub limits: Limits,
+    /// How far H2 lies above H1 from 20 Hz on; absent where no line lies there.
+    pub bias: Option<Bias>,
     /// How many segments were averaged.
     pub averages: usize,
     /// From the lowest to the highest line that was driven; absent when not known.
@@ -47,6 +53,9 @@ impl<'a> EstimateDocument<'a> {
             out,
             drive_unit,
             response_unit,
+            estimator: function.estimator,
+            limits: function.limits(),
+            bias: function.bias(function.felt_band()),
             averages: function.averages,
             driven_hz: function.driven,
             resolution_hz: function.resolution_hz(),

@@ -110,6 +110,15 @@ doubts! {
             /// Of how many.
             of: usize,
         },
+        /// A stored transfer function does not follow from the spectra stored beside it.
+        StoredDiffers("stored_differs") {
+            /// The largest difference, as a share of the value.
+            difference: f64,
+            /// Where, Hz.
+            at_hz: f64,
+            /// The largest difference of the coherence.
+            coherence_difference: f64,
+        },
         /// Drive and response are no more coherent than two unrelated signals.
         Unrelated("unrelated") {
             /// The mean coherence of the lines that are driven.
@@ -146,6 +155,7 @@ impl DoubtKind for TransferDoubt {
             Self::ClocksDiffer { .. } => vec![Advice::OneClock],
             Self::SamplesMissing { .. } => vec![Advice::CloseOtherPrograms, MeasureAgain],
             Self::SegmentsLeftOut { .. } => vec![MeasureAgain],
+            Self::StoredDiffers { .. } => vec![Advice::AskExporter],
             Self::Unrelated { .. } => vec![Check(Subject::ChannelsAndSensor), MeasureLonger],
         }
     }
@@ -222,6 +232,12 @@ impl fmt::Display for TransferDoubt {
             Self::SegmentsLeftOut { left_out, of } => write!(
                 f,
                 "{left_out} of {of} segments contain lost samples, and were left out"
+            ),
+            Self::StoredDiffers { difference, at_hz, coherence_difference } => write!(
+                f,
+                "the stored transfer function differs from the ratio of the stored spectra by up to {} (at {at_hz:.1} Hz), and its \
+                    coherence by up to {coherence_difference:.2}: it was estimated otherwise, or the file was changed",
+                percent(*difference)
             ),
             Self::Unrelated { coherence, limit, averages } => write!(
                 f,

@@ -4,7 +4,7 @@ use crate::transfer::TransferDoubt;
 use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
-use super::{BundleError, Estimator, TransferFunction};
+use super::{BundleError, TransferFunction};
 use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
@@ -13,7 +13,7 @@ use crate::statistics::rms;
 /// recording. Coherence falls where they disagree. Condition, device and provenance are those of the first.
 ///
 /// Formula: H1 = Σw·H1ᵢ, γ² = |H1|²/Σ(w·|H1ᵢ|²/γᵢ²), with w the share of the averages, as the drive's power is the same;
-/// H2 = H1/γ², Hv = H1/γ.
+/// the others follow from both: H2 = H1/γ², Hv = H1/γ, total least squares.
 ///
 /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2.4, with Syy = |H|²·Sxx/γ².
 ///
@@ -35,7 +35,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
         let weight = repeat.averages.max(1) as f64 / all;
         for (line, (h, coherence)) in repeat.response.iter().zip(&repeat.coherence).enumerate() {
             if *coherence > 0.0 {
-                let h1 = *h * part_of_h1(repeat.estimator, *coherence);
+                let h1 = repeat.estimator.h1_of(*h, *coherence);
                 cross[line] += h1 * weight;
                 power[line] += weight * h1.norm_sqr() / coherence;
             }
@@ -55,13 +55,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
     let response = cross
         .iter()
         .zip(&coherence)
-        .map(|(h1, coherence)| {
-            if *coherence > 0.0 {
-                h1 / part_of_h1(first.estimator, *coherence)
-            } else {
-                Complex::default()
-            }
-        })
+        .map(|(h1, coherence)| first.estimator.of_h1(*h1, *coherence))
         .collect();
     let mut one = TransferFunction::from_lines(
         response,
@@ -76,6 +70,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
     .map_err(BundleError::Transfer)?;
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
     one.driven = first.driven;
+    one.exact_drive = repeats.iter().all(|r| r.exact_drive);
     one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
     one.about.provenance.clone_from(&first.about.provenance);
@@ -99,15 +94,6 @@ pub fn pooled<I: Quantity, O: Quantity>(
         .provenance
         .then(format!("{} repeats as one estimate", repeats.len()));
     Ok(one)
-}
-
-/// The ratio of H1 to an estimate with this coherence: H2 = H1/γ², Hv = H1/γ.
-fn part_of_h1(estimator: Estimator, coherence: f64) -> f64 {
-    match estimator {
-        Estimator::H1 => 1.0,
-        Estimator::H2 => coherence,
-        Estimator::Hv => coherence.sqrt(),
-    }
 }
 
 /// The largest difference between two of `repeats` within `band`: the rms over the lines of the difference of their
