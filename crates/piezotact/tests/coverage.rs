@@ -289,9 +289,9 @@ fn h1_and_h2_bound_the_bias_of_a_linear_plant() {
             for line in 4..SEGMENT / 2 - 2 {
                 let truth = plant(line as f64 * spectra.resolution_hz).norm();
                 let [h1, h2] = bounds[line];
-                // What is left of scatter in 8000 segments: 1 %.
+                // Four standard deviations of what is left of the scatter of some 7500 independent segments.
                 assert!(
-                    h1 < 1.01 * truth && truth < 1.01 * h2,
+                    h1 < 1.035 * truth && truth < 1.035 * h2,
                     "{noise:?} {line}: {h1} {truth} {h2}"
                 );
                 assert!(

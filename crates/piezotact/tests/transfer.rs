@@ -565,13 +565,17 @@ fn multisines_tell_noise_from_distortion() {
     }
 }
 
-/// The square does not touch the odd lines: the best linear approximation is the plant's response. Over 24 measurements, each with
+/// The square does not touch the odd lines: the best linear approximation is the plant's response. Over 12 measurements, each with
 /// its own phases and noise, the limits that are called 95 % hold it on 93–97 % of the lines.
 #[test]
 fn the_best_linear_approximation_of_multisines_lies_within_its_limits() {
     let (mut held, mut lines) = (0u32, 0u32);
-    for seed in 0..24 {
-        let (drive, response) = multisines_of(0.2, 0.1, 100 + seed);
+    for seed in 0..12 {
+        let (mut drive, mut response) = multisines_of(0.2, 0.1, 100 + seed);
+        // The onset may be found some samples late: the recording goes on a little.
+        for signal in [&mut drive, &mut response] {
+            signal.extend([0.0; 50]);
+        }
         let mut found = best_linear(
             &series::<Drive>(drive),
             &series::<Acceleration>(response),
@@ -655,11 +659,11 @@ fn sweeps_give_the_plant() {
     }
 }
 
-/// The limits of sweeps that are called 95 % hold the plant on 93–97 % of the lines of 30 measurements.
+/// The limits of sweeps that are called 95 % hold the plant on 93–97 % of the lines of 15 measurements.
 #[test]
 fn the_limits_of_sweeps_hold_the_plant() {
     let (mut held, mut lines) = (0u32, 0u32);
-    for seed in 0..30 {
+    for seed in 0..15 {
         let mut function = sweeps(50 + seed);
         function.exact_drive = true;
         let confidence = function.confidence().unwrap();
