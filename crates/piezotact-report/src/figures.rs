@@ -476,6 +476,8 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
     let phase = drawn(&phase_of);
     let coherence = drawn(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
+    // Room for the legend.
+    let high = high + 0.3 * (high - low);
     let limits = function.confidence();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     if let Some(limits) = &limits {

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-4;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StoredIdentities {
-    /// The ratio of the stored spectra that is closest to the stored function.
+    /// The ratio of the stored spectra that is closest to the stored function at the median line.
     pub estimator: Estimator,
     /// Whether it is the ratio with the conjugate of the stored cross-spectrum.
     pub conjugate: bool,
@@ -73,7 +73,7 @@ impl StoredIdentities {
         });
         let closest = candidates
             .filter_map(|(estimator, conjugate, found)| Some((estimator, conjugate, found?)))
-            .min_by(|a, b| a.2.difference.total_cmp(&b.2.difference));
+            .min_by(|a, b| a.2.median.total_cmp(&b.2.median));
         let own = spectra.coherence();
         let coherence_difference = coherence.filter(|c| c.len() == own.len()).map(|stored| {
             let each = stored.iter().zip(&own).map(|(a, b)| (a - b).abs());
@@ -103,8 +103,9 @@ impl StoredIdentities {
     }
 }
 
-/// The largest relative difference of two functions of frequency, where it is, and over how many lines.
+/// The relative difference of two functions of frequency: its median, where it is largest, and over how many lines.
 struct Farthest {
+    median: f64,
     difference: f64,
     line: usize,
     lines: usize,
@@ -122,6 +123,7 @@ fn farthest(stored: &[Complex<f64>], ratio: &[Complex<f64>], conjugate: bool) ->
     each.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (difference, line) = *each.last()?;
     Some(Farthest {
+        median: each[each.len() / 2].0,
         difference,
         line,
         lines: each.len(),
