@@ -98,7 +98,7 @@ pub struct ChapterPart<'a> {
     /// Its claims.
     pub claims: Vec<ClaimRow<'a>>,
     /// The counterparts of its figures, each with its number.
-    pub figures: Vec<(&'a str, Figure)>,
+    pub figures: Vec<(&'a str, &'a Figure)>,
     /// What limits it.
     pub doubts: &'a [Merged],
     /// What is not there yet.
@@ -260,7 +260,7 @@ fn chapter_section(chapter: &ChapterPart<'_>, words: &dyn Words) -> Result<Marku
 }
 
 /// Whether figure `i` is the first of several with one number, such as 38a before 38b: they stand side by side.
-fn begins_family(figures: &[(&str, Figure)], i: usize) -> bool {
+fn begins_family(figures: &[(&str, &Figure)], i: usize) -> bool {
     let family = |i: usize| {
         let (number, _) = figures.get(i)?;
         Some(number.trim_end_matches(|c: char| c.is_ascii_alphabetic()))
