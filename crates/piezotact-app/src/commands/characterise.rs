@@ -48,14 +48,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let lost = TransferFormat::of_ending(&args.out).losses();
     done.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {
-        let source = &done.function.about.provenance.source;
-        let title = format!("Transfer function: {source}");
-        let page = transfer::Page {
-            distortion: distortion.as_ref(),
-            repeats: done.apart_db.map(|db| (done.each.len(), db)),
-            refused: done.refused.iter().map(ToString::to_string).collect(),
-            ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
-        };
+        let page = page(&done, distortion.as_ref());
         write_text(report, &transfer::html(&page, &OptionWords)?)?;
     }
     let found = (args.band, distortion.as_ref());
@@ -65,6 +58,21 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&text(&document, done.function.response().len()))
+}
+
+/// What the report shows.
+fn page<'a>(
+    done: &'a RepeatedCharacterisation,
+    distortion: Option<&'a Distortion>,
+) -> transfer::Page<'a, Drive, Acceleration> {
+    let source = &done.function.about.provenance.source;
+    let title = format!("Transfer function: {source}");
+    transfer::Page {
+        distortion,
+        repeats: done.apart_db.map(|db| (done.each.len(), db)),
+        refused: done.refused.iter().map(ToString::to_string).collect(),
+        ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
+    }
 }
 
 fn config(args: &Characterise, bench: &Bench) -> CharacteriseConfig {
