@@ -9,16 +9,15 @@ use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::document::Words;
 use piezotact::panel::{
-    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelKind,
+    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelCurves,
+    PanelKind,
 };
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
-use piezotact::transfer::{BundleAverage, TransferFunction};
+use piezotact::transfer::BundleAverage;
 
 use crate::report::doubts_section;
 use crate::{DrawError, bench_text, broad_document, figure};
-
-type Function = TransferFunction<Uncalibrated, Uncalibrated>;
 
 /// What a report on a panel shows.
 #[derive(Clone, Debug)]
@@ -27,6 +26,8 @@ pub struct Page<'a> {
     pub said: &'a PanelAnalysis,
     /// Its transfer functions.
     pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
+    /// The curves of its figures.
+    pub curves: &'a PanelCurves,
     /// What they are of; absent where nothing says it.
     pub kind: Option<PanelKind>,
     /// Which bench measured it; absent where nothing says it.
@@ -413,10 +414,10 @@ fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let Some(cleaning) = page.cleaning else {
+    let Some((cleaning, curves)) = page.cleaning.zip(page.curves.cleaning.as_ref()) else {
         return Ok(html! {});
     };
-    let drawn = figures::artefact(page, cleaning)?;
+    let drawn = figures::artefact(page, (cleaning, curves))?;
     let dip = |select: fn(&CleanedDip) -> f64| {
         let values: Vec<f64> = cleaning.dips.iter().map(select).collect();
         let low = values.iter().copied().fold(f64::MAX, f64::min);

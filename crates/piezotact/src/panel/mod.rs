@@ -8,6 +8,7 @@ mod analysis;
 mod average;
 mod cleaning;
 mod control;
+mod curves;
 mod document;
 mod doubt;
 mod learning;
@@ -28,6 +29,9 @@ pub use average::{
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use curves::{
+    CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
+};
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_curve};
