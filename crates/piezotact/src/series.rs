@@ -87,12 +87,12 @@ impl<Q: Quantity> Series<Q> {
         }
     }
 
-    /// The samples in shares of their largest magnitude, and that magnitude with the SI unit of `Q`; as they are, with 0, where
-    /// all are 0.
+    /// The samples in shares of their largest magnitude, and that magnitude with the SI unit of `Q`; zeros in shares of the
+    /// smallest positive number where all are 0.
     #[must_use]
     pub fn in_shares_of_peak(&self) -> (Vec<f64>, Measure) {
-        let peak = self.peak();
-        let share = |v: &f64| if peak > 0.0 { v / peak } else { *v };
+        let peak = self.peak().max(f64::MIN_POSITIVE);
+        let share = |v: &f64| v / peak;
         let full_scale = Measure {
             value: peak,
             unit: Q::UNIT,
@@ -195,7 +195,8 @@ mod tests {
         let (shares, full_scale) = of(&[1.0, -4.0]);
         assert_eq!((shares, full_scale.value), (vec![0.25, -1.0], 4.0));
         assert_eq!(full_scale.unit, Acceleration::UNIT);
-        assert_eq!(of(&[0.0]).0, [0.0]);
+        let (shares, full_scale) = of(&[0.0]);
+        assert!(shares == [0.0] && full_scale.value > 0.0);
     }
 
     #[test]

@@ -141,7 +141,7 @@ fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
     }
     if let Some(distortion) = document.distortion {
         text += "\n";
-        text += &told(distortion);
+        text += &distortion_text(distortion);
     }
     text
 }
@@ -163,7 +163,7 @@ fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
 }
 
 /// Levels of noise and distortion re the answer, one line a band.
-fn told(distortion: &Distortion) -> String {
+fn distortion_text(distortion: &Distortion) -> String {
     let mut text = format!(
         "relative to the response, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
         distortion.realisations, distortion.periods, "band", "noise", "even", "odd"

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::recording::Condition;
+use piezotact::recording::{Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{Contents, TransferDocument, holds_transfer, read_transfer};
@@ -39,6 +39,29 @@ pub(crate) fn run(args: &Info) -> Outcome {
 fn recording_text(args: &Info, contents: &Contents) -> Outcome {
     let recording = &contents.recording;
     let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
+    text.push_str(&channels_text(recording));
+    text.push_str(&condition_text(&recording.about.condition));
+    text.push_str(&origin_text(contents));
+    if let Some(setup) = &contents.setup {
+        let _never_fails = write!(
+            text,
+            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
+            setup.gain,
+            setup.volts_per_full_scale,
+            setup.load_f * 1e9
+        );
+    }
+    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
+    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
+    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
+        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
+    }
+    print(&text)
+}
+
+/// Rates, length and channels, after the kind of file.
+fn channels_text(recording: &Recording) -> String {
+    let mut text = String::new();
     let groups = clock_summaries(recording);
     match groups.as_slice() {
         [one] => {
@@ -69,7 +92,13 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             channel.unit
         );
     }
-    text.push_str(&condition_text(&recording.about.condition));
+    text
+}
+
+/// Where a recording comes from, what was done to it, and what is stated beside it.
+fn origin_text(contents: &Contents) -> String {
+    let recording = &contents.recording;
+    let mut text = String::new();
     if !recording.about.provenance.source.is_empty() {
         let _never_fails = write!(text, "\n  from: {}", recording.about.provenance.source);
     }
@@ -91,21 +120,7 @@ fn recording_text(args: &Info, contents: &Contents) -> Outcome {
             let _never_fails = write!(text, "\n    {step}");
         }
     }
-    if let Some(setup) = &contents.setup {
-        let _never_fails = write!(
-            text,
-            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
-            setup.gain,
-            setup.volts_per_full_scale,
-            setup.load_f * 1e9
-        );
-    }
-    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
-    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
-    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
-        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
-    }
-    print(&text)
+    text
 }
 
 /// The manipulations of a texture: of the one in a file, or of the one that a drive was rendered from.

@@ -68,7 +68,7 @@ fn coloured(lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
         .enumerate()
         .map(|(i, ((label, points), colour))| {
             let line = Line::new(label, colour, points);
-            // What many colours do not tell apart, dashes do.
+            // Neighbours among many colours look alike: dashes distinguish them.
             if i % 2 == 1 {
                 line.marked(Mark::Dashed)
             } else {

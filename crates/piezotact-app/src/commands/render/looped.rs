@@ -100,7 +100,7 @@ fn result(looped: &Looped) -> String {
         "closed loop: {}; spectrum error {:.2} dB rms in open loop, {:.2} dB rms for the kept drive (iteration {}, {}); {}",
         looped.kept,
         looped.iterations[0].verification.judged_error_db(),
-        looped.told().judged_error_db(),
+        looped.best_verification().judged_error_db(),
         looped.best,
         if looped.confirmed.is_some() {
             "confirmed by a further measurement"
