@@ -264,7 +264,13 @@ fn what_was_measured_badly_is_named() {
     let folder = Folder::new();
     let Measured { drive, response } = measured();
     let good = transfer(&folder, "good", &drive, &response);
-    for named in ["swapped", "late", "sign", "clip", "no relation"] {
+    for named in [
+        "swapped",
+        "ms after the drive",
+        "wrong sign",
+        "clip",
+        "no relation",
+    ] {
         assert!(!good.contains(named), "{good}");
     }
     let swapped = transfer(&folder, "swapped", &response, &drive);

@@ -1,4 +1,4 @@
-//! Which samples `piezotact compare` says can be told apart, as a black box.
+//! Which samples `piezotact compare` says are distinguishable, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(
     clippy::disallowed_methods,
@@ -13,7 +13,7 @@ fn number(value: &serde_json::Value) -> f64 {
 
 /// The strokes of one recording, its first and its second half under two names.
 #[test]
-fn halves_of_one_recording_are_not_told_apart_and_text_json_and_report_agree() {
+fn halves_of_one_recording_are_not_distinguishable_and_text_json_and_report_agree() {
     let folder = Folder::new();
     folder
         .run(&[

@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use crate::known_cuts::{Kind, Random, recorded, table};
-use crate::support::{Folder, noise, wav};
+use crate::support::{COMMANDS, Folder, noise, wav};
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::resample::resample;
 use piezotact_dataset::{ReadOptions, read_recording};
@@ -129,34 +129,13 @@ fn the_readme_s_commands_for_recordings_work() {
 fn the_examples_in_the_help_are_understood() {
     let folder = Folder::new();
     let mut ran = 0;
-    for command in [
-        "demo",
-        "info",
-        "spectrum",
-        "noise",
-        "characterise",
-        "transfer",
-        "manipulate",
-        "render",
-        "play",
-        "verify",
-        "score",
-        "segment",
-        "analyse",
-        "compare",
-        "roughness",
-        "export",
-        "replay",
-        "panel run",
-        "panel add",
-        "panel analyse",
-        "panel average",
-        "twin record",
-        "twin surface",
-        "twin parameters",
-    ] {
+    for command in COMMANDS {
         let help = folder.run(&words(&format!("{command} --help"))).out();
-        let examples = help.split_once("Example:").unwrap().1;
+        let Some((_, examples)) = help.split_once("Example:") else {
+            // What only groups commands has no example of its own.
+            assert!(help.contains("Commands:\n"), "{command} has no example");
+            continue;
+        };
         for line in examples
             .lines()
             .filter_map(|line| line.trim().strip_prefix("piezotact "))

@@ -17,7 +17,7 @@ fn score(folder: &Folder, a: &str, b: &str, more: &[&str]) -> support::Done {
 }
 
 #[test]
-fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
+fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
     let folder = Folder::new();
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write("b.wav", realisation(1, 5_000, 0.5));
@@ -73,7 +73,7 @@ fn two_realisations_cannot_be_told_apart_and_the_verdict_comes_first() {
 }
 
 #[test]
-fn a_louder_texture_is_told_apart_by_as_many_jnd_as_it_is_louder() {
+fn a_louder_texture_is_distinguishable_by_as_many_jnd_as_it_is_louder() {
     let folder = Folder::new();
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write(

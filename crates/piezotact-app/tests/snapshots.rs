@@ -9,38 +9,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use crate::support::{Folder, noise, wav};
-
-/// Every command and every command of a command.
-const COMMANDS: &[&str] = &[
-    "",
-    "demo",
-    "info",
-    "spectrum",
-    "noise",
-    "characterise",
-    "transfer",
-    "manipulate",
-    "render",
-    "play",
-    "verify",
-    "score",
-    "segment",
-    "analyse",
-    "compare",
-    "roughness",
-    "panel",
-    "panel run",
-    "panel add",
-    "panel analyse",
-    "panel average",
-    "export",
-    "twin",
-    "twin record",
-    "twin surface",
-    "twin parameters",
-    "replay",
-];
+use crate::support::{COMMANDS, Folder, noise, wav};
 
 /// A chain of commands from a twin's recording to a verdict, a panel and a surface; its last word is the name of the snapshot. Those
 /// that print documents are run once more with `--json`.
@@ -108,7 +77,7 @@ const CHAIN: &[(&str, &str)] = &[
 #[test]
 fn the_help_of_every_command() {
     let folder = Folder::new();
-    for command in COMMANDS {
+    for command in [""].iter().chain(COMMANDS) {
         let arguments: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
         let help = folder.run(&arguments).out();
         let name = format!("help {command}");
@@ -130,7 +99,6 @@ fn the_list_of_commands_is_whole() {
     let known: BTreeSet<&str> = COMMANDS
         .iter()
         .filter_map(|command| command.split(' ').next())
-        .filter(|name| !name.is_empty())
         .collect();
     assert_eq!(names, known);
 }

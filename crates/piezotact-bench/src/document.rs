@@ -65,7 +65,7 @@ pub struct CharacteriseDocument<'a> {
     pub refused: Vec<RefusedAttempt>,
     /// Every attempt with what was judged of it.
     pub attempts: &'a [Attempt],
-    /// Noise and distortion; absent where the excitation cannot tell them apart.
+    /// Noise and distortion; absent where the excitation cannot separate them.
     pub distortion: Option<&'a Distortion>,
     /// The device.
     pub drive_setup: Option<&'a DriveSetup>,

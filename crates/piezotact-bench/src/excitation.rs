@@ -216,7 +216,7 @@ impl ExcitationConfig {
 
     /// A description for the provenance, for a drive that was played with a peak of `peak` of full scale.
     #[must_use]
-    pub fn told(&self, peak: f64) -> String {
+    pub fn text(&self, peak: f64) -> String {
         let mut lasted = self.duration;
         let kind = match (self.kind, Filling::of(self.duration)) {
             (Excitation::Multisine, Ok(filling)) => {

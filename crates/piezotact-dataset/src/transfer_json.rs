@@ -66,7 +66,7 @@ pub struct TransferDocument {
     /// The attempts at the measurement with what was judged of each; none where nothing was judged, or nobody knows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attempts: Vec<Attempt>,
-    /// Noise and distortion told apart, where multisines did.
+    /// Noise and distortion, where multisines separated them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Distortion>,
 }

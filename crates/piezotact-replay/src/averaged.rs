@@ -7,7 +7,7 @@ use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 
 use super::claims::{Finding, Holds, at_most, most, no_exception};
-use super::figure::{Figure, Line, Mark, Shown, density, frequency};
+use super::figure::{Counterpart, density, frequency, line};
 use super::measured::{run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
 use super::{Replay, ReplayError};
@@ -22,7 +22,7 @@ const SECONDS: f64 = 30.0;
 /// What comes of the average.
 pub(super) struct Averaged {
     pub(super) finding: Finding,
-    pub(super) figure: Option<Figure>,
+    pub(super) figure: Option<Counterpart>,
     pub(super) doubts: Vec<Doubt>,
     pub(super) measured: String,
 }
@@ -121,33 +121,29 @@ pub(super) fn with_average(
     })
 }
 
-fn drawn(own: &Verification, averaged: &Verification) -> Figure {
-    let line = |label: &str, mark: Mark, v: &Verification, values: &[f64]| {
+fn drawn(own: &Verification, averaged: &Verification) -> Counterpart {
+    let psd = |label: &str, v: &Verification, values: &[f64]| {
         let shown = v
             .frequency_hz
             .iter()
             .copied()
             .zip(values.iter().map(|p| Decibels::from_power(*p).0));
-        Line::new(
+        line(
             label,
-            mark,
             shown
                 .filter(|(hz, _)| (10.0..=1000.0).contains(hz))
                 .collect(),
         )
     };
-    Figure {
-        number: "79",
-        caption: "S7 as recorded, and as measured on a new participant when rendered with the own and with the averaged \
-            transfer function.".into(),
-        shown: Shown::Lines {
-            x: frequency(),
-            y: density(),
-            lines: vec![
-                line("touched", Mark::Line, own, &own.target_psd),
-                line("own transfer function", Mark::Line, own, &own.measured_psd),
-                line("averaged", Mark::Line, averaged, &averaged.measured_psd),
-            ],
-        },
-    }
+    Counterpart::chart(
+        "79",
+        "S7 as recorded, and as measured on a new participant when rendered with the own and with the averaged \
+            transfer function.",
+        (frequency(), density()),
+        vec![
+            psd("touched", own, &own.target_psd),
+            psd("own transfer function", own, &own.measured_psd),
+            psd("averaged", averaged, &averaged.measured_psd),
+        ],
+    )
 }

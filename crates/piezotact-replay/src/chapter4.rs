@@ -1,12 +1,13 @@
 //! Chapter 4: rendering on the device, with everybody's own transfer function.
 
 use piezotact::Doubt;
+use piezotact::figure::Line;
 use piezotact::quantity::Decibels;
 use piezotact::spectrum::amplitude_spectrum;
 use piezotact::verify::Verification;
 
 use super::claims::{Finding, Holds, above, at_least, at_most, least as least_of, most};
-use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
+use super::figure::{Counterpart, decibels, density, frequency, line, linear};
 use super::measured::{run, take};
 use super::rendering::{
     characterised, compared, device, played, rendered, resting, sent_straight, target,
@@ -30,7 +31,7 @@ struct Felt {
     straight: [Verification; 2],
     level: Decibels,
     doubts: Vec<Doubt>,
-    figures: Vec<Figure>,
+    figures: Vec<Counterpart>,
 }
 
 pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
@@ -205,38 +206,34 @@ fn overlaps(felt: &[Felt]) -> Finding {
 /// The spectra of a verification as lines.
 fn psd(label: &str, verification: &Verification, values: &[f64]) -> Line {
     let step = verification.frequency_hz.get(1).copied().unwrap_or(1.0);
-    Line::new(label, Mark::Line, decibels(values, step, 10.0, 600.0))
+    line(label, decibels(values, step, 10.0, 600.0))
 }
 
-fn figures_of(texture: &str, rendered: &Verification, straight: &[Verification; 2]) -> Vec<Figure> {
-    let shown = |lines: Vec<Line>| Shown::Lines {
-        x: frequency(),
-        y: density(),
-        lines,
-    };
+fn figures_of(
+    texture: &str,
+    rendered: &Verification,
+    straight: &[Verification; 2],
+) -> Vec<Counterpart> {
     let number = if texture == "M8" { "47" } else { "48" };
-    let mut figures = vec![Figure {
+    let mut figures = vec![Counterpart::chart(
         number,
-        caption: format!(
+        format!(
             "{texture} on the finger of participant 1: recorded during touch, and rendered on the device."
         ),
-        shown: shown(vec![
+        (frequency(), density()),
+        vec![
             psd("touched", rendered, &rendered.target_psd),
             psd("rendered", rendered, &rendered.measured_psd),
-        ]),
-    }];
+        ],
+    )];
     if texture == "S8" {
         let [loud, soft] = straight;
-        figures.insert(0, Figure {
-            number: "42",
-            caption: "Negative control: the vibration of S8 sent directly to the device, unscaled and attenuated until nothing \
-                clips.".into(),
-            shown: shown(vec![
+        figures.insert(0, Counterpart::chart("42", "Negative control: the vibration of S8 sent directly to the device, unscaled and attenuated until nothing \
+                clips.", (frequency(), density()), vec![
                 psd("touched", loud, &loud.target_psd),
                 psd("sent directly, unscaled", loud, &loud.measured_psd),
                 psd("sent directly, attenuated", soft, &soft.measured_psd),
-            ]),
-        });
+            ]));
     }
     figures
 }
@@ -249,7 +246,7 @@ fn processing(
         piezotact::quantity::Drive,
         piezotact::quantity::Acceleration,
     >,
-) -> Vec<Figure> {
+) -> Vec<Counterpart> {
     let amplitudes = |(f, a): (Vec<f64>, Vec<f64>)| -> Vec<(f64, f64)> {
         f.into_iter()
             .zip(a)
@@ -265,36 +262,23 @@ fn processing(
         .map(|(f, h)| (f, 20.0 * h.norm().log10()))
         .collect();
     vec![
-        Figure {
-            number: "45a",
-            caption: "The vibration of S8 and the drive that renders it: amplitude spectra.".into(),
-            shown: Shown::Lines {
-                x: frequency(),
-                y: Axis::linear("amplitude, dB re 1 m/s² or full scale"),
-                lines: vec![
-                    Line::new(
-                        "vibration, m/s²",
-                        Mark::Line,
-                        amplitudes(amplitude_spectrum(target)),
-                    ),
-                    Line::new(
-                        "drive, full scale = 1",
-                        Mark::Line,
-                        amplitudes(amplitude_spectrum(&drive.drive)),
-                    ),
-                ],
-            },
-        },
-        Figure {
-            number: "45c",
-            caption:
-                "The transfer function from the drive to the vibration: the device with the finger of participant 1."
-                    .into(),
-            shown: Shown::Lines {
-                x: frequency(),
-                y: Axis::linear("magnitude, dB re 1 (m/s²)/full scale"),
-                lines: vec![Line::new("", Mark::Line, magnitude)],
-            },
-        },
+        Counterpart::chart(
+            "45a",
+            "The vibration of S8 and the drive that renders it: amplitude spectra.",
+            (frequency(), linear("amplitude, dB re 1 m/s² or full scale")),
+            vec![
+                line("vibration, m/s²", amplitudes(amplitude_spectrum(target))),
+                line(
+                    "drive, full scale = 1",
+                    amplitudes(amplitude_spectrum(&drive.drive)),
+                ),
+            ],
+        ),
+        Counterpart::chart(
+            "45c",
+            "The transfer function from the drive to the vibration: the device with the finger of participant 1.",
+            (frequency(), linear("magnitude, dB re 1 (m/s²)/full scale")),
+            vec![line("", magnitude)],
+        ),
     ]
 }

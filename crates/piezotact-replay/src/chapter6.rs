@@ -4,6 +4,7 @@ use piezotact::Doubt;
 use piezotact::compare::CompareDoubt;
 use piezotact::compare::{Periods, Sliding, SpatialPeriod, Summary, spatial_period};
 use piezotact::feature::Analysis;
+use piezotact::figure::Line;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz};
 use piezotact::recording::Recording;
 use piezotact::series::Series;
@@ -12,7 +13,7 @@ use piezotact::statistics::{PairedDifference, mean, paired_difference};
 use super::claims::{
     Finding, Holds, above, at_most, least as smallest, most as largest, no_exception,
 };
-use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
+use super::figure::{Counterpart, decibels, density, frequency, line, linear, names, over_names};
 use super::measured::{Taken, analysed, run, take};
 use super::rendering::{device, played, resting, sent_straight, target};
 use super::{Chapter, Replay, ReplayError, said_once};
@@ -376,25 +377,19 @@ fn forces(free: &[Free], tasks: &[Vec<f64>; 2]) -> Finding {
     )
 }
 
-fn figures(free: &[Free]) -> Vec<Figure> {
-    let line = |label: String, summary: &Summary| {
+fn figures(free: &[Free]) -> Vec<Counterpart> {
+    let spectrum = |label: String, summary: &Summary| {
         let points = decibels(&summary.psd.mean, summary.psd.resolution_hz, 10.0, 600.0);
-        Line::new(label, Mark::Line, points)
+        line(label, points)
     };
-    let frame = |number: &'static str, caption: String, lines: Vec<Line>| Figure {
-        number,
-        caption,
-        shown: Shown::Lines {
-            x: frequency(),
-            y: density(),
-            lines,
-        },
+    let frame = |number: &'static str, caption: String, lines: Vec<Line>| {
+        Counterpart::chart(number, caption, (frequency(), density()), lines)
     };
     let mut figures = Vec::new();
     for (number, participant) in [("89a", 1), ("89b", 2), ("89c", 3)] {
         let theirs = free.iter().filter(|one| one.participant == participant);
         let lines = theirs
-            .map(|one| line(one.surface.to_owned(), &one.summary))
+            .map(|one| spectrum(one.surface.to_owned(), &one.summary))
             .collect();
         figures.push(frame(
             number,
@@ -406,7 +401,7 @@ fn figures(free: &[Free]) -> Vec<Figure> {
     }
     for (number, surface) in [("90a", "M8"), ("90b", "BIO"), ("90c", "M3")] {
         let lines = of(free, surface)
-            .map(|one| line(format!("P{:02}", one.participant), &one.summary))
+            .map(|one| spectrum(format!("P{:02}", one.participant), &one.summary))
             .collect();
         figures.push(frame(
             number,
@@ -417,11 +412,7 @@ fn figures(free: &[Free]) -> Vec<Figure> {
     let strokes = of(free, "M8").take(3).filter_map(|one| {
         let psd = &one.taken.analysis.psd;
         let points = decibels(psd.each.first()?, psd.resolution_hz, 10.0, 500.0);
-        Some(Line::new(
-            format!("P{:02}", one.participant),
-            Mark::Line,
-            points,
-        ))
+        Some(line(format!("P{:02}", one.participant), points))
     });
     figures.push(frame(
         "91",
@@ -432,10 +423,7 @@ fn figures(free: &[Free]) -> Vec<Figure> {
         let one = |participant: u64| {
             let theirs = free.iter().filter(|one| one.participant == participant);
             let values = theirs.filter_map(|one| value(&one.summary));
-            Line {
-                mark: Mark::Joined,
-                ..Line::over_names(&format!("P{participant:02}"), values)
-            }
+            over_names(&format!("P{participant:02}"), values)
         };
         (1..=PARTICIPANTS).map(one).collect()
     };
@@ -453,15 +441,15 @@ fn figures(free: &[Free]) -> Vec<Figure> {
             by_surface(|s| Some(s.friction_coefficient?.mean)),
         ),
     ] {
-        figures.push(Figure {
+        figures.push(Counterpart::chart(
             number,
-            caption: caption.into(),
-            shown: Shown::Lines {
-                x: Axis::names("surface", SURFACES.iter().map(|s| (*s).to_owned())),
-                y: Axis::linear(label),
-                lines,
-            },
-        });
+            caption,
+            (
+                names("surface", SURFACES.iter().map(|s| (*s).to_owned())),
+                linear(label),
+            ),
+            lines,
+        ));
     }
     figures
 }

@@ -8,7 +8,7 @@ use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::standard_deviation;
 
 use super::claims::{Finding, Holds, at_most, most};
-use super::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
+use super::figure::{Counterpart, decibels, density, frequency, line, linear};
 use super::measured::{run, take};
 use super::rendering::target;
 use super::{Replay, ReplayError};
@@ -28,7 +28,7 @@ const DRAWN_S: f64 = 0.5;
 pub(super) struct Exchange {
     pub(super) finding: Finding,
     pub(super) measured: String,
-    pub(super) figures: Vec<Figure>,
+    pub(super) figures: Vec<Counterpart>,
     pub(super) doubts: Vec<(&'static str, Doubt)>,
 }
 
@@ -151,7 +151,7 @@ fn inverted(
 fn drawn(
     before: &[Texture<Acceleration>; 2],
     after: &[Texture<Acceleration>; 2],
-) -> Result<Vec<Figure>, ReplayError> {
+) -> Result<Vec<Counterpart>, ReplayError> {
     let mut figures = Vec::new();
     let label = |texture: &Texture<Acceleration>| {
         let inverted = if texture.lineage.steps.is_empty() {
@@ -171,17 +171,14 @@ fn drawn(
             let shown = texture.series.samples().iter().enumerate();
             let shown = shown.map(|(i, v)| (i as f64 / rate_hz, *v));
             let points = shown.take((DRAWN_S * rate_hz) as usize).collect();
-            Line::new(label(texture), Mark::Thin, points)
+            line(label(texture), points).thin()
         };
-        figures.push(Figure {
+        figures.push(Counterpart::chart(
             number,
-            caption: format!("The vibrations of S2 and S13 {what}: half a second of each."),
-            shown: Shown::Lines {
-                x: Axis::linear("time, s"),
-                y: Axis::linear("acceleration, m/s²"),
-                lines: textures.iter().map(wave).collect(),
-            },
-        });
+            format!("The vibrations of S2 and S13 {what}: half a second of each."),
+            (linear("time, s"), linear("acceleration, m/s²")),
+            textures.iter().map(wave).collect(),
+        ));
     }
     for (number, textures, what) in [
         ("62c", before, "as recorded"),
@@ -195,17 +192,14 @@ fn drawn(
         for texture in textures {
             let (values, step_hz) = psd(&texture.series)?;
             let points = decibels(&values, step_hz, 10.0, 600.0);
-            lines.push(Line::new(label(texture), Mark::Line, points));
+            lines.push(line(label(texture), points));
         }
-        figures.push(Figure {
+        figures.push(Counterpart::chart(
             number,
-            caption: format!("The spectra of S2 and S13 {what}."),
-            shown: Shown::Lines {
-                x: frequency(),
-                y: density(),
-                lines,
-            },
-        });
+            format!("The spectra of S2 and S13 {what}."),
+            (frequency(), density()),
+            lines,
+        ));
     }
     Ok(figures)
 }

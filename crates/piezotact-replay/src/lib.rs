@@ -8,7 +8,6 @@ mod chapter5;
 mod chapter6;
 mod claims;
 pub mod document;
-mod drawn;
 mod exchange;
 mod figure;
 mod measured;
@@ -19,7 +18,7 @@ use chapter4::chapter4;
 use chapter5::chapter5;
 use chapter6::chapter6;
 pub use claims::{CLAIMS, Claim, ClaimRule, Finding, Verdict};
-pub use figure::{Axis, Figure, Line, Mark, Scale, Shown};
+pub use figure::Counterpart;
 
 use piezotact::compare::CompareError;
 use piezotact::feature::FeatureError;
@@ -71,7 +70,7 @@ pub struct Chapter {
     /// What was found of its claims, in their order.
     pub findings: Vec<Finding>,
     /// The counterparts of its figures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<Counterpart>,
     /// What a person should know before relying on it, each once, with how often it was said.
     pub doubts: Vec<piezotact::doubt::Merged>,
     /// What is not there yet: figures and the issue that brings them.

@@ -139,7 +139,7 @@ impl ValueFormatter<f64> for Ticked {
 pub(crate) fn number(value: f64) -> String {
     // Ticks are sums of steps: what is left at 0 is rounding.
     let value = if value.abs() < 1e-9 { 0.0 } else { value };
-    // Five digits that count tell neighbouring ticks apart; zeros at the end go.
+    // Five digits that count distinguish neighbouring ticks; zeros at the end go.
     let decimals = match value {
         0.0 => 0,
         _ => (4.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize,

@@ -31,7 +31,7 @@ pub(crate) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
 const SHADE: RGBColor = RGBColor(0, 121, 107);
 
-/// Colours that people with any colour vision tell apart.
+/// Colours that are distinguishable with any colour vision.
 ///
 /// M. Okabe and K. Ito, *Color Universal Design* (2008), without yellow, which is too light for a line.
 const OKABE_ITO: [RGBColor; 7] = [

@@ -7,6 +7,7 @@ pub mod figures;
 pub mod heatmap;
 mod image;
 pub mod manipulate;
+mod origin;
 mod page;
 pub mod panel;
 pub mod rendering;

@@ -11,7 +11,7 @@ use piezotact::spectrum::Spectrum;
 use crate::Draw;
 use crate::chart::HEIGHT;
 use crate::report::doubts_section;
-use crate::{DrawError, bench_text, document, figure};
+use crate::{DrawError, bench_text, document, figure, origin};
 use piezotact::figure::{Axis, Chart, Corner, Line, Tone, range};
 use piezotact::number::digits;
 
@@ -62,7 +62,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
             h2 { "Spectra" }
             (figure(&spectra(page)?, "Power spectral densities by Welch's method (Hann, lines about 5 Hz apart, 50 % overlap)."))
         }
-        (origin(page))
+        (origin_of(page))
     };
     Ok(document(&page.title, &body))
 }
@@ -120,7 +120,7 @@ fn numbers(page: &Page<'_>) -> Markup {
 fn headline(page: &Page<'_>) -> String {
     let known = page.before.lineage.steps.len();
     let new = page.after.lineage.steps.iter().skip(known);
-    let new: Vec<String> = new.map(|step| step.operation.told_briefly()).collect();
+    let new: Vec<String> = new.map(|step| step.operation.brief_text()).collect();
     format!("{}: {}", page.after.lineage.source, new.join(", then "))
 }
 
@@ -204,15 +204,10 @@ fn spectra(page: &Page<'_>) -> Result<String, DrawError> {
     chart.svg(HEIGHT + 80)
 }
 
-fn origin(page: &Page<'_>) -> Markup {
-    html! {
-        section {
-            h2 { "Origin of the data" }
-            table {
-                tr { th { "texture" } td { (page.after.lineage.source) } }
-                @for other in page.others { tr { th { "other texture" } td { (other.lineage) } } }
-                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
-            }
-        }
-    }
+fn origin_of(page: &Page<'_>) -> Markup {
+    let rows = html! {
+        (origin::row("texture", &page.after.lineage.source))
+        @for other in page.others { (origin::row("other texture", &other.lineage.to_string())) }
+    };
+    origin::section("Origin of the data", &rows)
 }

@@ -11,7 +11,7 @@ use piezotact::number::{difference_db, signed};
 use piezotact::quantity::Band;
 use piezotact::verify::CLOSE_DB;
 
-use crate::{DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, figures};
+use crate::{DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, figures, origin};
 
 /// What a report of renderings shows, as it grows: of each what it says, not what was recorded.
 #[derive(Debug)]
@@ -61,9 +61,8 @@ impl Page {
         self.lines.push(line(row));
         self.sections.push(one(row, words)?);
         let steps = &row.drive.about.provenance.steps;
-        self.origins.push(html! {
-            tr { th { (row.called) } td { ol { @for step in steps { li { (step) } } } } }
-        });
+        self.origins
+            .push(origin::row(row.called, &origin::steps(steps)));
         Ok(())
     }
 
@@ -283,7 +282,7 @@ fn method(page: &Page) -> Markup {
                         improvement in two iterations. The best drive was then measured once more (confirmation measurement). \
                         It is kept if its error is smaller than that of the open loop beyond the scatter of the measurements; \
                         otherwise the open-loop drive is kept.",
-                    aim.told(), page.band
+                    aim.text(), page.band
                 )) }
             }
             table {

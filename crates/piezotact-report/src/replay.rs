@@ -6,7 +6,7 @@ use piezotact::document::Words;
 use piezotact::doubt::Merged;
 use piezotact::figure::Figure;
 
-use crate::{DrawError, broad_document, criteria, svg};
+use crate::{DrawError, broad_document, criteria, origin, svg};
 
 /// What a report on a replay shows.
 #[derive(Clone, Debug)]
@@ -98,7 +98,7 @@ pub struct ChapterPart<'a> {
     /// Its claims.
     pub claims: Vec<ClaimRow<'a>>,
     /// The counterparts of its figures, each with its number.
-    pub figures: Vec<(&'a str, Figure)>,
+    pub figures: Vec<(&'a str, &'a Figure)>,
     /// What limits it.
     pub doubts: &'a [Merged],
     /// What is not there yet.
@@ -124,7 +124,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (overview(page))
         @for chapter in &chapters { (chapter) }
         (without_finding(page))
-        (origin(page))
+        (origin_of(page))
     };
     Ok(broad_document(title, &body))
 }
@@ -260,7 +260,7 @@ fn chapter_section(chapter: &ChapterPart<'_>, words: &dyn Words) -> Result<Marku
 }
 
 /// Whether figure `i` is the first of several with one number, such as 38a before 38b: they stand side by side.
-fn begins_family(figures: &[(&str, Figure)], i: usize) -> bool {
+fn begins_family(figures: &[(&str, &Figure)], i: usize) -> bool {
     let family = |i: usize| {
         let (number, _) = figures.get(i)?;
         Some(number.trim_end_matches(|c: char| c.is_ascii_alphabetic()))
@@ -284,25 +284,18 @@ fn without_finding(page: &Page<'_>) -> Markup {
     }
 }
 
-fn origin(page: &Page<'_>) -> Markup {
+fn origin_of(page: &Page<'_>) -> Markup {
     let changes = page.changes;
-    html! {
-        section {
-            h2 { "Origin of the data" }
-            table {
-                tr { th { "thesis" } td { "L. Felicetti, " i { "Analysis and rendering of contact vibrational stimuli for tactile perception" } ", INSA Lyon and Sapienza Università di Roma, 2024" } }
-                tr { th { "bench" } td { "digital twin, seed " (page.seed) } }
-                tr {
-                    th { "parameters" }
-                    td {
-                        @if changes.is_empty() { "built-in" } @else {
-                            "changed" @if let Some(file) = &page.twin { " by " (file) } ":"
-                            ol { @for change in changes { li { (change) } } }
-                        }
-                    }
-                }
-                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
-            }
+    let parameters = html! {
+        @if changes.is_empty() { "built-in" } @else {
+            "changed" @if let Some(file) = &page.twin { " by " (file) } ":"
+            (origin::steps(changes))
         }
-    }
+    };
+    let rows = html! {
+        (origin::row("thesis", &html! { "L. Felicetti, " i { "Analysis and rendering of contact vibrational stimuli for tactile perception" } ", INSA Lyon and Sapienza Università di Roma, 2024" }))
+        (origin::row("bench", &format!("digital twin, seed {}", page.seed)))
+        (origin::row("parameters", &parameters))
+    };
+    origin::section("Origin of the data", &rows)
 }

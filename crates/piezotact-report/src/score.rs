@@ -11,7 +11,7 @@ use piezotact::score::{BandScore, Difference, Extent, Score, Verdict};
 use crate::chart::HEIGHT;
 use crate::report::doubts_section;
 use crate::{Draw, DrawError};
-use crate::{document, figure};
+use crate::{document, figure, origin};
 use piezotact::figure::{Axis, Chart, Line, Mark, Tone, range};
 
 const REFERENCE: Tone = Tone::Reference;
@@ -53,7 +53,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (table(s))
         (beside(s))
         (method(s))
-        (origin(page))
+        (origin_of(page))
     };
     Ok(document(&title, &body))
 }
@@ -302,16 +302,12 @@ fn method(s: &Score) -> Markup {
     }
 }
 
-fn origin(page: &Page<'_>) -> Markup {
-    html! {
-        section {
-            h2 { "Origin of the data" }
-            table {
-                @for (what, recording) in ["A", "B"].iter().zip(page.recordings) {
-                    tr { th { (what) } td { (recording.about.provenance.source) ol { @for step in &recording.about.provenance.steps { li { (step) } } } } }
-                }
-                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
-            }
+fn origin_of(page: &Page<'_>) -> Markup {
+    let rows = html! {
+        @for (what, recording) in ["A", "B"].iter().zip(page.recordings) {
+            @let provenance = &recording.about.provenance;
+            (origin::traced(what, &provenance.source, &provenance.steps))
         }
-    }
+    };
+    origin::section("Origin of the data", &rows)
 }

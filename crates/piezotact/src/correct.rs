@@ -4,10 +4,10 @@
 //! frequency weighted by its reliability. *Texture*: the power spectrum alone, corrected line by line where the response
 //! exceeds the noise; the phases are then free and are chosen to lower the crest factor of the drive.
 
+mod aligned;
 mod answer;
 mod crest;
 mod doubt;
-mod heard;
 mod summary;
 
 pub use doubt::{LoopDoubt, LoopStop, MeasurementFaultDoubt};
@@ -29,7 +29,7 @@ use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
-use heard::AlignedResponses;
+use aligned::AlignedResponses;
 
 /// How a drive is corrected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -398,18 +398,18 @@ impl<O: Quantity> Correction<O> {
         noise: &Spectrum<O>,
     ) -> Result<LineChange, VerifyError> {
         let aim = self.aim()?;
-        let heard = AlignedResponses::of(responses, &aim, &self.welch, self.render.inverse.band)?;
-        let (as_drive, spread) = self.as_drive(&heard, aim.samples());
-        let lines = heard.got.values.len();
+        let aligned = AlignedResponses::of(responses, &aim, &self.welch, self.render.inverse.band)?;
+        let (as_drive, spread) = self.as_drive(&aligned, aim.samples());
+        let lines = aligned.got.values.len();
         let noise_at = |line: usize| noise.values.get(line).copied().unwrap_or(0.0);
         let believed = |line: usize| {
-            heard.got.values[line] > self.config.noise_ratio * noise_at(line)
-                && heard.wanted.values[line] > 0.0
+            aligned.got.values[line] > self.config.noise_ratio * noise_at(line)
+                && aligned.wanted.values[line] > 0.0
         };
         // The missing power, as a factor.
         let ratio = |line: usize| {
             if believed(line) {
-                heard.wanted.values[line] / heard.got.values[line]
+                aligned.wanted.values[line] / aligned.got.values[line]
             } else {
                 1.0
             }
@@ -422,7 +422,7 @@ impl<O: Quantity> Correction<O> {
                 .collect(),
         };
         let sure = answer::sure(&missing, &spread, self.smooth());
-        let spacing = self.step_hz() / heard.got.resolution_hz;
+        let spacing = self.step_hz() / aligned.got.resolution_hz;
         let mut changes = vec![Complex::default(); self.drive.len()];
         let (mut corrected, mut all) = (0usize, 0usize);
         for (k, change) in changes.iter_mut().enumerate() {
@@ -437,7 +437,7 @@ impl<O: Quantity> Correction<O> {
                 continue;
             }
             corrected += 1;
-            let others = (1.0 - answers.explained_share(k)) * heard.got.values[line];
+            let others = (1.0 - answers.explained_share(k)) * aligned.got.values[line];
             // Distortion products of other lines cannot be removed by changing the magnitude: their opposite has to be added.
             let disturbed = answers.explained_share(k) < MIN_EXPLAINED_SHARE
                 && others > self.config.noise_ratio * noise_at(line);
@@ -461,18 +461,18 @@ impl<O: Quantity> Correction<O> {
     /// the variance of that mean.
     fn as_drive(
         &mut self,
-        heard: &AlignedResponses<O>,
+        aligned: &AlignedResponses<O>,
         aim: &[f64],
     ) -> (Vec<Complex<f64>>, Vec<f64>) {
-        let count = heard.measured.len() as f64;
-        let begins = self.frame.before + heard.shared.start;
-        let all: Vec<Vec<Complex<f64>>> = heard
+        let count = aligned.measured.len() as f64;
+        let begins = self.frame.before + aligned.shared.start;
+        let all: Vec<Vec<Complex<f64>>> = aligned
             .measured
             .iter()
             .map(|measured| {
                 let mut padded = vec![0.0; self.transform.length()];
                 let places = padded[begins..].iter_mut();
-                for ((place, t), y) in places.zip(&aim[heard.shared.clone()]).zip(measured) {
+                for ((place, t), y) in places.zip(&aim[aligned.shared.clone()]).zip(measured) {
                     *place = match self.config.mode {
                         Mode::Texture => *y,
                         Mode::Replicate => t - y,

@@ -9,7 +9,7 @@
 //!
 //! - ground: units, statistics, checksums, criteria, doubts, lineages;
 //! - signals: series, recordings, spectra, filters, rates, clipping, integrity;
-//! - touch: surfaces, strokes, what they say, what a finger can tell apart, whole studies;
+//! - touch: surfaces, strokes, what they say, what is distinguishable by touch, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
 /// `$of` of every kind of doubts: a module that raises doubts of its own has a line here.

@@ -159,7 +159,7 @@ pub enum Mode {
 impl Mode {
     /// The aim as text.
     #[must_use]
-    pub fn told(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Replicate => "to replicate the waveform",
             Self::Texture => "to match the spectrum of the texture, with free phases",
@@ -252,7 +252,7 @@ impl Lineage {
 impl Operation {
     /// What was done, with the name of another texture instead of its lineage.
     #[must_use]
-    pub fn told_briefly(&self) -> String {
+    pub fn brief_text(&self) -> String {
         let named = |of: &Lineage| Lineage::of(of.source.clone());
         let mut brief = self.clone();
         if let Self::RmsOf { of, .. } | Self::SpectrumOf { of, .. } = &mut brief {
@@ -396,7 +396,7 @@ impl fmt::Display for Operation {
                 }
                 write!(f, ", level {level_db:+.1} dB")?;
                 match aim {
-                    Some(aim) => write!(f, ", corrected in a closed loop {}", aim.told()),
+                    Some(aim) => write!(f, ", corrected in a closed loop {}", aim.text()),
                     None => Ok(()),
                 }
             }

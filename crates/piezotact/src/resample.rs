@@ -11,7 +11,7 @@ pub use doubt::ResampleDoubt;
 use std::f64::consts::PI;
 
 use crate::doubt::Doubt;
-use crate::quantity::{Hertz, Quantity, SampleRate};
+use crate::quantity::{Hertz, Quantity, QuantityError, SampleRate};
 use crate::series::Series;
 
 /// The stop-band attenuation after resampling, dB. Residuals are below the quantisation
@@ -243,6 +243,45 @@ pub fn resample_over<Q: Quantity>(
     Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
 }
 
+/// A series that was brought to a rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converted<Q: Quantity> {
+    /// The series.
+    pub series: Series<Q>,
+    /// That it was converted; none where it had the rate before.
+    pub doubt: Option<Doubt>,
+}
+
+/// `x`, called `what`, at the rate `to`, in the same unit, with the doubt that it was converted; as it is where that is
+/// its rate.
+///
+/// Source: [`resample`].
+///
+/// # Errors
+/// Those of [`resample`].
+pub fn converted<Q: Quantity>(
+    what: &str,
+    x: Series<Q>,
+    to: SampleRate,
+) -> Result<Converted<Q>, ResampleError> {
+    let from = x.rate();
+    if from == to {
+        return Ok(Converted {
+            series: x,
+            doubt: None,
+        });
+    }
+    let doubt = Doubt::from(ResampleDoubt::RateConverted {
+        what: what.into(),
+        from_hz: from.hz(),
+        to_hz: to.hz(),
+    });
+    Ok(Converted {
+        series: resample(&x, to)?,
+        doubt: Some(doubt),
+    })
+}
+
 /// Two series at one rate, so that they can be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommonRate<Q: Quantity> {
@@ -265,35 +304,15 @@ pub fn to_common_rate<Q: Quantity>(
     first: (&str, Series<Q>),
     second: (&str, Series<Q>),
 ) -> Result<CommonRate<Q>, ResampleError> {
-    let ((first_name, first), (second_name, second)) = (first, second);
-    let (from, to) = (first.rate(), second.rate());
-    let converted = |what: &str, from: SampleRate, to: SampleRate| {
-        Some(Doubt::from(ResampleDoubt::RateConverted {
-            what: what.into(),
-            from_hz: from.hz(),
-            to_hz: to.hz(),
-        }))
-    };
-    if from.hz() > to.hz() {
-        Ok(CommonRate {
-            first: resample(&first, to)?,
-            second,
-            doubt: converted(first_name, from, to),
-        })
-    } else if to.hz() > from.hz() {
-        let second = resample(&second, from)?;
-        Ok(CommonRate {
-            first,
-            second,
-            doubt: converted(second_name, to, from),
-        })
-    } else {
-        Ok(CommonRate {
-            first,
-            second,
-            doubt: None,
-        })
-    }
+    let (from, to) = (first.1.rate(), second.1.rate());
+    let lower = if from.hz() > to.hz() { to } else { from };
+    let first = converted(first.0, first.1, lower)?;
+    let second = converted(second.0, second.1, lower)?;
+    Ok(CommonRate {
+        first: first.series,
+        second: second.series,
+        doubt: first.doubt.or(second.doubt),
+    })
 }
 
 /// The smallest whole numbers whose ratio is `value` to 1e-10, by continued fractions.
@@ -342,6 +361,9 @@ fn bessel_i0(x: f64) -> f64 {
 /// Why a rate cannot be changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ResampleError {
+    /// A rate that cannot be.
+    #[error(transparent)]
+    Rate(#[from] QuantityError),
     /// The band does not fit.
     #[error(
         "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or use a \

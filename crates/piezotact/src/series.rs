@@ -87,6 +87,19 @@ impl<Q: Quantity> Series<Q> {
         }
     }
 
+    /// The samples in shares of their largest magnitude, and that magnitude with the SI unit of `Q`; zeros in shares of the
+    /// smallest positive number where all are 0.
+    #[must_use]
+    pub fn in_shares_of_peak(&self) -> (Vec<f64>, Measure) {
+        let peak = self.peak().max(f64::MIN_POSITIVE);
+        let share = |v: &f64| v / peak;
+        let full_scale = Measure {
+            value: peak,
+            unit: Q::UNIT,
+        };
+        (self.samples.iter().map(share).collect(), full_scale)
+    }
+
     /// The series at another level: every sample times 10^(dB/20).
     #[must_use]
     pub fn amplified(mut self, level: Decibels) -> Self {
@@ -170,6 +183,20 @@ mod tests {
         let whole: Vec<f64> = filled([0.1, 0.7], 1000).collect();
         let part: Vec<f64> = filled([0.1, 0.7], 1000).skip(400).take(100).collect();
         assert_eq!(part, whole[400..500]);
+    }
+
+    #[test]
+    fn the_peak_of_a_series_is_one_in_shares() {
+        let rate = SampleRate::new(1000.0).unwrap();
+        let of = |samples: &[f64]| {
+            let series = Series::<Acceleration>::new(samples.to_vec(), rate).unwrap();
+            series.in_shares_of_peak()
+        };
+        let (shares, full_scale) = of(&[1.0, -4.0]);
+        assert_eq!((shares, full_scale.value), (vec![0.25, -1.0], 4.0));
+        assert_eq!(full_scale.unit, Acceleration::UNIT);
+        let (shares, full_scale) = of(&[0.0]);
+        assert!(shares == [0.0] && full_scale.value > 0.0);
     }
 
     #[test]

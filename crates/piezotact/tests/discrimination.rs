@@ -1,4 +1,4 @@
-//! Which samples can be told apart: what must not be said of samples that are alike, and what must be of those that differ.
+//! Which samples are distinguishable: what must not be said of samples that are alike, and what must be of those that differ.
 #![allow(
     clippy::print_stderr,
     clippy::unwrap_used,

@@ -177,7 +177,7 @@ fn two_textures_one_jnd_apart_in_level_score_1() {
 }
 
 #[test]
-fn realisations_of_one_texture_cannot_be_told_apart_in_30_s_and_the_limits_hold_the_truth() {
+fn realisations_of_one_texture_are_not_distinguishable_in_30_s_and_the_limits_hold_the_truth() {
     let (mut below, mut wrong) = (0, 0);
     for seed in 0..12 {
         let s = scored(

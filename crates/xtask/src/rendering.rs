@@ -272,7 +272,7 @@ fn feel(
                 &mut |_| {},
             );
             match looped {
-                Ok(looped) => looped.told().clone(),
+                Ok(looped) => looped.best_verification().clone(),
                 Err(ProcedureError::Render(RenderError::ExceedsFullScale { fits_at, .. })) => {
                     return Ok(Outcome::Refused(fits_at));
                 }

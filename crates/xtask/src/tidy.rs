@@ -1,5 +1,6 @@
 //! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
 
+mod commands;
 mod layers;
 mod options;
 mod programs;
@@ -124,6 +125,7 @@ fn findings() -> Result<BTreeSet<String>> {
     science_is_documented(&root, &mut findings)?;
     layers::check(&root, &mut findings)?;
     options::check(&root, &mut findings)?;
+    commands::check(&root, &mut findings)?;
     licences(&root, &metadata, &mut findings)?;
     files(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;

@@ -49,14 +49,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let lost = TransferFormat::of_ending(&args.out).losses();
     done.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {
-        let source = &done.function.about.provenance.source;
-        let title = format!("Transfer function: {source}");
-        let page = transfer::Page {
-            distortion: distortion.as_ref(),
-            repeats: done.apart_db.map(|db| (done.each.len(), db)),
-            refused: done.refused.iter().map(ToString::to_string).collect(),
-            ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
-        };
+        let page = page(&done, distortion.as_ref());
         write_text(report, &transfer::html(&page, &OptionWords)?)?;
     }
     let found = (args.band, distortion.as_ref());
@@ -66,6 +59,21 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&text(&document, done.function.response().len()))
+}
+
+/// What the report shows.
+fn page<'a>(
+    done: &'a RepeatedCharacterisation,
+    distortion: Option<&'a Distortion>,
+) -> transfer::Page<'a, Drive, Acceleration> {
+    let source = &done.function.about.provenance.source;
+    let title = format!("Transfer function: {source}");
+    transfer::Page {
+        distortion,
+        repeats: done.apart_db.map(|db| (done.each.len(), db)),
+        refused: done.refused.iter().map(ToString::to_string).collect(),
+        ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
+    }
 }
 
 fn config(args: &Characterise, bench: &Bench) -> CharacteriseConfig {
@@ -135,7 +143,7 @@ fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
     }
     if let Some(distortion) = document.distortion {
         text += "\n";
-        text += &told(distortion);
+        text += &distortion_text(distortion);
     }
     text
 }
@@ -157,7 +165,7 @@ fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
 }
 
 /// Levels of noise and distortion re the answer, one line a band.
-fn told(distortion: &Distortion) -> String {
+fn distortion_text(distortion: &Distortion) -> String {
     let mut text = format!(
         "relative to the response, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
         distortion.realisations, distortion.periods, "band", "noise", "even", "odd"

@@ -71,92 +71,126 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         bench.player.describe().name,
         args.seed
     ));
-
-    say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
-    let (recorded, target) = texture(&out.join(TARGET), args.seed)?;
-    say("2/5 characterising the device with the finger on it");
-    let function = transfer_function(&mut bench, args.seed, &out.join(TRANSFER))?;
-    say("3/5 rendering: computing the drive that reproduces this texture on the resting finger");
-    let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
-    let rendering = Rendering::of(&drive, TARGET, level.0);
-    say("4/5 playing the drive and measuring again, after repositioning the finger");
-    let measured = played(
-        &mut bench,
-        "play",
-        &drive.drive,
-        Some(rendering.clone()),
-        &out.join("measured.parquet"),
-    )?;
-    say(
-        "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
-    );
-    let straight = sent_straight(&mut bench, &target, out)?;
-    say("5/5 comparing");
-    let limit = drive.headroom.limit;
-    let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
-    verification.doubts.put_first(
-        drive
-            .about
-            .doubts
-            .iter()
-            .chain(&measured.about.doubts)
-            .cloned(),
-    );
-    let straight = Straight {
-        as_it_stands: compared(&target, &straight.as_it_stands, limit, Decibels(0.0), None)?,
-        turned_down: compared(&target, &straight.turned_down, limit, Decibels(0.0), None)?,
-    };
-
+    let chain = Chain::measured(&mut bench, out, args.seed)?;
     let path = out.join("report.html");
-    let page = Page {
-        title: "A texture rendered end to end".into(),
-        verification: &verification,
-        tones: tones(&verification)?,
-        target: &recorded,
-        function: Some(&function),
-        texture: &target,
-        measured: "measured.parquet",
-        drive: Some(ShownDrive {
-            series: &drive.drive,
-            limit,
-            beside: drive_beside(
-                &verification,
-                (&drive.drive, DriveSource::Rendered),
-                Some(&rendering),
-            ),
-        }),
-        rendering: Some(&rendering),
-        provenance: &measured.about.provenance,
-        condition: &measured.about.condition,
-        predicted: None,
-        also: Vec::new(),
-        before: Vec::new(),
-        straight: Some(&straight),
-    };
-    write_text(&path, &html(&page, &OptionWords)?)?;
-    let result = DemoDocument {
-        report: &report::name(&path),
-        verification: JudgedVerification::of(&verification),
-        straight: JudgedVerification::of(&straight.as_it_stands),
-        straight_level_matched: JudgedVerification::of(&straight.turned_down),
-    };
-    write_text(&out.join("verification.json"), &document_text(&result)?)?;
+    write_text(&path, &chain.page()?)?;
+    let report = report::name(&path);
+    let document = chain.document(&report);
+    write_text(&out.join("verification.json"), &document_text(&document)?)?;
     if args.json {
-        print_document(&result)?;
-        return verdict(&verification);
+        print_document(&document)?;
+        return verdict(&chain.verification);
     }
-    say_doubts(&verification.doubts);
-    print(&format!(
+    say_doubts(&chain.verification.doubts);
+    print(&negative_control(&chain.straight))?;
+    print(&format!("report: {}", path.display()))?;
+    print(&chain.verification.sentence())?;
+    verdict(&chain.verification)
+}
+
+/// Everything that the chain recorded, computed and measured.
+struct Chain {
+    recorded: Recording,
+    target: Series<Acceleration>,
+    function: TransferFunction<Drive, Acceleration>,
+    drive: RenderedDrive,
+    rendering: Rendering,
+    measured: Recording,
+    verification: Verification,
+    /// The negative control.
+    straight: Straight<Verification>,
+}
+
+impl Chain {
+    /// The chain on `bench`, its files written to the folder `out`.
+    fn measured(bench: &mut Bench, out: &Path, seed: u64) -> Outcome<Self> {
+        say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
+        let (recorded, target) = texture(&out.join(TARGET), seed)?;
+        say("2/5 characterising the device with the finger on it");
+        let function = transfer_function(bench, seed, &out.join(TRANSFER))?;
+        say(
+            "3/5 rendering: computing the drive that reproduces this texture on the resting finger",
+        );
+        let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
+        let rendering = Rendering::of(&drive, TARGET, level.0);
+        say("4/5 playing the drive and measuring again, after repositioning the finger");
+        let (made, path) = (Some(rendering.clone()), out.join("measured.parquet"));
+        let measured = played(bench, "play", &drive.drive, made, &path)?;
+        say(
+            "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
+        );
+        let straight = sent_straight(bench, &target, out)?;
+        say("5/5 comparing");
+        let limit = drive.headroom.limit;
+        let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
+        let doubts = drive.about.doubts.iter().chain(&measured.about.doubts);
+        verification.doubts.put_first(doubts.cloned());
+        let control = |sent: &Recording| compared(&target, sent, limit, Decibels(0.0), None);
+        let straight = Straight {
+            as_it_stands: control(&straight.as_it_stands)?,
+            turned_down: control(&straight.turned_down)?,
+        };
+        Ok(Self {
+            recorded,
+            target,
+            function,
+            drive,
+            rendering,
+            measured,
+            verification,
+            straight,
+        })
+    }
+
+    /// The report.
+    fn page(&self) -> Outcome<String> {
+        let (verification, drive) = (&self.verification, &self.drive);
+        let rendering = Some(&self.rendering);
+        let source = (&drive.drive, DriveSource::Rendered);
+        let page = Page {
+            title: "A texture rendered end to end".into(),
+            verification,
+            tones: tones(verification)?,
+            target: &self.recorded,
+            function: Some(&self.function),
+            texture: &self.target,
+            measured: "measured.parquet",
+            drive: Some(ShownDrive {
+                series: &drive.drive,
+                limit: drive.headroom.limit,
+                beside: drive_beside(verification, source, rendering),
+            }),
+            rendering,
+            provenance: &self.measured.about.provenance,
+            condition: &self.measured.about.condition,
+            predicted: None,
+            also: Vec::new(),
+            before: Vec::new(),
+            straight: Some(&self.straight),
+        };
+        Ok(html(&page, &OptionWords)?)
+    }
+
+    fn document<'a>(&'a self, report: &'a str) -> DemoDocument<'a> {
+        DemoDocument {
+            report,
+            verification: JudgedVerification::of(&self.verification),
+            straight: JudgedVerification::of(&self.straight.as_it_stands),
+            straight_level_matched: JudgedVerification::of(&self.straight.turned_down),
+        }
+    }
+}
+
+/// The negative control in words.
+fn negative_control(straight: &Straight<Verification>) -> String {
+    format!(
         "texture played directly (negative control): {:.1} dB rms at 1 m/s² = full scale ({:.0} % clipped); attenuated and \
          level-matched: {:.1} dB rms, waveform correlation {:.2}",
         straight.as_it_stands.error_db_rms,
         straight.as_it_stands.clipped_fraction * 100.0,
         straight.turned_down.error_db_rms_level_matched,
         straight.turned_down.waveform_correlation
-    ))?;
-    print(&format!("report: {}", path.display()))?;
-    print(&verification.sentence())?;
-    verdict(&verification)
+    )
 }
 
 fn band(low_hz: f64, high_hz: f64) -> Outcome<Band> {

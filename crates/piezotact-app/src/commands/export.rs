@@ -1,7 +1,5 @@
 //! `piezotact export`: textures, drives and transfer functions for other devices and programs.
 
-use piezotact::recording::RecordingDoubt;
-use piezotact::resample::ResampleDoubt;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -11,8 +9,7 @@ use piezotact::envelope::{EnvelopeConfig, Shares, shares_of_full_scale};
 use piezotact::quantity::{
     Acceleration, Band, Drive, Hertz, Measure, SampleRate, Uncalibrated, Unit,
 };
-use piezotact::recording::{About, Recording};
-use piezotact::resample::resample;
+use piezotact::recording::{About, Recording, RecordingDoubt};
 use piezotact::series::Series;
 use piezotact_dataset::document::ExportDocument;
 use piezotact_dataset::haptic::{
@@ -84,6 +81,17 @@ impl Format {
             Self::Ahap => FileKind::AHAP,
             Self::Uff => FileKind::UFF,
         }
+    }
+
+    /// The rate of a file with a signal of the rate `own`: another one where a sound output plays it, or where a keyframe for each
+    /// sample would be more than a file should hold, or no whole number a second.
+    fn rate_of(self, own: SampleRate) -> anyhow::Result<Option<SampleRate>> {
+        let too_fine = own.hz() > KEYFRAMES_HZ || own.hz().fract() > 0.0;
+        Ok(match self {
+            Self::Wav => Some(SampleRate::new(f64::from(AUDIO_HZ))?),
+            Self::Hjif if too_fine => Some(SampleRate::new(KEYFRAMES_HZ)?),
+            _ => None,
+        })
     }
 
     fn name(self) -> String {
@@ -222,142 +230,90 @@ fn write_clip(
 fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     let contents = read(&args.input, &args.reading)?;
     let recording = &contents.recording;
-    let named =
-        |error: anyhow::Error| Failure::Data(error.context(args.input.display().to_string()));
     if format == Format::Uff {
         return universal(args, recording);
     }
-    let (channel, signal) = recording
-        .raw(args.channel.as_deref())
-        .map_err(|error| named(error.into()))?;
+    let named =
+        |error: anyhow::Error| Failure::Data(error.context(args.input.display().to_string()));
+    let (channel, of_channel) = shares_of(args, format, recording).map_err(named)?;
     let mut doubts = recording.about.doubts.clone();
-    let rate = match format {
-        Format::Wav => Some(SampleRate::new(f64::from(AUDIO_HZ))?),
-        Format::Hjif if too_fine(signal.rate()) => Some(SampleRate::new(KEYFRAMES_HZ)?),
-        _ => None,
+    doubts.extend(of_channel.doubts(&format.name()));
+    let Shares {
+        shares, full_scale, ..
+    } = of_channel;
+    let mut written = Written {
+        rate: Some(shares.rate()),
+        full_scale: Some(full_scale.clone()),
+        doubts,
     };
-    let rate = rate.filter(|rate| *rate != signal.rate());
-    let at_its_rate = |signal: Series<Uncalibrated>, doubts: &mut Vec<Doubt>| match rate {
-        Some(rate) => {
-            doubts.push(Doubt::from(ResampleDoubt::RateConverted {
-                what: format!("`{}`", channel.name),
-                from_hz: signal.rate().hz(),
-                to_hz: rate.hz(),
-            }));
-            resample(&signal, rate).map_err(|error| named(error.into()))
-        }
-        None => Ok(signal),
-    };
-    let (shares, full_scale) = if channel.unit == Unit::FullScale {
-        let signal = at_its_rate(signal, &mut doubts)?;
-        let peak = signal.peak();
-        if peak > 1.0 {
-            return Err(named(anyhow!(
-                "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
-                digits(peak)
-            )));
-        }
-        if peak <= 0.0 {
-            return Err(named(anyhow!(
-                "expected a signal, found silence; there is nothing to export"
-            )));
-        }
-        let one = Measure {
-            value: 1.0,
-            unit: Unit::FullScale,
-        };
-        (signal, one)
-    } else {
-        let of = |signal: &Series<Uncalibrated>| {
-            shares_of_full_scale(signal).map_err(|error| named(error.into()))
-        };
-        // A mean that begins and ends would be a step at both ends of what is resampled: it goes first.
-        let Shares {
-            shares,
-            full_scale,
-            mean,
-        } = of(&signal)?;
-        let (shares, full_scale) = match rate {
-            Some(_) => {
-                let again = of(&at_its_rate(shares, &mut doubts)?)?;
-                (again.shares, full_scale * again.full_scale)
-            }
-            None => (shares, full_scale),
-        };
-        // What a converter's last bit leaves of a mean is nobody's loss.
-        if mean.abs() > 1e-2 * full_scale {
-            doubts.push(Doubt::from(RecordingDoubt::FormatLoses {
-                format: format.name(),
-                what: format!("the mean of {} {}", digits(mean), channel.unit),
-            }));
-        }
-        let full_scale = Measure {
-            value: full_scale,
-            unit: channel.unit.clone(),
-        };
-        (shares, full_scale)
-    };
-    let what = described(args, recording);
-    let written = match format {
-        Format::Wav => {
-            audio(
-                args,
-                &contents,
-                &channel.name,
-                &shares,
-                &full_scale,
-                &doubts,
-            )?;
-            Written {
-                rate: Some(shares.rate()),
-                full_scale: Some(full_scale),
-                doubts,
-            }
-        }
+    match format {
+        Format::Wav => audio(
+            args,
+            &contents,
+            &channel,
+            (&shares, &full_scale),
+            &written.doubts,
+        )?,
         Format::Hjif => {
             let texture = HjifTexture {
-                description: what,
+                description: described(args, recording),
                 date: today(),
-                full_scale: full_scale.clone(),
+                full_scale,
                 device: device(args, &contents)?,
             };
             let exported = write_hjif(&args.out, &shares, &texture)?;
-            doubts.extend(exported.losses);
-            Written {
-                rate: Some(shares.rate()),
-                full_scale: Some(full_scale),
-                doubts,
-            }
+            written.doubts.extend(exported.losses);
         }
         // A clip, or AHAP by way of one; universal files have left above.
         _ => {
-            let metadata = HapticMetadata {
-                editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
-                source: name(&args.input),
-                description: what,
-                ..HapticMetadata::default()
-            };
-            let clip = clip_of(&shares, &full_scale, &EnvelopeConfig::texture()?, metadata)
-                .map_err(|error| named(error.into()))?;
-            doubts.extend(clip.losses.into_iter().map(|loss| match loss.kind() {
-                Some(RecordingDoubt::FormatLoses { what, .. }) if format == Format::Ahap => {
-                    let format = "AHAP".into();
-                    RecordingDoubt::FormatLoses { format, what }.into()
-                }
-                _ => loss,
-            }));
-            Written {
-                full_scale: Some(full_scale),
-                ..write_clip(&args.out, &clip.content, format, doubts)?
-            }
+            let description = described(args, recording);
+            let (clip, losses) =
+                clip_at(args, format, (&shares, &full_scale), description).map_err(named)?;
+            written.doubts.extend(losses);
+            written.rate = None;
+            written.doubts = write_clip(&args.out, &clip, format, written.doubts)?.doubts;
         }
-    };
+    }
     Ok(written)
 }
 
-/// Whether a keyframe for each sample would be more than a file should hold, or no whole number a second.
-fn too_fine(rate: SampleRate) -> bool {
-    rate.hz() > KEYFRAMES_HZ || rate.hz().fract() > 0.0
+/// The channel that is exported, by name and in shares of its full scale at the rate of `format`.
+fn shares_of(
+    args: &Export,
+    format: Format,
+    recording: &Recording,
+) -> anyhow::Result<(String, Shares)> {
+    let (channel, signal) = recording.raw(args.channel.as_deref())?;
+    let (what, rate) = (
+        format!("`{}`", channel.name),
+        format.rate_of(signal.rate())?,
+    );
+    let shares = shares_of_full_scale(&what, signal, &channel.unit, rate)?;
+    Ok((channel.name.clone(), shares))
+}
+
+/// The clip of a texture, and what it loses in `format`.
+fn clip_at(
+    args: &Export,
+    format: Format,
+    (shares, full_scale): (&Series<Uncalibrated>, &Measure),
+    description: String,
+) -> anyhow::Result<(HapticClip, Vec<Doubt>)> {
+    let metadata = HapticMetadata {
+        editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
+        source: name(&args.input),
+        description,
+        ..HapticMetadata::default()
+    };
+    let clip = clip_of(shares, full_scale, &EnvelopeConfig::texture()?, metadata)?;
+    let losses = clip.losses.into_iter().map(|loss| match loss.kind() {
+        Some(RecordingDoubt::FormatLoses { what, .. }) if format == Format::Ahap => {
+            let format = "AHAP".into();
+            RecordingDoubt::FormatLoses { format, what }.into()
+        }
+        _ => loss,
+    });
+    Ok((clip.content, losses.collect()))
 }
 
 /// All channels, or the one that is named, as time responses.
@@ -388,26 +344,23 @@ fn audio(
     args: &Export,
     contents: &Contents,
     channel: &str,
-    shares: &Series<Uncalibrated>,
-    full_scale: &Measure,
+    (shares, full_scale): (&Series<Uncalibrated>, &Measure),
     doubts: &[Doubt],
 ) -> Outcome {
     let recording = &contents.recording;
-    let of_texture = full_scale.unit != Unit::FullScale;
+    let (about, is_drive) = (&recording.about, full_scale.unit == Unit::FullScale);
+    let exported = format!("exported from {}", name(&args.input));
     let sidecar = Sidecar {
         full_scale: Some(full_scale.clone()),
         channels: vec![channel.into()],
         about: About {
-            condition: recording.about.condition.clone(),
-            provenance: recording
-                .about
-                .provenance
-                .clone()
-                .then(format!("exported from {}", name(&args.input))),
+            condition: about.condition.clone(),
+            provenance: about.provenance.clone().then(exported),
             // Those of a drive stand with its rendering.
-            doubts: match of_texture {
-                true => doubts.to_vec(),
-                false => Vec::new(),
+            doubts: if is_drive {
+                Vec::new()
+            } else {
+                doubts.to_vec()
             },
         },
         annotations: match recording.clocks() {
@@ -417,10 +370,7 @@ fn audio(
                 recording.annotations.cut(start_s, shares.duration())
             }
         },
-        rendering: contents
-            .rendering
-            .clone()
-            .filter(|_| full_scale.unit == Unit::FullScale),
+        rendering: contents.rendering.clone().filter(|_| is_drive),
     };
     write_wav_with_sidecar(
         &args.out,

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use piezotact::doubt::merged;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::recording::Condition;
+use piezotact::recording::{Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::StoredIdentities;
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
@@ -50,6 +50,29 @@ pub(crate) fn run(args: &Info) -> Outcome {
 fn recording_text(args: &Info, contents: &Contents) -> String {
     let recording = &contents.recording;
     let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
+    text.push_str(&channels_text(recording));
+    text.push_str(&condition_text(&recording.about.condition));
+    text.push_str(&origin_text(contents));
+    if let Some(setup) = &contents.setup {
+        let _never_fails = write!(
+            text,
+            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
+            setup.gain,
+            setup.volts_per_full_scale,
+            setup.load_f * 1e9
+        );
+    }
+    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
+    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
+    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
+        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
+    }
+    text
+}
+
+/// Rates, length and channels, after the kind of file.
+fn channels_text(recording: &Recording) -> String {
+    let mut text = String::new();
     let groups = clock_summaries(recording);
     match groups.as_slice() {
         [one] => {
@@ -80,7 +103,13 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
             channel.unit
         );
     }
-    text.push_str(&condition_text(&recording.about.condition));
+    text
+}
+
+/// Where a recording comes from, what was done to it, and what is stated beside it.
+fn origin_text(contents: &Contents) -> String {
+    let recording = &contents.recording;
+    let mut text = String::new();
     if !recording.about.provenance.source.is_empty() {
         let _never_fails = write!(text, "\n  from: {}", recording.about.provenance.source);
     }
@@ -101,20 +130,6 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
         for step in &lineage.steps {
             let _never_fails = write!(text, "\n    {step}");
         }
-    }
-    if let Some(setup) = &contents.setup {
-        let _never_fails = write!(
-            text,
-            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
-            setup.gain,
-            setup.volts_per_full_scale,
-            setup.load_f * 1e9
-        );
-    }
-    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
-    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
-    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
-        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     text
 }

@@ -1,22 +1,18 @@
 //! `piezotact manipulate`: a manipulated texture, with the operations that were applied.
 
 use piezotact::doubt::Doubts;
-use piezotact::recording::RecordingDoubt;
-use piezotact::resample::ResampleDoubt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::feature::vibrations;
-use piezotact::filter::HighPass;
-use piezotact::lineage::{Level, Lineage, Operation, Step};
-use piezotact::manipulate::{ManipulateDocument, ManipulateError, Texture, spectra_of};
-use piezotact::quantity::{Acceleration, Measure, Quantity, Seconds, Unit};
-use piezotact::recording::{About, Annotations, Condition, Provenance, Recording};
-use piezotact::resample::resample;
+use piezotact::lineage::{Level, Lineage, Step};
+use piezotact::manipulate::{
+    ManipulateDocument, ManipulateError, Texture, spectra_of, texture_of_stroke,
+};
+use piezotact::quantity::{Acceleration, Quantity, Seconds};
+use piezotact::recording::{About, Annotations, Condition, Provenance, Recording, RecordingDoubt};
 use piezotact::roles::Roles;
 use piezotact::series::Series;
-use piezotact::statistics::peak;
 use piezotact::study::Take;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -67,16 +63,12 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     )?;
     let before = opened.texture.clone();
     let (after, others) = all_done(args, opened.texture)?;
-    let after = at_a_whole_rate(after)?;
+    // As a WAV file states it.
+    let after = after.at_whole_rate("the texture")?;
     let condition = condition_of(opened.condition, &args.operations.0);
-    let (mut annotations, steps_before) = opened.annotations;
-    let mut provenance = opened.provenance;
-    for step in after.lineage.steps.iter().skip(steps_before) {
-        let (kept, left_out) = annotations.after(&step.operation);
-        annotations = kept;
-        provenance.steps.extend(left_out);
-    }
-    let about = About::new(condition, provenance);
+    let (annotations, left_out) = annotations_after(opened.annotations, &after.lineage);
+    let mut about = About::new(condition, opened.provenance);
+    about.provenance.steps.extend(left_out);
     write(&args.out, &after, &about, annotations)?;
     if let Some(path) = &args.report {
         let shown = std::iter::once(&before).chain(&others).chain([&after]);
@@ -152,15 +144,13 @@ pub(super) fn open(
     channel: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Opened> {
-    let (series, recording, step, mut doubts) = match stroke {
-        None => {
-            let recording = read(path, reading)?.recording;
-            let series = texture(path, &recording, channel)?;
-            let name = recording.pick(channel, &Acceleration::UNIT)?.name.clone();
-            let recording = recording.on_the_clock_of([name.as_str()])?;
-            let doubts = taken_whole(path, &recording).into_iter().collect();
-            (series, recording, None, doubts)
-        }
+    let Source {
+        series,
+        recording,
+        step,
+        mut doubts,
+    } = match stroke {
+        None => whole(path, channel, reading)?,
         Some(stroke) => one_stroke(path, stroke, channel, reading)?,
     };
     doubts.splice(0..0, recording.about.doubts.iter().cloned());
@@ -173,15 +163,7 @@ pub(super) fn open(
         lineage,
         doubts,
     };
-    if found.series.duration().0 < SHORTEST.0 {
-        return Err(Failure::Data(anyhow!(
-            "{}: expected a texture of {SHORTEST} or longer, found {} ({} samples at {}); take a longer stroke, or check the file",
-            path.display(),
-            found.series.duration(),
-            found.series.samples().len(),
-            found.series.rate()
-        )));
-    }
+    long_enough(path, &found.series)?;
     let texture = found
         .with_mean_removed()
         .map_err(|error| refused(path, error))?;
@@ -193,6 +175,19 @@ pub(super) fn open(
     })
 }
 
+fn long_enough(path: &Path, series: &Series<Acceleration>) -> Outcome {
+    if series.duration().0 >= SHORTEST.0 {
+        return Ok(());
+    }
+    Err(Failure::Data(anyhow!(
+        "{}: expected a texture of {SHORTEST} or longer, found {} ({} samples at {}); take a longer stroke, or check the file",
+        path.display(),
+        series.duration(),
+        series.samples().len(),
+        series.rate()
+    )))
+}
+
 /// A recording of touch holds landings, pauses and the gesture beside what is felt of the surface.
 fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
     let (roles, _) = Roles::guess(recording);
@@ -200,7 +195,27 @@ fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
     of_touch.then(|| Doubt::from(RecordingDoubt::TakenWhole { file: name(path) }))
 }
 
-type Stroke = (Series<Acceleration>, Recording, Option<Step>, Vec<Doubt>);
+/// A texture as it is in its file, with the recording that holds it and the step that cut it.
+struct Source {
+    series: Series<Acceleration>,
+    recording: Recording,
+    step: Option<Step>,
+    doubts: Vec<Doubt>,
+}
+
+/// A whole recording as a texture.
+fn whole(path: &Path, channel: Option<&str>, reading: &Reading) -> Outcome<Source> {
+    let recording = read(path, reading)?.recording;
+    let series = texture(path, &recording, channel)?;
+    let name = recording.pick(channel, &Acceleration::UNIT)?.name.clone();
+    let recording = recording.on_the_clock_of([name.as_str()])?;
+    Ok(Source {
+        doubts: taken_whole(path, &recording).into_iter().collect(),
+        series,
+        recording,
+        step: None,
+    })
+}
 
 /// One stroke of a recording, as `analyse` sees it: cut by the rule or by a person, freed of the gesture.
 fn one_stroke(
@@ -208,10 +223,40 @@ fn one_stroke(
     asked: Chosen,
     channel: Option<&str>,
     reading: &Reading,
-) -> Outcome<Stroke> {
-    let number = asked.number as usize;
+) -> Outcome<Source> {
     let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
-    let takes = take_all(&Takes {
+    let takes = take_all(&takes_of(path, channel, reading))?;
+    let Some(Take {
+        recording,
+        segmentation,
+        ..
+    }) = takes.into_iter().next()
+    else {
+        return Err(at(anyhow!("expected a recording, found none; check it")));
+    };
+    let vibration = segmentation.roles.vibration.first();
+    let whole = texture(path, &recording, vibration.map(String::as_str))?;
+    let number = asked.number as usize;
+    let strokes = segmentation.strokes.len();
+    let Some(stroke) = segmentation.strokes.get(number - 1) else {
+        return Err(at(anyhow!(
+            "expected a stroke from 1 to {strokes}, found {} {number}; `piezotact segment` lists them",
+            asked.option
+        )));
+    };
+    let cut = texture_of_stroke(&whole, (&recording, &segmentation), (number, stroke))
+        .map_err(|error| at(error.into()))?;
+    Ok(Source {
+        series: cut.series,
+        recording,
+        step: Some(cut.step),
+        doubts: cut.doubts,
+    })
+}
+
+/// One recording, cut by its own roles.
+fn takes_of(path: &Path, channel: Option<&str>, reading: &Reading) -> Takes {
+    Takes {
         recordings: vec![path.to_owned()],
         meta: None,
         touch: None,
@@ -227,46 +272,7 @@ fn one_stroke(
             scale: reading.scale.clone(),
             rate: reading.rate,
         },
-    })?;
-    let Some(Take {
-        recording,
-        segmentation,
-        ..
-    }) = takes.into_iter().next()
-    else {
-        return Err(at(anyhow!("expected a recording, found none; check it")));
-    };
-    let whole = texture(
-        path,
-        &recording,
-        segmentation.roles.vibration.first().map(String::as_str),
-    )?;
-    let strokes = segmentation.strokes.len();
-    let Some(stroke) = segmentation.strokes.get(number - 1) else {
-        return Err(at(anyhow!(
-            "expected a stroke from 1 to {strokes}, found {} {number}; `piezotact segment` lists them",
-            asked.option
-        )));
-    };
-    let gesture = HighPass::gesture();
-    let freed = vibrations(&recording, &segmentation, Some(gesture)).map_err(|e| at(e.into()))?;
-    let steady = &stroke.steady;
-    let samples = freed.channels.first().map(|channel| steady.of(channel));
-    let series = Series::<Acceleration>::new(
-        samples.map(<[f64]>::to_vec).unwrap_or_default(),
-        recording.rate(),
-    )
-    .map_err(|e| at(e.into()))?;
-    let operation = Operation::Stroke {
-        number,
-        from_s: recording.rate().duration_of(steady.start).0,
-        to_s: recording.rate().duration_of(steady.end).0,
-        high_pass_hz: gesture.cutoff_hz.0,
-    };
-    let step = Step::between(operation, whole.rms_about_mean(), series.rms_about_mean());
-    let mut doubts = segmentation.doubts;
-    doubts.extend(freed.doubts);
-    Ok((series, recording, Some(step), doubts))
+    }
 }
 
 /// The texture after every operation, and the others that it took something of.
@@ -280,57 +286,42 @@ fn all_done(
         seed: args.seed,
     };
     for requested in &args.operations.0 {
-        let x = &texture.series;
         let other = match &requested.other {
             Some(Other { path, rate }) => {
-                let known = others.iter().position(|(known, _)| *known == path);
-                let at = match known {
+                let at = match others.iter().position(|(known, _)| *known == path) {
                     Some(at) => at,
                     None => {
                         others.push((path, open_other(args, path)?));
                         others.len() - 1
                     }
                 };
+                let other = others[at].1.clone();
                 Some(match rate {
-                    OtherRate::Own => others[at].1.clone(),
-                    OtherRate::OfTexture => at_the_rate_of(x, path, &others[at].1)?,
+                    OtherRate::Own => other,
+                    OtherRate::OfTexture => at_the_rate_of(&texture.series, path, other)?,
                 })
             }
             None => None,
         };
-        let done = requested.apply(x, settings, other.as_ref());
+        let done = requested.apply(&texture.series, settings, other.as_ref());
         texture = texture.then(done.map_err(|error| refused(&args.input, error))?);
     }
-    for (_, other) in &others {
-        texture.doubts.extend(other.doubts.iter().cloned());
-    }
-    let once: Doubts = texture.doubts.into_iter().collect();
+    let others: Vec<_> = others.into_iter().map(|(_, other)| other).collect();
+    let all = others.iter().flat_map(|other| other.doubts.iter().cloned());
+    let once: Doubts = texture.doubts.into_iter().chain(all).collect();
     texture.doubts = once.into();
-    Ok((
-        texture,
-        others.into_iter().map(|(_, other)| other).collect(),
-    ))
+    Ok((texture, others))
 }
 
-/// The other texture at the rate of `x`, with the doubt that it was brought there.
+/// The other texture at the rate of `x`, with the doubt that it was converted.
 fn at_the_rate_of(
     x: &Series<Acceleration>,
     path: &Path,
-    other: &Texture<Acceleration>,
+    other: Texture<Acceleration>,
 ) -> Outcome<Texture<Acceleration>> {
-    let mut other = other.clone();
-    let from = other.series.rate();
-    if from != x.rate() {
-        other.series = resample(&other.series, x.rate()).map_err(|error| {
-            Failure::Data(anyhow::Error::new(error).context(path.display().to_string()))
-        })?;
-        other.doubts.push(Doubt::from(ResampleDoubt::RateConverted {
-            what: name(path),
-            from_hz: from.hz(),
-            to_hz: x.rate().hz(),
-        }));
-    }
-    Ok(other)
+    other.at_rate(&name(path), x.rate()).map_err(|error| {
+        Failure::Data(anyhow::Error::new(error).context(path.display().to_string()))
+    })
 }
 
 /// Another texture, at `--of-scale`; `--scale` counts for it where it does not say its own.
@@ -356,24 +347,6 @@ fn refused(path: &Path, error: ManipulateError) -> Failure {
     }
 }
 
-/// A WAV file states a whole number of Hz.
-fn at_a_whole_rate(mut texture: Texture<Acceleration>) -> Outcome<Texture<Acceleration>> {
-    let from = texture.series.rate();
-    let to = piezotact::quantity::SampleRate::new(from.hz().round())?;
-    // Time stamps give rates that are whole but for their last digits.
-    if (from.hz() - to.hz()).abs() > 1e-5 * from.hz() {
-        texture.series = resample(&texture.series, to)?;
-        texture
-            .doubts
-            .push(Doubt::from(ResampleDoubt::RateConverted {
-                what: "the texture".into(),
-                from_hz: from.hz(),
-                to_hz: to.hz(),
-            }));
-    }
-    Ok(texture)
-}
-
 /// What still holds of the condition: another texture is another sample, and after a warp the speed is another.
 fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition {
     if let Some(sample) = &mut condition.sample
@@ -387,24 +360,29 @@ fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition
     condition
 }
 
+/// What still holds of the annotations after the steps of `lineage` beyond the first so many, and what was left out.
+fn annotations_after(
+    (mut annotations, steps_before): (Annotations, usize),
+    lineage: &Lineage,
+) -> (Annotations, Vec<String>) {
+    let mut left_out = Vec::new();
+    for step in lineage.steps.iter().skip(steps_before) {
+        let (kept, left) = annotations.after(&step.operation);
+        annotations = kept;
+        left_out.extend(left);
+    }
+    (annotations, left_out)
+}
+
 fn write(
     path: &Path,
     texture: &Texture<Acceleration>,
     about: &About,
     annotations: Annotations,
 ) -> Outcome {
-    let full_scale = peak(texture.series.samples());
-    let samples: Vec<f64> = texture
-        .series
-        .samples()
-        .iter()
-        .map(|v| v / full_scale)
-        .collect();
+    let (samples, full_scale) = texture.series.in_shares_of_peak();
     let sidecar = Sidecar {
-        full_scale: Some(Measure {
-            value: full_scale,
-            unit: Unit::MetrePerSecondSquared,
-        }),
+        full_scale: Some(full_scale),
         channels: vec!["acceleration".into()],
         about: About {
             condition: about.condition.clone(),

@@ -199,31 +199,37 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
                 output.display()
             )));
         }
-        let folder = folder_of(output);
-        if !folder.is_dir() {
-            return Err(anyhow!(
-                "{}: expected the folder {}, found none; create it",
-                output.display(),
-                folder.display()
-            )
-            .into());
-        }
-        if std::fs::metadata(output).is_ok_and(|found| !found.is_dir() && !found.is_file()) {
-            return Err(anyhow!(
-                "{}: expected the name of a file, found a device; give a file's name",
-                output.display()
-            )
-            .into());
-        }
-        if output.is_dir() {
-            return Err(anyhow!(
-                "{}: expected the name of a file, found a folder; give a file's name in it",
-                output.display()
-            )
-            .into());
-        }
-        check_place(output)?;
+        can_be_written(output)?;
     }
+    Ok(())
+}
+
+/// Refuses an output in a folder that is not there, or whose name is that of something other than a file.
+fn can_be_written(output: &Path) -> Outcome {
+    let folder = folder_of(output);
+    if !folder.is_dir() {
+        return Err(anyhow!(
+            "{}: expected the folder {}, found none; create it",
+            output.display(),
+            folder.display()
+        )
+        .into());
+    }
+    if std::fs::metadata(output).is_ok_and(|found| !found.is_dir() && !found.is_file()) {
+        return Err(anyhow!(
+            "{}: expected the name of a file, found a device; give a file's name",
+            output.display()
+        )
+        .into());
+    }
+    if output.is_dir() {
+        return Err(anyhow!(
+            "{}: expected the name of a file, found a folder; give a file's name in it",
+            output.display()
+        )
+        .into());
+    }
+    check_place(output)?;
     Ok(())
 }
 

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
-use piezotact::figure::Figure;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
 use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
@@ -33,7 +32,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         seed: args.seed,
     };
     let chapters = measured(&replay, args.chapter)?;
-    let page = page(&replay, args.twin.as_deref(), &chapters)?;
+    let page = page(&replay, args.twin.as_deref(), &chapters);
     write_text(&report, &html(&page, &OptionWords)?)?;
     let names = (name(&report), args.twin.as_deref().map(name));
     let document = ReplayDocument::of(&replay, &chapters, (&names.0, names.1), &OptionWords);
@@ -96,7 +95,7 @@ fn word(verdict: &Verdict) -> &'static str {
 }
 
 /// What the report shows.
-fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) -> Outcome<Page<'a>> {
+fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) -> Page<'a> {
     let all_asked = chapters.len() == Replay::CHAPTERS.len();
     let claims = CLAIMS.iter().map(|claim| {
         let found = all(chapters).find(|finding| finding.claim == claim.number);
@@ -108,35 +107,29 @@ fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) ->
         row(claim, found, otherwise)
     });
     let parts = chapters.iter().map(|chapter| {
-        let figures = chapter.figures.iter().map(|figure| {
-            let shown = Figure {
-                caption: figure.caption.clone(),
-                drawn: figure.drawn()?,
-            };
-            Ok((figure.number, shown))
-        });
+        let figures = chapter.figures.iter().map(|of| (of.number, &of.figure));
         let claims = chapter.findings.iter().filter_map(|finding| {
             let claim = CLAIMS.iter().find(|claim| claim.number == finding.claim)?;
             Some(row(claim, Some(finding), Standing::NotYet))
         });
-        Ok(ChapterPart {
+        ChapterPart {
             number: chapter.number,
             title: chapter.title,
             measured: &chapter.measured,
             tally: tally(&chapter.findings),
             claims: claims.collect(),
-            figures: figures.collect::<Outcome<_>>()?,
+            figures: figures.collect(),
             doubts: &chapter.doubts,
             missing: &chapter.missing,
-        })
+        }
     });
-    Ok(Page {
+    Page {
         seed: replay.seed,
         twin: twin.map(name),
         changes: replay.parameters.changes(),
         claims: claims.collect(),
-        chapters: parts.collect::<Outcome<_>>()?,
-    })
+        chapters: parts.collect(),
+    }
 }
 
 /// A claim with what was found of it; where nothing was it stands as `otherwise`.
@@ -170,8 +163,9 @@ mod tests {
     use super::*;
     use piezotact::Doubt;
     use piezotact::doubt::merged_of;
+    use piezotact::figure::{Axis, Chart, Line, Mark, Tone};
     use piezotact::recording::RecordingDoubt;
-    use piezotact_replay::{Axis, Line, Mark, Scale, Shown};
+    use piezotact_replay::Counterpart;
     use piezotact_twin::TwinParameters;
 
     fn finding(claim: u8, verdict: Verdict) -> Finding {
@@ -183,31 +177,23 @@ mod tests {
         }
     }
 
-    fn figure(number: &'static str) -> piezotact_replay::Figure {
-        let axis = |scale| Axis {
-            label: "Ra & rms".into(),
-            scale,
+    fn figure(number: &'static str) -> Counterpart {
+        let marks = [Mark::Dots, Mark::Line, Mark::Dashed, Mark::Joined];
+        let line = |mark: Mark| {
+            Line::new(
+                format!("{mark:?}"),
+                Tone::Main,
+                vec![(0.0, 0.0), (1.0, 2.0)],
+            )
+            .marked(mark)
         };
-        let line = |mark| Line {
-            label: format!("{mark:?}"),
-            points: vec![(0.0, 0.0), (1.0, 2.0)],
-            mark,
-        };
-        let marks = [
-            Mark::Dots,
-            Mark::Line,
-            Mark::Thin,
-            Mark::Dashed,
-            Mark::Joined,
-        ];
-        piezotact_replay::Figure {
+        let (x, y) = (
+            Axis::names("", vec!["S1".into(), "NO".into()]),
+            Axis::new("Ra & rms", 0.0, 2.0),
+        );
+        Counterpart {
             number,
-            caption: "A caption.".into(),
-            shown: Shown::Lines {
-                x: axis(Scale::Names(vec!["S1".into(), "NO".into()])),
-                y: axis(Scale::Logarithmic),
-                lines: marks.map(line).into(),
-            },
+            figure: Chart::new(x, y, marks.map(line).into()).captioned("A caption."),
         }
     }
 
@@ -241,7 +227,7 @@ mod tests {
             missing: vec!["figure 51".into()],
         };
         let chapters = [chapter];
-        let page = page(&replay, None, &chapters).ok().unwrap();
+        let page = page(&replay, None, &chapters);
         let html = html(&page, &OptionWords).unwrap();
         for claim in CLAIMS {
             let (row, link) = (

@@ -140,6 +140,16 @@ fn of_line(args: &Roughness, profile: &HeightProfile) -> Outcome<ProfileRoughnes
 }
 
 fn of_map(args: &Roughness, map: &HeightMap) -> Outcome<ArealRoughness> {
+    let config = ArealConfig {
+        form: form(args),
+        s_nesting_m: s_nesting_of_map(args)?,
+        l_nesting_m: args.cutoff,
+    };
+    areal_roughness(map, &config).map_err(|error| refused(&args.file, &error))
+}
+
+/// The nesting index of the S-filter of a map, m; options that are for profiles alone are refused.
+fn s_nesting_of_map(args: &Roughness) -> Outcome<Option<f64>> {
     for (option, given) in [
         ("--standard", args.standard.is_some()),
         ("--periodic", args.periodic),
@@ -176,12 +186,7 @@ fn of_map(args: &Roughness, map: &HeightMap) -> Outcome<ArealRoughness> {
             }
         }
     }
-    let config = ArealConfig {
-        form: form(args),
-        s_nesting_m,
-        l_nesting_m: args.cutoff,
-    };
-    areal_roughness(map, &config).map_err(|error| refused(&args.file, &error))
+    Ok(s_nesting_m)
 }
 
 /// What the surface cannot give is a matter of the data; what no surface could give, of the command.

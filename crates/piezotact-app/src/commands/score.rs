@@ -1,4 +1,4 @@
-//! `piezotact score`: whether a finger could tell two vibrations apart.
+//! `piezotact score`: whether two vibrations are distinguishable by touch.
 
 use std::fmt::Write as _;
 
@@ -165,9 +165,15 @@ fn text(score: &score::Score) -> String {
     for band in &score.bands {
         let _never_fails = writeln!(text, "{}", row(band));
     }
+    text.push_str(&differences(score));
+    text.push_str(&beside(score));
+    text
+}
+
+/// The criteria and the differences over all bands.
+fn differences(score: &score::Score) -> String {
     let e = &score.spectrum_error;
-    let _never_fails = write!(
-        text,
+    format!(
         "levels in dB re 1 m/s² rms; felt: difference above threshold, spread over neighbouring bands, ± 95 % limits\n\n\
          {}\n\
          differences: spectrum {:.2} JND, level {:.2} JND, balance {:.2} JND (centroids {:.0} Hz and {:.0} Hz)\n\
@@ -184,7 +190,12 @@ fn text(score: &score::Score) -> String {
         e.max_at_hz,
         e.resolution_hz,
         score.level_error_db,
-    );
+    )
+}
+
+/// Measures of waveforms and of the literature, where they were computed.
+fn beside(score: &score::Score) -> String {
+    let mut text = String::new();
     if let Some(w) = &score.waveform {
         let _never_fails = write!(
             text,

@@ -22,7 +22,7 @@ use piezotact::verify::{
 };
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::read_sidecar;
-use piezotact_dataset::{ReadOptions, read_recording, read_transfer};
+use piezotact_dataset::{Contents, ReadOptions, read_recording, read_transfer};
 use piezotact_report::verify::{Also, Before, Page, ShownDrive, Stated};
 
 use super::manipulate::Chosen;
@@ -279,14 +279,7 @@ fn judge(
 ) -> Outcome<Judged> {
     let args = asked.args;
     let measured = inspected(path, &measured_options(args)?)?;
-    let mut channels = measured.recording.channels().iter();
-    if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
-        return Err(Failure::Data(anyhow!(
-            "{}: expected the recording made while a drive was played, found the drive itself; give the recording with \
-             --measured, and the drive with --drive",
-            path.display()
-        )));
-    }
+    require_measurement(path, &measured)?;
     let channel = args.measured_channel.as_deref();
     let response = texture(path, &measured.recording, channel)?;
     let rendering = stated.or(measured.rendering.as_ref());
@@ -316,6 +309,19 @@ fn judge(
         rendering: rendering.cloned(),
         recording: measured.recording,
     })
+}
+
+/// Refuses a drive where the recording of its playing is expected.
+fn require_measurement(path: &Path, measured: &Contents) -> Outcome {
+    let mut channels = measured.recording.channels().iter();
+    if measured.rendering.is_some() && channels.all(|channel| channel.unit == Unit::FullScale) {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected the recording made while a drive was played, found the drive itself; give the recording with \
+             --measured, and the drive with --drive",
+            path.display()
+        )));
+    }
+    Ok(())
 }
 
 fn measured_options(args: &Verify) -> Outcome<ReadOptions> {

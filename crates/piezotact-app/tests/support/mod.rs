@@ -15,6 +15,36 @@ use std::process::{Command, Output, Stdio};
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use shared_data::shared;
 
+/// Every command and every command of a command.
+pub(crate) const COMMANDS: &[&str] = &[
+    "demo",
+    "info",
+    "spectrum",
+    "noise",
+    "characterise",
+    "transfer",
+    "manipulate",
+    "render",
+    "play",
+    "verify",
+    "score",
+    "segment",
+    "analyse",
+    "compare",
+    "roughness",
+    "panel",
+    "panel run",
+    "panel add",
+    "panel analyse",
+    "panel average",
+    "export",
+    "twin",
+    "twin record",
+    "twin surface",
+    "twin parameters",
+    "replay",
+];
+
 /// A folder of its own in which the command is run.
 pub(crate) struct Folder(tempfile::TempDir);
 

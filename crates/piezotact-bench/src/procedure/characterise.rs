@@ -176,7 +176,7 @@ pub fn transfer_of(
         .about
         .provenance
         .clone()
-        .then(excitation.told(drive.peak()));
+        .then(excitation.text(drive.peak()));
     // The driven band is stated by the transfer function itself.
     function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);

@@ -65,7 +65,7 @@ pub struct Refused {
 }
 
 impl RepeatedCharacterisation {
-    /// Noise and distortion of all repeats together; `None` where the excitation cannot tell them apart.
+    /// Noise and distortion of all repeats together; `None` where the excitation cannot separate them.
     #[must_use]
     pub fn distortion(&self) -> Option<Distortion> {
         let each = self.each.iter().filter_map(|one| one.distortion.clone());

@@ -343,7 +343,7 @@ fn heights(scale: &Scale<'_>, table: Table) -> Result<Read, ReadError> {
 }
 
 /// The stated length is that of the evaluation: each of the N heights stands for length / N. Length / (N − 1)
-/// would be 1/N longer, 36 parts in a million of a usual profile, and the data do not tell the two apart.
+/// would be 1/N longer, 36 parts in a million of a usual profile, and the data do not distinguish the two.
 fn surfcom(scale: &Scale<'_>, table: &Table, count: usize) -> Result<Read, ReadError> {
     let found = table.values.len().saturating_sub(2);
     if count != found {

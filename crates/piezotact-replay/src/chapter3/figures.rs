@@ -1,34 +1,37 @@
 //! The counterparts of the figures of chapter 3.
 
 use piezotact::compare::Summary;
-use piezotact::quantity::Acceleration;
+use piezotact::figure::Line;
+use piezotact::quantity::{Acceleration, Hertz};
 
 use super::findings::friction_of;
 use super::{Touched, named};
 use crate::ReplayError;
-use crate::figure::{Axis, Figure, Line, Mark, Shown, decibels, density, frequency};
+use crate::figure::{
+    Counterpart, decibels, density, frequency, line, linear, logarithmic, names, over_names,
+};
 use piezotact_bench::ProcedureError;
+
+/// How far up the spectrograms go: where the first lines of a fingerprint are.
+const FIRST_LINES_OF_RIDGES: Hertz = Hertz(300.0);
 
 /// Mean PSDs in one frame.
 fn spectra<'a>(
     number: &'static str,
     caption: &str,
     groups: impl Iterator<Item = (String, &'a Summary)>,
-) -> Figure {
-    Figure {
+) -> Counterpart {
+    Counterpart::chart(
         number,
-        caption: caption.into(),
-        shown: Shown::Lines {
-            x: frequency(),
-            y: density(),
-            lines: groups
-                .map(|(label, s)| {
-                    let points = decibels(&s.psd.mean, s.psd.resolution_hz, 10.0, 600.0);
-                    Line::new(label, Mark::Line, points)
-                })
-                .collect(),
-        },
-    }
+        caption,
+        (frequency(), density()),
+        groups
+            .map(|(label, s)| {
+                let points = decibels(&s.psd.mean, s.psd.resolution_hz, 10.0, 600.0);
+                line(label, points)
+            })
+            .collect(),
+    )
 }
 
 fn passive_at<'a>(
@@ -59,19 +62,19 @@ fn by_sample(
     label: &str,
     samples: &[Touched],
     lines: Vec<Line>,
-) -> Figure {
-    Figure {
+) -> Counterpart {
+    Counterpart::chart(
         number,
-        caption: caption.into(),
-        shown: Shown::Lines {
-            x: Axis::names("sample", samples.iter().map(|s| s.name.clone())),
-            y: Axis::log(label),
-            lines,
-        },
-    }
+        caption,
+        (
+            names("sample", samples.iter().map(|s| s.name.clone())),
+            logarithmic(label),
+        ),
+        lines,
+    )
 }
 
-pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
+pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Counterpart>, ReplayError> {
     let all: Vec<&str> = samples.iter().map(|s| s.name.as_str()).collect();
     let values = |value: fn(&Touched) -> f64| samples.iter().map(value);
     let mut figures = Vec::new();
@@ -94,8 +97,8 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
         "Ra, µm; rms, m/s²",
         samples,
         vec![
-            Line::over_names("Ra, µm", values(|s| s.ra_m * 1e6)),
-            Line::over_names("rms, m/s²", values(Touched::level)),
+            over_names("Ra, µm", values(|s| s.ra_m * 1e6)),
+            over_names("rms, m/s²", values(Touched::level)),
         ],
     ));
     figures.push(by_sample(
@@ -104,8 +107,8 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
         "rms, m/s²; friction coefficient",
         samples,
         vec![
-            Line::over_names("rms, m/s²", values(Touched::level)),
-            Line::over_names("friction coefficient", values(friction_of)),
+            over_names("rms, m/s²", values(Touched::level)),
+            over_names("friction coefficient", values(friction_of)),
         ],
     ));
     for (number, name) in [("35a", "S1"), ("35b", "S2"), ("35c", "S3")] {
@@ -116,12 +119,14 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
         }
     }
     if let Some((_, vibrations)) = named(samples, "S1").and_then(|s| s.shown.as_ref()) {
-        let titles = ["S1, 10 mm/s", "S1, 20 mm/s", "S1, 30 mm/s"].map(str::to_owned);
-        figures.push(Figure {
-            number: "35",
-            caption: "The same in time: strokes over S1 at each speed, one after the other. The fingerprint's comb moves with speed.".into(),
-            shown: Shown::Spectrograms(titles.into_iter().zip(vibrations.iter().cloned()).collect()),
-        });
+        let titles = ["S1, 10 mm/s", "S1, 20 mm/s", "S1, 30 mm/s"];
+        let panels: Vec<_> = titles.into_iter().zip(vibrations).collect();
+        figures.push(Counterpart::spectrograms(
+            "35",
+            "The same in time: strokes over S1 at each speed, one after the other. The fingerprint's comb moves with speed.",
+            &panels,
+            FIRST_LINES_OF_RIDGES,
+        )?);
     }
     let coarse = ["S1", "S2", "S3"];
     for (number, speed, text) in [
@@ -142,9 +147,9 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
         "rms, m/s²",
         samples,
         vec![
-            Line::over_names("10 mm/s", values(|s| s.passive[0].rms.mean)),
-            Line::over_names("20 mm/s", values(|s| s.passive[1].rms.mean)),
-            Line::over_names("30 mm/s", values(|s| s.passive[2].rms.mean)),
+            over_names("10 mm/s", values(|s| s.passive[0].rms.mean)),
+            over_names("20 mm/s", values(|s| s.passive[1].rms.mean)),
+            over_names("30 mm/s", values(|s| s.passive[2].rms.mean)),
         ],
     ));
     let sets: [(&str, &str, &[&str]); 3] = [
@@ -169,7 +174,7 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Figure>, ReplayError> {
 }
 
 /// Figures 27–30: the signals of active strokes over one sample, one of them, and all spectra with their mean.
-fn strokes_of(sample: &Touched) -> Result<Vec<Figure>, ReplayError> {
+fn strokes_of(sample: &Touched) -> Result<Vec<Counterpart>, ReplayError> {
     const SHOWN_S: f64 = 9.0;
     let Some((recording, _)) = &sample.shown else {
         return Ok(Vec::new());
@@ -196,37 +201,27 @@ fn strokes_of(sample: &Touched) -> Result<Vec<Figure>, ReplayError> {
                 } else {
                     ""
                 };
-                Line::new(label, Mark::Thin, points)
+                line(label, points).thin()
             })
             .collect();
-        figures.push(Figure {
+        figures.push(Counterpart::chart(
             number,
-            caption: format!("The first strokes over {}, as recorded.", sample.name),
-            shown: Shown::Lines {
-                x: Axis::linear("time, s"),
-                y: Axis::linear(label),
-                lines,
-            },
-        });
+            format!("The first strokes over {}, as recorded.", sample.name),
+            (linear("time, s"), linear(label)),
+            lines,
+        ));
     }
     if let Some(stroke) = sample.active.segmentation.strokes.first() {
         let vibration = recording
             .series::<Acceleration>(None)
             .map_err(ProcedureError::from)?;
         let points = stroke.steady.of(vibration.samples()).iter().enumerate();
-        figures.push(Figure {
-            number: "29a",
-            caption: format!("The steady part of one stroke over {}.", sample.name),
-            shown: Shown::Lines {
-                x: Axis::linear("time, s"),
-                y: Axis::linear("acceleration, m/s²"),
-                lines: vec![Line::new(
-                    "",
-                    Mark::Thin,
-                    points.map(|(i, v)| (i as f64 / rate_hz, *v)).collect(),
-                )],
-            },
-        });
+        figures.push(Counterpart::chart(
+            "29a",
+            format!("The steady part of one stroke over {}.", sample.name),
+            (linear("time, s"), linear("acceleration, m/s²")),
+            vec![line("", points.map(|(i, v)| (i as f64 / rate_hz, *v)).collect()).thin()],
+        ));
     }
     let analysis = &sample.active.analysis;
     let psd = &analysis.psd;
@@ -234,19 +229,16 @@ fn strokes_of(sample: &Touched) -> Result<Vec<Figure>, ReplayError> {
     let mut lines: Vec<Line> = psd
         .each
         .iter()
-        .map(|each| Line::new("", Mark::Thin, decibels(each, step, 10.0, 600.0)))
+        .map(|each| line("", decibels(each, step, 10.0, 600.0)).thin())
         .collect();
     let mean = decibels(&psd.mean, step, 10.0, 600.0);
     let label = format!("mean of {} strokes", psd.each.len());
-    lines.push(Line::new(label, Mark::Line, mean));
-    figures.push(Figure {
-        number: "30",
-        caption: format!("PSDs of all strokes over {} and their mean.", sample.name),
-        shown: Shown::Lines {
-            x: frequency(),
-            y: density(),
-            lines,
-        },
-    });
+    lines.push(line(label, mean));
+    figures.push(Counterpart::chart(
+        "30",
+        format!("PSDs of all strokes over {} and their mean.", sample.name),
+        (frequency(), density()),
+        lines,
+    ));
     Ok(figures)
 }

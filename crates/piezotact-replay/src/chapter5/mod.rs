@@ -16,7 +16,7 @@ use piezotact::transfer::{BundleAverage, Estimator, TransferFunction, estimate};
 
 use crate::averaged::with_average;
 use crate::claims::{Finding, Holds, above, at_most, below, least, most, no_exception};
-use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
+use crate::figure::{Counterpart, frequency, line, linear};
 use crate::rendering::{characterised, device, resting};
 use crate::{Chapter, Replay, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
@@ -423,19 +423,16 @@ fn drawn(
     caption: &str,
     unit: &str,
     lines: Vec<(String, Vec<(f64, f64)>)>,
-) -> Figure {
-    Figure {
+) -> Counterpart {
+    Counterpart::chart(
         number,
-        caption: caption.into(),
-        shown: Shown::Lines {
-            x: frequency(),
-            y: Axis::linear(&format!("magnitude, dB re 1 {unit}")),
-            lines: lines
-                .into_iter()
-                .map(|(label, points)| Line::new(label, Mark::Line, points))
-                .collect(),
-        },
-    }
+        caption,
+        (frequency(), linear(format!("magnitude, dB re 1 {unit}"))),
+        lines
+            .into_iter()
+            .map(|(label, points)| line(label, points))
+            .collect(),
+    )
 }
 
 /// A person's own average in one condition, as it is drawn.
@@ -458,7 +455,7 @@ fn figures(
     fingers: &Fingers,
     devices: &Devices,
     repeats: &Devices,
-) -> Result<Vec<Figure>, ReplayError> {
+) -> Result<Vec<Counterpart>, ReplayError> {
     const INERTANCE: &str = "(m/s²)/N";
     const DEVICE: &str = "(m/s²)/full scale";
     const ALL_HZ: [f64; 2] = [20.0, 1000.0];
@@ -572,24 +569,21 @@ fn figures(
         DEVICE,
         repeated.collect(),
     ));
-    figures.push(Figure {
-        number: "78b",
-        caption: "The coherence of these six measurements.".into(),
-        shown: Shown::Lines {
-            x: frequency(),
-            y: Axis::linear("coherence"),
-            lines: all()
-                .map(|entry| {
-                    let f = &entry.function;
-                    let points = f
-                        .frequencies_hz()
-                        .into_iter()
-                        .zip(f.coherence().iter().copied());
-                    let within = points.filter(|(hz, _)| *hz <= ALL_HZ[1]).collect();
-                    Line::new(named(entry), Mark::Line, within)
-                })
-                .collect(),
-        },
-    });
+    figures.push(Counterpart::chart(
+        "78b",
+        "The coherence of these six measurements.",
+        (frequency(), linear("coherence")),
+        all()
+            .map(|entry| {
+                let f = &entry.function;
+                let points = f
+                    .frequencies_hz()
+                    .into_iter()
+                    .zip(f.coherence().iter().copied());
+                let within = points.filter(|(hz, _)| *hz <= ALL_HZ[1]).collect();
+                line(named(entry), within)
+            })
+            .collect(),
+    ));
     Ok(figures)
 }

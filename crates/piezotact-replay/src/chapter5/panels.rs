@@ -1,5 +1,6 @@
 //! What the panels of both benches say of the claims.
 
+use piezotact::figure::Line;
 use piezotact::panel::{
     FallsWithLoad, LoadStep, Panel, PanelAnalysis, PanelConfig, PanelError, analyse,
 };
@@ -9,7 +10,7 @@ use piezotact::transfer::{Bundle, BundleAverage};
 use super::{ANGLES_DEG, Device, Fingers, Inertance, LOADS_N, cell, drawn, levels};
 use crate::ReplayError;
 use crate::claims::{Finding, Holds, above, at_least, below, least, most, no_exception};
-use crate::figure::{Axis, Figure, Line, Mark, Shown, frequency};
+use crate::figure::{Counterpart, frequency, line, linear, names, over_names};
 
 /// The band of the thesis' figures, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
@@ -270,44 +271,56 @@ impl Panels {
         )
     }
 
-    pub(super) fn figures(&self) -> Vec<Figure> {
-        let names = || LOADS_N.iter().map(|load_n| format!("{load_n} N"));
+    pub(super) fn figures(&self) -> Vec<Counterpart> {
+        let loads = || LOADS_N.iter().map(|load_n| format!("{load_n} N"));
         let deviations = |label: &str, panel: &PanelAnalysis, angle: usize| {
             let found = panel.falls.get(angle).map(|f| f.deviations_db.clone());
-            Line::over_names(label, found.unwrap_or_default().into_iter())
+            over_names(label, found.unwrap_or_default().into_iter())
         };
-        let by_load = |number, caption: &str, lines| Figure {
-            number,
-            caption: caption.into(),
-            shown: Shown::Lines {
-                x: Axis::names("load", names()),
-                y: Axis::linear("maximum deviation, dB"),
+        let by_load = |number, caption: &str, lines| {
+            Counterpart::chart(
+                number,
+                caption,
+                (names("load", loads()), linear("maximum deviation, dB")),
                 lines,
-            },
+            )
         };
-        let averages = names()
+        let averages = loads()
             .zip(&self.finger_averages)
             .map(|(name, f)| (name, levels(f, BAND_HZ[0], BAND_HZ[1])));
         let mut lines: Vec<Line> = self
             .light
             .iter()
-            .map(|f| Line::new("", Mark::Thin, levels(f, BAND_HZ[0], BAND_HZ[1])))
+            .map(|f| line("", levels(f, BAND_HZ[0], BAND_HZ[1])).thin())
             .collect();
         let averaged = levels(&self.device_average, BAND_HZ[0], BAND_HZ[1]);
-        lines.push(Line::new("average", Mark::Line, averaged));
+        lines.push(line("average", averaged));
         vec![
-            by_load("68", "Maximum deviation of the fingers of five participants.", vec![deviations("shaker, 20°", &self.fingers, 0)]),
-            drawn("70b", "Average fingers at three loads: mean of log magnitudes and phases.", "(m/s²)/N", averages.collect()),
-            Figure {
-                number: "76",
-                caption: "The device with the fingers of twenty participants at 20° and 0.2 N, and their average.".into(),
-                shown: Shown::Lines {
-                    x: frequency(),
-                    y: Axis::linear("magnitude, dB re 1 (m/s²)/full scale"),
-                    lines,
-                },
-            },
-            by_load("77", "Maximum deviation of the device with the fingers of twenty participants.", vec![deviations("20°", &self.devices, 0), deviations("40°", &self.devices, 1)]),
+            by_load(
+                "68",
+                "Maximum deviation of the fingers of five participants.",
+                vec![deviations("shaker, 20°", &self.fingers, 0)],
+            ),
+            drawn(
+                "70b",
+                "Average fingers at three loads: mean of log magnitudes and phases.",
+                "(m/s²)/N",
+                averages.collect(),
+            ),
+            Counterpart::chart(
+                "76",
+                "The device with the fingers of twenty participants at 20° and 0.2 N, and their average.",
+                (frequency(), linear("magnitude, dB re 1 (m/s²)/full scale")),
+                lines,
+            ),
+            by_load(
+                "77",
+                "Maximum deviation of the device with the fingers of twenty participants.",
+                vec![
+                    deviations("20°", &self.devices, 0),
+                    deviations("40°", &self.devices, 1),
+                ],
+            ),
         ]
     }
 }

@@ -1,10 +1,13 @@
 //! The figures of a report on a panel, one function for each.
 
-use piezotact::panel::{Cell, CellAverage, CellSpread, Cleaning, PanelAnalysis, PanelDoubt};
-use piezotact::quantity::{Band, Decibels, Degrees, Newtons, Quantity, Unit};
-use piezotact::transfer::{BundleAverage, TransferFunction};
+use piezotact::panel::{
+    Cell, CellAverage, CellSpread, Cleaning, CleaningCurves, Curve, Filing, PanelAnalysis,
+    PanelDoubt, RepeatCurve,
+};
+use piezotact::quantity::{Band, Degrees, Newtons, Unit};
+use piezotact::transfer::BundleAverage;
 
-use super::{Function, Page};
+use super::Page;
 use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
 
@@ -17,29 +20,9 @@ const OUTSIDE: Tone = Tone::Accent;
 /// Where people lie furthest apart.
 const WIDEST: Tone = Tone::Reference;
 
-/// Levels of the lines of a band.
-fn levels<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    band: Band,
-) -> Vec<(f64, f64)> {
-    function
-        .lines_in(band)
-        .map(|(line, hz)| {
-            let h = function.response()[line].norm();
-            (
-                hz,
-                Decibels::from_amplitude_ratio(h.max(f64::MIN_POSITIVE)).0,
-            )
-        })
-        .filter(|(hz, _)| *hz > 0.0)
-        .collect()
-}
-
-/// Where a person stands in one cell.
+/// The level of a participant in one cell.
 fn person(page: &Page<'_>, who: &str, cell: Cell) -> Option<Vec<(f64, f64)>> {
-    let own = page.panel.person(who, cell, page.said.config.averaging);
-    let own = own.ok().flatten()?;
-    Some(levels(&own, page.said.config.band))
+    page.curves.own_db(who, cell).cloned()
 }
 
 fn frequency(band: Band) -> Axis {
@@ -85,7 +68,7 @@ fn coloured(lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
         .enumerate()
         .map(|(i, ((label, points), colour))| {
             let line = Line::new(label, colour, points);
-            // What many colours do not tell apart, dashes do.
+            // Neighbours among many colours look alike: dashes distinguish them.
             if i % 2 == 1 {
                 line.marked(Mark::Dashed)
             } else {
@@ -238,7 +221,7 @@ pub(super) fn all(page: &Page<'_>) -> Result<String, DrawError> {
 /// The first person who was measured in all of `cells`, with the curves.
 fn example(page: &Page<'_>, cells: &[(String, Cell)]) -> Option<(String, Vec<Line>)> {
     let complete = |who: &&String| {
-        let there = |(_, cell): &(String, Cell)| page.panel.of(who, *cell).next().is_some();
+        let there = |(_, cell): &(String, Cell)| page.curves.own_db(who, *cell).is_some();
         cells.iter().all(there)
     };
     let who = page.said.participants.iter().find(complete)?;
@@ -300,42 +283,24 @@ pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String
     over_frequency(said.config.band, unit(page), coloured(lines.collect()))
 }
 
-/// The counterpart of figure 78: the person and cell with most measurements, in the cell that is judged if it can be.
+/// The counterpart of figure 78: the participant and cell with most measurements.
 pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)>, DrawError> {
-    let judged = page.said.judged();
-    let groups = page.said.participants.iter().flat_map(|who| {
-        let cells = page.said.cells.iter();
-        cells.map(move |cell| (who, *cell))
-    });
-    let counted = groups.map(|(who, cell)| {
-        let in_judged = judged.is_some_and(|judged| judged.is(cell));
-        (page.panel.of(who, cell).count(), in_judged, who, cell)
-    });
-    let most = counted.fold(
-        None,
-        |most: Option<(usize, bool, &String, Cell)>, next| match most {
-            Some(most) if (most.0, most.1) >= (next.0, next.1) => Some(most),
-            _ => Some(next),
-        },
-    );
-    let Some((count, _, who, cell)) = most.filter(|most| most.0 > 1) else {
+    let Some(repeats) = &page.curves.repeats else {
         return Ok(None);
     };
     let band = page.said.config.band;
-    let (mut functions, mut coherence) = (Vec::new(), Vec::new());
-    for entry in page.panel.of(who, cell) {
-        let filing = &entry.filing;
-        let name = format!("placement {}, repeat {}", filing.placement, filing.repeat);
-        let f = &entry.function;
-        functions.push((name.clone(), levels(f, band)));
-        let lines = f.lines_in(band).filter(|(_, hz)| *hz > 0.0);
-        coherence.push((
-            name,
-            lines.map(|(line, hz)| (hz, f.coherence()[line])).collect(),
-        ));
-    }
-    let functions = over_frequency(band, unit(page), coloured(functions))?;
-    let lines = coloured(coherence);
+    let of = |curve: fn(&RepeatCurve) -> &Curve| {
+        let named = repeats.each.iter().map(|one| {
+            let Filing {
+                placement, repeat, ..
+            } = one.filing;
+            let name = format!("placement {placement}, repeat {repeat}");
+            (name, curve(one).clone())
+        });
+        coloured(named.collect())
+    };
+    let functions = over_frequency(band, unit(page), of(|one| &one.level_db))?;
+    let lines = of(|one| &one.coherence);
     let lowest = lines
         .iter()
         .flat_map(|l| &l.points)
@@ -344,7 +309,12 @@ pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)
     let low = if lowest > 0.9 { 0.9 } else { 0.0 };
     let mut chart = Chart::new(frequency(band), Axis::new("coherence", low, 1.005), lines);
     chart.legend = Corner::Beside;
-    let caption = format!("{count} measurements of {who} at {cell}.");
+    let caption = format!(
+        "{} measurements of {} at {}.",
+        repeats.each.len(),
+        repeats.participant,
+        repeats.cell
+    );
     Ok(Some((caption, functions, chart.svg(HEIGHT)?)))
 }
 
@@ -434,10 +404,10 @@ pub(super) fn learning(said: &PanelAnalysis) -> Result<Option<(String, String)>,
 /// The counterpart of figure 71: the control, and a finger before and after.
 pub(super) fn artefact(
     page: &Page<'_>,
-    cleaning: &Cleaning,
+    (cleaning, curves): (&Cleaning, &CleaningCurves),
 ) -> Result<(String, Option<String>), DrawError> {
     let band = page.said.config.band;
-    let control = Line::new("", MEAN, levels(&cleaning.control, band));
+    let control = Line::new("", MEAN, curves.control_db.clone());
     let y = around(
         "magnitude of the control, dB",
         std::slice::from_ref(&control),
@@ -445,17 +415,16 @@ pub(super) fn artefact(
     let mut chart = Chart::new(frequency(band), y, vec![control]);
     let window = cleaning.artefact.window_hz;
     chart.shaded.push((window.low().0, window.high().0));
-    let after: Option<&Function> = page.panel.entries().first().map(|entry| &entry.function);
-    let both = match (&cleaning.example_before, after) {
-        (Some(before), Some(after)) => Some(over_frequency(
+    let both = match &curves.example_db {
+        Some([before, after]) => Some(over_frequency(
             band,
             unit(page),
             vec![
-                Line::new("before", SINGLE, levels(before, band)).thick(),
-                Line::new("after", MEAN, levels(after, band)),
+                Line::new("before", SINGLE, before.clone()).thick(),
+                Line::new("after", MEAN, after.clone()),
             ],
         )?),
-        _ => None,
+        None => None,
     };
     Ok((chart.svg(HEIGHT)?, both))
 }

@@ -9,16 +9,15 @@ use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::document::Words;
 use piezotact::panel::{
-    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelKind,
+    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelCurves,
+    PanelKind,
 };
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
-use piezotact::transfer::{BundleAverage, TransferFunction};
+use piezotact::transfer::BundleAverage;
 
 use crate::report::doubts_section;
-use crate::{DrawError, bench_text, broad_document, figure};
-
-type Function = TransferFunction<Uncalibrated, Uncalibrated>;
+use crate::{DrawError, bench_text, broad_document, figure, origin};
 
 /// What a report on a panel shows.
 #[derive(Clone, Debug)]
@@ -27,6 +26,8 @@ pub struct Page<'a> {
     pub said: &'a PanelAnalysis,
     /// Its transfer functions.
     pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
+    /// The curves of its figures.
+    pub curves: &'a PanelCurves,
     /// What they are of; absent where nothing says it.
     pub kind: Option<PanelKind>,
     /// Which bench measured it; absent where nothing says it.
@@ -63,7 +64,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (artefact(page)?)
         (members::section(page))
         (doubts_section(&page.said.doubts.merged(), words))
-        (origin(page))
+        (methods(page))
     };
     Ok(broad_document(title, &body))
 }
@@ -413,10 +414,10 @@ fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let Some(cleaning) = page.cleaning else {
+    let Some((cleaning, curves)) = page.cleaning.zip(page.curves.cleaning.as_ref()) else {
         return Ok(html! {});
     };
-    let drawn = figures::artefact(page, cleaning)?;
+    let drawn = figures::artefact(page, (cleaning, curves))?;
     let dip = |select: fn(&CleanedDip) -> f64| {
         let values: Vec<f64> = cleaning.dips.iter().map(select).collect();
         let low = values.iter().copied().fold(f64::MAX, f64::min);
@@ -452,29 +453,25 @@ fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
     })
 }
 
-fn origin(page: &Page<'_>) -> Markup {
+fn methods(page: &Page<'_>) -> Markup {
     let said = page.said;
     let config = &said.config;
     let first = page.panel.entries().first().map(|entry| &entry.function);
-    html! {
-        section {
-            h2 { "Methods" }
-            table {
-                @if let Some(bench) = page.bench { tr { th { "bench" } td { (bench) } } }
-                @if let Some(function) = first {
-                    tr { th { "first measurement" } td { (function.about.provenance.source) ol { @for step in &function.about.provenance.steps { li { (step) } } } } }
-                    tr { th { "transfer functions" } td { (format!("{}, {} lines every {:.2} Hz, from {} to {}", function.estimator, function.response().len(), function.resolution_hz(), page.drive_unit, page.response_unit)) } }
-                    @if let Some(setup) = &function.drive {
-                        tr { th { "device" } td { (format!("amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale)) } }
-                    }
-                }
-                tr { th { "averages" } td { "First over the repeats of a placement, then over placements, then over \
-                    participants, each with equal weight: " (averaging_word(config.averaging)) "." } }
-                tr { th { "comparisons" } td { (format!("Loads and angles are compared only over the participants measured in \
-                    both conditions; {} of {} were measured in every condition.", said.complete, said.participants.len())) } }
-                tr { th { "confidence" } td { (format!("A random half of the participants is drawn {} times, seed {}: a maximum deviation depends on two participants only, and a result that holds for such halves may hold for another panel.", config.resamples, config.seed)) } }
-                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
+    let rows = html! {
+        @if let Some(bench) = page.bench { (origin::row("bench", &bench)) }
+        @if let Some(function) = first {
+            @let provenance = &function.about.provenance;
+            (origin::traced("first measurement", &provenance.source, &provenance.steps))
+            (origin::row("transfer functions", &format!("{}, {} lines every {:.2} Hz, from {} to {}", function.estimator, function.response().len(), function.resolution_hz(), page.drive_unit, page.response_unit)))
+            @if let Some(setup) = &function.drive {
+                (origin::row("device", &format!("amplifier gain {}, {:.3} V at full scale", setup.gain, setup.volts_per_full_scale)))
             }
         }
-    }
+        (origin::row("averages", &format!("First over the repeats of a placement, then over placements, then over \
+            participants, each with equal weight: {}.", averaging_word(config.averaging))))
+        (origin::row("comparisons", &format!("Loads and angles are compared only over the participants measured in \
+            both conditions; {} of {} were measured in every condition.", said.complete, said.participants.len())))
+        (origin::row("confidence", &format!("A random half of the participants is drawn {} times, seed {}: a maximum deviation depends on two participants only, and a result that holds for such halves may hold for another panel.", config.resamples, config.seed)))
+    };
+    origin::section("Methods", &rows)
 }

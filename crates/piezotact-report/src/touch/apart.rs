@@ -1,4 +1,4 @@
-//! Which samples can be told apart: a matrix of distances for each setting, and the rules that decide.
+//! Which samples are distinguishable: a matrix of distances for each setting, and the rules that decide.
 
 use maud::{Markup, html};
 use piezotact::compare::{AcrossSamples, Distinguishability, Groups, PairCriterion, SampleUnit};

@@ -7,7 +7,7 @@ use piezotact::series::Series;
 use piezotact::verify::Changed;
 
 use super::Page;
-use crate::{DrawError, figure, figures};
+use crate::{DrawError, figure, figures, origin};
 use piezotact::number::{difference_db, digits};
 
 /// A texture that the target was made from, or that it took something of.
@@ -55,7 +55,7 @@ pub(super) fn section(page: &Page<'_>) -> Result<Markup, DrawError> {
             h2 { "Texture manipulation: before and after" }
             @if let Some(lineage) = lineage {
                 p { "Processing steps, from " (lineage.source) ":" }
-                ol { @for step in &lineage.steps { li { (step) } } }
+                (origin::steps(&lineage.steps))
             }
             div.wide {
                 table.tight.matrix {

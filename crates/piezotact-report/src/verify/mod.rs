@@ -17,7 +17,7 @@ use piezotact::verify::{Tones, UninvertedPrediction, Verdict, Verification, Veri
 
 use crate::criteria::outcome;
 use crate::report::doubts_section;
-use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, transfer};
+use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, origin, transfer};
 
 pub use also::{Also, Stated};
 pub use before::Before;
@@ -86,7 +86,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (drive::headroom(page)?)
         @if let Some(straight) = page.straight { (straight::measured(page.verification, straight)?) }
         @if let Some(predicted) = page.predicted { (straight::predicted(page.verification, predicted)?) }
-        (origin(page))
+        (origin_of(page))
     };
     Ok(document(&page.title, &body))
 }
@@ -260,28 +260,23 @@ fn lineage<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
     rendered.or(page.target.about.provenance.lineage.as_ref())
 }
 
-fn origin(page: &Page<'_>) -> Markup {
-    html! {
-        section {
-            h2 { "Origin of the data" }
-            table {
-                tr { th { "texture" } td { (page.target.about.provenance.source) ol { @for step in &page.target.about.provenance.steps { li { (step) } } } } }
-                @if let Some(lineage) = lineage(page) {
-                    tr { th { "processing steps" } td { (lineage.source) ol { @for step in &lineage.steps { li { (step) } } } } }
-                }
-                tr { th { "bench" } td { (page.provenance.source) } }
-                tr { th { "measurement" } td { ol { @for step in &page.provenance.steps { li { (step) } } } } }
-                @if let Some(rendering) = page.rendering {
-                    tr { th { "transfer function" } td { ol { @for step in &rendering.about.provenance.steps { li { (step) } } } } }
-                    tr { th { "rendering" } td { (format!(
-                        "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
-                        rendering.config.inverse.band, rendering.config.inverse.regularisation,
-                        rendering.config.modelling_delay, rendering.config.fade, rendering.level_db
-                    )) } }
-                }
-
-                tr { th { "program" } td { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) } }
-            }
+fn origin_of(page: &Page<'_>) -> Markup {
+    let of_texture = &page.target.about.provenance;
+    let rows = html! {
+        (origin::traced("texture", &of_texture.source, &of_texture.steps))
+        @if let Some(lineage) = lineage(page) {
+            (origin::traced("processing steps", &lineage.source, &lineage.steps))
         }
-    }
+        (origin::row("bench", &page.provenance.source))
+        (origin::row("measurement", &origin::steps(&page.provenance.steps)))
+        @if let Some(rendering) = page.rendering {
+            (origin::row("transfer function", &origin::steps(&rendering.about.provenance.steps)))
+            (origin::row("rendering", &format!(
+                "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
+                rendering.config.inverse.band, rendering.config.inverse.regularisation,
+                rendering.config.modelling_delay, rendering.config.fade, rendering.level_db
+            )))
+        }
+    };
+    origin::section("Origin of the data", &rows)
 }

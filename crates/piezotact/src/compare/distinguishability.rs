@@ -22,7 +22,7 @@ pub enum PairCriterion {
     Chance,
 }
 
-/// Whether two samples can be told apart by their vibration.
+/// Whether two samples are distinguishable by their vibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -115,7 +115,7 @@ impl SampleUnit {
     }
 }
 
-/// Samples and which of them can be told apart.
+/// Samples and which of them are distinguishable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Groups {

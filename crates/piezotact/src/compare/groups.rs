@@ -1,4 +1,4 @@
-//! Which samples a finger could tell apart by their vibration, from the strokes of each.
+//! Which samples are distinguishable by their vibration, from the strokes of each.
 
 use crate::doubt::Doubt;
 use serde::{Deserialize, Serialize};
@@ -94,7 +94,7 @@ pub struct AcrossSamples {
     pub doubts: Vec<Doubt>,
 }
 
-/// Why distinguishability cannot be evaluated.
+/// Why distinguishability cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "withheld", rename_all = "snake_case")]
@@ -174,10 +174,10 @@ struct Sample {
     mean: Excitation,
 }
 
-/// Which samples of each of `settings` a finger could tell apart by their vibration, from strokes: distances in JND as
+/// Which samples of each of `settings` are distinguishable by their vibration, from strokes: distances in JND as
 /// [`crate::score::score`] has them, of the mean power of each sample, with what strokes of one sample differ by.
 ///
-/// A pair is *told apart* when three things hold: its 95 % interval lies above the published range of the JND; it lies above what
+/// A pair is *distinguishable* when three things hold: its 95 % interval lies above the published range of the JND; it lies above what
 /// halves of either sample differ by; and the distance is larger than chance makes it by a permutation test over strokes,
 /// adjusted (Holm) for all pairs of all settings, so that a study of samples that are alike says so anywhere with a probability of at
 /// most α. It is *below the JND* when its interval lies below it. Everything else is *not decided*. Where recordings of a sample differ

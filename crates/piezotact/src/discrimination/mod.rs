@@ -1,4 +1,4 @@
-//! Whether a finger could tell two vibrations apart, from what they excite: one distance, one just-noticeable difference (JND) and
+//! Whether two vibrations are distinguishable by touch, from what they excite: one distance, one just-noticeable difference (JND) and
 //! one threshold for every command that asks.
 //!
 //! The distance is computed from sums that are linear in power ([`Excitation`]), so that a waveform's segments and a sample's

@@ -4,10 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{AmplitudePoint, EnvelopeError, Envelopes, FrequencyPoint, FrequencyRange};
 use crate::fourier::{RealTransform, fast_length};
-use crate::quantity::{Quantity, QuantityError, Seconds, Uncalibrated};
+use crate::quantity::{Quantity, QuantityError, Seconds};
 use crate::series::Series;
 use crate::spectrum::{Symmetry, Window};
-use crate::statistics::mean;
 
 /// How envelopes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,43 +33,6 @@ impl EnvelopeConfig {
             range: FrequencyRange::texture()?,
         })
     }
-}
-
-/// A signal in shares of its full scale.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shares {
-    /// The samples without their mean, −1 to 1.
-    pub shares: Series<Uncalibrated>,
-    /// What 1 stands for, in the unit of the signal.
-    pub full_scale: f64,
-    /// The mean that was taken away, in the unit of the signal.
-    pub mean: f64,
-}
-
-/// `x` without its mean, in shares of the largest magnitude that is left.
-///
-/// Formula: (x − x̄)/max|x − x̄|.
-///
-/// Source: peak normalisation, by definition.
-///
-/// # Errors
-/// [`EnvelopeError::FullScale`] when nothing is left: a silent or constant signal.
-pub fn shares_of_full_scale<Q: Quantity>(x: &Series<Q>) -> Result<Shares, EnvelopeError> {
-    let mean = mean(x.samples());
-    let mut shares: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
-    let full_scale = crate::statistics::peak(&shares);
-    // The rounding errors of a constant are not a signal.
-    if full_scale <= 1e-12 * mean.abs() || full_scale < f64::MIN_POSITIVE {
-        return Err(EnvelopeError::FullScale { found: 0.0 });
-    }
-    for share in &mut shares {
-        *share = (*share / full_scale).clamp(-1.0, 1.0);
-    }
-    Ok(Shares {
-        shares: Series::new(shares, x.rate())?,
-        full_scale,
-        mean,
-    })
 }
 
 /// The envelopes of `x`: at every breakpoint the amplitude of the sine that has the rms of the window around it, as a

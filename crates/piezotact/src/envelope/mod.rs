@@ -7,16 +7,20 @@
 
 mod analysis;
 mod core_haptics;
+mod share;
 mod wave;
 mod wavelet;
 
 use serde::{Deserialize, Serialize};
 
+use crate::number::digits;
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
+use crate::resample::ResampleError;
 use crate::series::{Series, SeriesError};
 
-pub use analysis::{EnvelopeConfig, Shares, analyse, shares_of_full_scale};
+pub use analysis::{EnvelopeConfig, analyse};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
+pub use share::{Shares, shares_of_full_scale};
 pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix, mixed_length};
 pub use wavelet::{wavelet_analysis, wavelet_synthesis};
 
@@ -227,6 +231,21 @@ pub enum EnvelopeError {
         /// What was found.
         found: f64,
     },
+    /// A drive that is larger than full scale.
+    #[error(
+        "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
+        digits(*peak)
+    )]
+    Drive {
+        /// Its largest magnitude.
+        peak: f64,
+    },
+    /// A drive of zeros.
+    #[error("expected a signal, found silence; there is nothing to export")]
+    Silence,
+    /// A rate that cannot be reached.
+    #[error(transparent)]
+    Rate(#[from] ResampleError),
     /// A range that no frequency can be placed in.
     #[error(transparent)]
     Range(#[from] QuantityError),
@@ -400,7 +419,7 @@ impl<'a> Lines<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Acceleration;
+    use crate::quantity::{Acceleration, Unit};
     use crate::spectrum::amplitude_spectrum;
 
     fn point(time_s: f64, amplitude: f64) -> AmplitudePoint {
@@ -444,12 +463,15 @@ mod tests {
     #[test]
     fn shares_lie_within_one_and_silence_has_none() {
         let rate = SampleRate::new(1000.0).unwrap();
-        let series = |samples: &[f64]| Series::<Acceleration>::new(samples.to_vec(), rate).unwrap();
-        let shares = shares_of_full_scale(&series(&[11.0, 9.0, 14.0, 6.0])).unwrap();
-        assert_eq!((shares.full_scale, shares.mean), (4.0, 10.0));
+        let of = |samples: &[f64]| {
+            let series = Series::new(samples.to_vec(), rate).unwrap();
+            shares_of_full_scale("a", series, &Unit::MetrePerSecondSquared, None)
+        };
+        let shares = of(&[11.0, 9.0, 14.0, 6.0]).unwrap();
+        assert_eq!((shares.full_scale.value, shares.removed_mean), (4.0, 10.0));
         assert_eq!(shares.shares.samples(), [0.25, -0.25, 1.0, -1.0]);
         for silent in [&[0.0, 0.0][..], &[9.81; 7]] {
-            assert!(shares_of_full_scale(&series(silent)).is_err());
+            assert!(of(silent).is_err());
         }
     }
 

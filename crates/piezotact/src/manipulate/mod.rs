@@ -10,6 +10,7 @@ mod error;
 mod frequency;
 mod level;
 mod looping;
+mod source;
 mod spectral;
 
 // All public items of each module: a new manipulation is a function in one file.
@@ -19,6 +20,7 @@ pub use error::*;
 pub use frequency::*;
 pub use level::*;
 pub use looping::*;
+pub use source::*;
 pub use spectral::*;
 
 use crate::doubt::Doubt;

@@ -80,7 +80,7 @@ pub struct Verdict {
 /// The penalty of rendering with the average of the others for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PersonPenalty {
+pub struct ParticipantPenalty {
     /// The pseudonym.
     pub participant: String,
     /// The rms over the band of the difference of the levels, dB.
@@ -96,7 +96,7 @@ pub struct CellPenalties {
     /// Which average.
     pub averaging: BundleAverage,
     /// Everybody.
-    pub people: Vec<PersonPenalty>,
+    pub people: Vec<ParticipantPenalty>,
     /// The mean of the rms penalties, dB.
     pub mean_db_rms: f64,
     /// Its 95 % confidence interval over people, dB; absent for fewer than three.
@@ -105,7 +105,7 @@ pub struct CellPenalties {
     /// The mean of the largest differences, dB.
     pub mean_db_max: f64,
     /// The person with the largest penalty.
-    pub worst: PersonPenalty,
+    pub worst: ParticipantPenalty,
     /// Whether the average is acceptable for a new person.
     pub verdict: Verdict,
 }
@@ -224,10 +224,10 @@ fn costs<I: Quantity, O: Quantity>(
     criterion: Criterion,
 ) -> Result<CellPenalties, PanelError> {
     let left = leave_one_out(functions, averaging, band)?;
-    let people: Vec<PersonPenalty> = people
+    let people: Vec<ParticipantPenalty> = people
         .iter()
         .zip(&left.penalties)
-        .map(|(who, penalty)| PersonPenalty {
+        .map(|(who, penalty)| ParticipantPenalty {
             participant: (*who).to_owned(),
             db_rms: penalty.db_rms,
             db_max: penalty.db_max,
@@ -263,7 +263,7 @@ fn costs<I: Quantity, O: Quantity>(
 /// The verdict on the average, from the leave-one-out penalties of all people.
 fn verdict<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
-    people: &[PersonPenalty],
+    people: &[ParticipantPenalty],
     interval_db_rms: Option<[f64; 2]>,
     averaging: BundleAverage,
     band: Band,

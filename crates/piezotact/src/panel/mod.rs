@@ -8,6 +8,7 @@ mod analysis;
 mod average;
 mod cleaning;
 mod control;
+mod curves;
 mod document;
 mod doubt;
 mod learning;
@@ -23,11 +24,14 @@ mod trend;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
-    AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, PersonPenalty,
+    AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, ParticipantPenalty,
     Verdict, average_of_panel, cell_averages, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use curves::{
+    CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
+};
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_curve};
@@ -35,10 +39,12 @@ pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{
-    BandSpread, CellSpread, FallsWithLoad, PersonDistance, WorstCase, bundle_of_all,
+    BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase, bundle_of_all,
     falls_with_load, spread_by_cell, worst_case,
 };
-pub use trend::{AngleEffect, LoadStep, PersonShape, PersonStep, angle_effects, load_steps};
+pub use trend::{
+    AngleEffect, LoadStep, ParticipantShape, ParticipantStep, angle_effects, load_steps,
+};
 
 use std::fmt;
 

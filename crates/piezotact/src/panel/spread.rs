@@ -43,7 +43,7 @@ pub struct CellSpread {
     /// The rms over the band of the standard deviation over people, dB.
     pub spread_rms_db: f64,
     /// How far everybody is from the mean curve.
-    pub people: Vec<PersonDistance>,
+    pub people: Vec<ParticipantDistance>,
     /// The same by bands.
     pub bands: Vec<BandSpread>,
 }
@@ -51,7 +51,7 @@ pub struct CellSpread {
 /// How far one person is from the mean curve of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PersonDistance {
+pub struct ParticipantDistance {
     /// The pseudonym.
     pub participant: String,
     /// The rms over the band, dB.
@@ -209,7 +209,7 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
         let curves: Vec<&[f64]> = inside.iter().map(|(_, own)| own.db.as_slice()).collect();
         let bundle = bundle(&functions, band)?;
         let mean_db = mean_curve(&curves);
-        let people: Vec<PersonDistance> = inside
+        let people: Vec<ParticipantDistance> = inside
             .iter()
             .map(|(person, own)| {
                 distance(
@@ -251,14 +251,14 @@ pub(super) fn mean_curve(curves: &[&[f64]]) -> Vec<f64> {
         .collect()
 }
 
-fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> PersonDistance {
+fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> ParticipantDistance {
     let off: Vec<f64> = own.iter().zip(mean).map(|(own, mean)| own - mean).collect();
     let (db_max, at_hz) = off
         .iter()
         .zip(frequencies_hz)
         .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
         .map_or((0.0, f64::NAN), |(off, hz)| (*off, *hz));
-    PersonDistance {
+    ParticipantDistance {
         participant: who.to_owned(),
         db_rms: rms(&off),
         db_max,
@@ -266,7 +266,7 @@ fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> Per
     }
 }
 
-fn odd_ones(people: &[PersonDistance], cell: Cell) -> Vec<Doubt> {
+fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Doubt> {
     if people.len() < ENOUGH_FOR_OUTLIERS {
         return Vec::new();
     }

@@ -20,7 +20,7 @@ pub struct LoadStep {
     /// The heavier load.
     pub to_n: Newtons,
     /// Everybody.
-    pub people: Vec<PersonStep>,
+    pub people: Vec<ParticipantStep>,
     /// How many people's mean gain rises.
     pub rising: usize,
     /// The smallest share, over people, of lines on which the gain rises, 0–1.
@@ -38,7 +38,7 @@ pub struct LoadStep {
 /// The effect of a heavier load for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PersonStep {
+pub struct ParticipantStep {
     /// The pseudonym.
     pub participant: String,
     /// The mean over the lines of the band, dB.
@@ -59,7 +59,7 @@ pub struct AngleEffect {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_n: Option<Newtons>,
     /// Everybody.
-    pub people: Vec<PersonShape>,
+    pub people: Vec<ParticipantShape>,
     /// The median over people of the rms difference, dB.
     pub median_db_rms: f64,
     /// The largest, dB.
@@ -81,7 +81,7 @@ pub struct AngleEffect {
 /// The effect of a steeper angle for one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PersonShape {
+pub struct ParticipantShape {
     /// The pseudonym.
     pub participant: String,
     /// The mean over the lines of the band, dB.
@@ -128,11 +128,11 @@ pub(super) fn by_load<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<Lo
             let Some((light, heavy)) = cells else {
                 continue;
             };
-            let people: Vec<PersonStep> = difference(levels, light, heavy)
+            let people: Vec<ParticipantStep> = difference(levels, light, heavy)
                 .into_iter()
                 .map(|(person, step)| {
                     let rising = step.iter().filter(|db| **db > 0.0).count();
-                    PersonStep {
+                    ParticipantStep {
                         participant: levels.people[person].clone(),
                         mean_db: mean(&step),
                         rising_share: rising as f64 / step.len() as f64,
@@ -198,13 +198,13 @@ pub fn angle_effects<I: Quantity, O: Quantity>(
 pub(super) fn by_angle<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<AngleEffect> {
     let mut found = Vec::new();
     for (from_deg, to_deg) in steps(&levels.angles_deg()) {
-        let at_loads: Vec<(f64, Vec<PersonShape>)> = levels
+        let at_loads: Vec<(f64, Vec<ParticipantShape>)> = levels
             .loads_n()
             .into_iter()
             .filter_map(|load_n| {
                 let cells = (levels.cell(load_n, from_deg)?, levels.cell(load_n, to_deg)?);
                 let shapes = difference(levels, cells.0, cells.1).into_iter();
-                let shapes = shapes.map(|(person, off)| PersonShape {
+                let shapes = shapes.map(|(person, off)| ParticipantShape {
                     participant: levels.people[person].clone(),
                     mean_db: mean(&off),
                     db_rms: rms(&off),
@@ -224,18 +224,18 @@ pub(super) fn by_angle<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<A
 }
 
 /// Everybody who is there at all loads: the mean of the means, and the largest rms.
-fn over_loads(at_loads: &[(f64, Vec<PersonShape>)]) -> Vec<PersonShape> {
+fn over_loads(at_loads: &[(f64, Vec<ParticipantShape>)]) -> Vec<ParticipantShape> {
     let Some((_, first)) = at_loads.first() else {
         return Vec::new();
     };
     first
         .iter()
         .filter_map(|person| {
-            let own: Vec<&PersonShape> = at_loads
+            let own: Vec<&ParticipantShape> = at_loads
                 .iter()
                 .map(|(_, people)| people.iter().find(|p| p.participant == person.participant))
                 .collect::<Option<_>>()?;
-            Some(PersonShape {
+            Some(ParticipantShape {
                 participant: person.participant.clone(),
                 mean_db: mean(&own.iter().map(|p| p.mean_db).collect::<Vec<_>>()),
                 db_rms: own.iter().map(|p| p.db_rms).fold(0.0, f64::max),
@@ -248,7 +248,7 @@ fn effect_of(
     from_deg: Degrees,
     to_deg: Degrees,
     load_n: Option<Newtons>,
-    people: Vec<PersonShape>,
+    people: Vec<ParticipantShape>,
 ) -> Option<AngleEffect> {
     let largest = people.iter().max_by(|a, b| a.db_rms.total_cmp(&b.db_rms))?;
     let (largest_db_rms, largest_of) = (largest.db_rms, largest.participant.clone());

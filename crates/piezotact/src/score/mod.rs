@@ -8,9 +8,9 @@
 mod document;
 mod doubt;
 mod excitation;
-mod felt;
 pub mod literature;
 mod measurement;
+mod perceptible;
 mod verdict;
 mod waveform;
 
@@ -21,11 +21,11 @@ pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
-pub use felt::with_perceptible_difference;
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
 };
+pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 

@@ -112,7 +112,7 @@ pub(super) fn criteria(
     criteria
 }
 
-/// Whether a finger could tell two vibrations apart.
+/// Whether two vibrations are distinguishable by touch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "is", rename_all = "snake_case")]

@@ -77,7 +77,7 @@ impl fmt::Display for StrokeCriterion {
     }
 }
 
-/// The criteria evaluated for one part of a recording, in order, until one is not met.
+/// The criteria judged for one part of a recording, in order, until one is not met.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JudgedPart(Vec<Criterion<StrokeCriterion>>);
 

@@ -329,7 +329,7 @@ impl Cutter<'_> {
         contacts
     }
 
-    /// The stroke in a contact and its median friction coefficient, or the reason for its rejection; with the evaluated criteria.
+    /// The stroke in a contact and its median friction coefficient, or the reason for its rejection; with the judged criteria.
     fn cut(
         &self,
         contact: &Contact,

@@ -161,7 +161,7 @@ pub struct Stroke {
     pub contact: Interval,
     /// Who cut it.
     pub cut_by: CutBy,
-    /// The criteria evaluated for it; empty for a manual stroke, and in files of earlier versions.
+    /// The criteria judged for it; empty for a manual stroke, and in files of earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
@@ -185,7 +185,7 @@ pub struct Rejected {
     pub interval: Interval,
     /// Why.
     pub reason: Reason,
-    /// The criteria evaluated for it, in order, up to the one that is not met; empty in files of earlier versions.
+    /// The criteria judged for it, in order, up to the one that is not met; empty in files of earlier versions.
     #[serde(default)]
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }

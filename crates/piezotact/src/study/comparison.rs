@@ -112,7 +112,7 @@ fn summaries(groups: &[Group]) -> Vec<&Summary> {
     groups.iter().map(|group| &group.summary).collect()
 }
 
-/// Which samples can be told apart in each setting, or why that is withheld.
+/// Which samples are distinguishable in each setting, or why that is withheld.
 #[derive(Clone, Debug)]
 pub struct Discrimination {
     /// The settings, as the comparisons name them.
@@ -248,7 +248,7 @@ impl Grouping<'_> {
         Ok(spatial_period(&parts, Hertz(lowest_hz)))
     }
 
-    /// Which samples of `across` can be told apart.
+    /// Which samples of `across` are distinguishable.
     pub(super) fn discrimination(&self, across: &Across, model: Model) -> Discrimination {
         let texture = |group: &Group| {
             let takes = group.takes.iter().map(|place| &self.takes[*place]);

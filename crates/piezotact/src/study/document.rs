@@ -284,7 +284,7 @@ pub struct ComparisonDocument<'a> {
     /// Active against passive touch, where touch is compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub active_against_passive: Option<&'a ActivePassive>,
-    /// Which samples can be told apart, where samples are compared.
+    /// Which samples are distinguishable, where samples are compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discrimination: Option<DiscriminationEntry<'a>>,
     /// The comparisons.
@@ -415,7 +415,7 @@ pub struct PeakEntry {
     pub prominence_db: f64,
 }
 
-/// Which samples can be told apart, or why that is withheld.
+/// Which samples are distinguishable, or why that is withheld.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -449,7 +449,7 @@ pub enum DiscriminationEntry<'a> {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SettingEntry<'a> {
-    /// Which of them can be told apart.
+    /// Which of them are distinguishable.
     #[serde(flatten)]
     pub groups: &'a Groups,
     /// The setting.
@@ -496,13 +496,13 @@ impl<'a> ComparisonDocument<'a> {
 impl<'a> ComparisonEntry<'a> {
     fn of(study: &'a StudyAnalysis, number: usize, comparison: &'a Comparison) -> Self {
         let groups = comparison.groups.iter();
-        let told_apart = study.discrimination.as_ref();
-        let told_apart = told_apart.and_then(|found| found.groups(number));
+        let discrimination = study.discrimination.as_ref();
+        let discrimination = discrimination.and_then(|found| found.groups(number));
         Self {
             setting: &comparison.setting,
             groups: groups.map(|group| GroupEntry::of(study, group)).collect(),
             trend: match &comparison.trend {
-                Trend::Samples(trend) => TrendEntry::of_samples(trend, told_apart),
+                Trend::Samples(trend) => TrendEntry::of_samples(trend, discrimination),
                 Trend::Speeds(trend) => TrendEntry::Speeds(Box::new(SpeedEntry::of(trend))),
                 Trend::Participants(spread) => TrendEntry::Participants {
                     level_spread: spread.as_ref(),
@@ -514,11 +514,11 @@ impl<'a> ComparisonEntry<'a> {
 }
 
 impl<'a> TrendEntry<'a> {
-    fn of_samples(trend: &'a SampleTrend, told_apart: Option<&'a Groups>) -> Self {
+    fn of_samples(trend: &'a SampleTrend, groups: Option<&'a Groups>) -> Self {
         Self::Samples {
             roughness: &trend.roughness,
             friction_rms_rank_correlation: trend.friction_on_rms.as_ref(),
-            below_jnd: told_apart.map(Groups::below_by_name),
+            below_jnd: groups.map(Groups::below_by_name),
         }
     }
 }

@@ -69,7 +69,7 @@ pub enum Question {
     Changes {
         /// What groups differ in.
         by: By,
-        /// What a finger feels: samples are told apart by it.
+        /// What a finger feels: samples are distinguished by it.
         model: Model,
     },
 }
@@ -99,7 +99,7 @@ pub struct StudyAnalysis {
     pub asked: Option<Across>,
     /// The doubt that recordings stand in no comparison of what is asked.
     pub left_out: Option<Doubt>,
-    /// Which samples can be told apart; absent unless samples or files are compared.
+    /// Which samples are distinguishable; absent unless samples or files are compared.
     pub discrimination: Option<Discrimination>,
     /// Active against passive touch; computed where it is asked, and for a report.
     pub both_ways: Option<BothWays>,

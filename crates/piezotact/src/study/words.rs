@@ -195,9 +195,9 @@ impl SpeedTrend {
 }
 
 impl Comparison {
-    /// What is said of it: its setting, a line for each group, what changes, and of samples which can be told apart.
+    /// What is said of it: its setting, a line for each group, what changes, and of samples which are distinguishable.
     #[must_use]
-    pub fn text(&self, told_apart: Option<&Groups>) -> String {
+    pub fn text(&self, groups: Option<&Groups>) -> String {
         let mut lines = Vec::new();
         if !self.setting.is_empty() {
             lines.push(format!("{}:", self.setting));
@@ -211,7 +211,7 @@ impl Comparison {
             }
             Trend::Touch => {}
         }
-        lines.extend(told_apart.into_iter().flat_map(Groups::sentences));
+        lines.extend(groups.into_iter().flat_map(Groups::sentences));
         lines.join("\n")
     }
 }

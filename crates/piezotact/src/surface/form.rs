@@ -102,7 +102,7 @@ fn fewer_terms(
     most: usize,
     points: usize,
 ) -> Result<(), SurfaceError> {
-    // A mean and a level can always be taken: terms that the points cannot tell apart are left out.
+    // A mean and a level can always be taken: terms that the points cannot separate are left out.
     if degree <= 1 || terms < points {
         Ok(())
     } else {

@@ -1,4 +1,4 @@
-//! The criteria of a verification, evaluated from the spectra and waveforms of target and measurement.
+//! The criteria of a verification, judged from the spectra and waveforms of target and measurement.
 
 use crate::verify::VerifyDoubt;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -12,7 +12,7 @@ use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
 
-/// Everything that the criteria are evaluated from: spectra, waveforms, noise floor, clipping and clock.
+/// Everything that the criteria are judged from: spectra, waveforms, noise floor, clipping and clock.
 #[derive(Clone, Copy)]
 pub(super) struct Evidence<'a> {
     /// The spectra of what is compared.

@@ -94,25 +94,28 @@ fn filing_of(
     known.participant.get_or_insert_with(|| participant.clone());
     known.load_n.get_or_insert(cell.load_n);
     known.angle_deg.get_or_insert(cell.angle_deg);
-    let taken = folder
-        .index
-        .entries
-        .iter()
-        .map(|entry| &entry.filing)
-        .chain(filed.iter().map(|(filing, _)| filing))
-        .filter(|f| {
-            f.participant == participant && f.cell.is(cell) && f.placement == args.placement
-        })
-        .map(|f| f.repeat)
-        .max();
-    let repeat = match args.repeat {
-        Some(repeat) if filed.is_empty() => repeat,
-        _ => taken.map_or(1, |last| last.saturating_add(1)),
-    };
-    Ok(Filing {
+    let first = Filing {
         participant,
         cell,
         placement: args.placement,
-        repeat,
-    })
+        repeat: 1,
+    };
+    let there = folder.index.entries.iter().map(|entry| &entry.filing);
+    let there = there.chain(filed.iter().map(|(filing, _)| filing));
+    let repeat = match args.repeat {
+        Some(repeat) if filed.is_empty() => repeat,
+        _ => next_repeat(&first, there),
+    };
+    Ok(Filing { repeat, ..first })
+}
+
+/// The number of the next repeat of the placement of `filing`.
+fn next_repeat<'a>(filing: &Filing, there: impl Iterator<Item = &'a Filing>) -> u32 {
+    let same = there.filter(|f| {
+        f.participant == filing.participant
+            && f.cell.is(filing.cell)
+            && f.placement == filing.placement
+    });
+    let last = same.map(|f| f.repeat).max();
+    last.map_or(1, |last| last.saturating_add(1))
 }

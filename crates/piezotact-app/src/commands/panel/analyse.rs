@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::panel::{
-    ArtefactConfig, Cleaning, Panel, PanelAnalysis, PanelConfig, analyse, without_artefact,
+    ArtefactConfig, Cell, CellPenalties, Cleaning, FallsWithLoad, Panel, PanelAnalysis,
+    PanelConfig, WorstCase, analyse, panel_curves, without_artefact,
 };
 use piezotact::quantity::Uncalibrated;
 use piezotact_dataset::document::PanelAnalysisDocument;
@@ -38,6 +39,7 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
         let page = Page {
             said: &said,
             panel: &panel,
+            curves: &panel_curves(&panel, &said, cleaning.as_ref()).with_context(named)?,
             kind: folder.index.kind,
             bench: folder.index.bench.as_deref(),
             accepted: folder.judged(),
@@ -102,55 +104,13 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
         },
         said.config.band
     )];
-    if let Some(worst) = &said.worst {
-        let sure = worst.share.map_or(String::new(), |share| {
-            format!(
-                ", the largest in {:.0} % of random halves of the participants",
-                share * 100.0
-            )
-        });
-        let found = if worst.outcome() == Judged::Met {
-            "largest difference between participants at"
-        } else {
-            "condition of the largest difference between participants not decided; in this panel at"
-        };
-        lines.push(format!(
-            "{found} {}: {:.1} dB at {:.0} Hz{sure}",
-            worst.cell, worst.max_deviation_db, worst.at_hz
-        ));
-    }
-    for falls in &said.falls {
-        let each: Vec<String> = falls
-            .loads_n
-            .iter()
-            .zip(&falls.deviations_db)
-            .map(|(load, db)| format!("{load}: {db:.1} dB"))
-            .collect();
-        lines.push(format!(
-            "maximum deviation at {}°: {}; {}",
-            falls.angle_deg.0,
-            each.join(", "),
-            falls.text()
-        ));
-    }
+    lines.extend(said.worst.as_ref().map(worst_words));
+    lines.extend(said.falls.iter().map(falls_words));
     if let Some((cell, costs)) = said
         .judged()
         .and_then(|cell| Some((cell, said.penalties_at(cell)?)))
     {
-        let interval = costs.interval_db_rms.map_or(String::new(), |[low, high]| {
-            format!(" (95 %: {low:.1} to {high:.1})")
-        });
-        lines.push(format!(
-            "is the average sufficient at {cell}? {}: error for a new participant {:.1} dB rms{interval}, criterion {} dB for \
-             the interval and for {:.0} % of participants; {}; largest for {}: {:.1} dB",
-            costs.verdict.outcome.answer(),
-            costs.mean_db_rms,
-            costs.verdict.criterion.db_rms,
-            costs.verdict.criterion.least_share * 100.0,
-            costs.share_text(),
-            costs.worst.participant,
-            costs.worst.db_rms
-        ));
+        lines.push(average_words(cell, costs));
         lines.extend(costs.needed_text());
         let curve = said.learning.iter().find(|curve| curve.cell.is(cell));
         lines.extend(curve.map(|curve| {
@@ -162,4 +122,57 @@ fn words(said: &PanelAnalysis) -> Vec<String> {
         }));
     }
     lines
+}
+
+/// Where participants differ most.
+fn worst_words(worst: &WorstCase) -> String {
+    let sure = worst.share.map_or(String::new(), |share| {
+        format!(
+            ", the largest in {:.0} % of random halves of the participants",
+            share * 100.0
+        )
+    });
+    let found = if worst.outcome() == Judged::Met {
+        "largest difference between participants at"
+    } else {
+        "condition of the largest difference between participants not decided; in this panel at"
+    };
+    format!(
+        "{found} {}: {:.1} dB at {:.0} Hz{sure}",
+        worst.cell, worst.max_deviation_db, worst.at_hz
+    )
+}
+
+/// How the maximum deviation depends on load at one angle.
+fn falls_words(falls: &FallsWithLoad) -> String {
+    let each: Vec<String> = falls
+        .loads_n
+        .iter()
+        .zip(&falls.deviations_db)
+        .map(|(load, db)| format!("{load}: {db:.1} dB"))
+        .collect();
+    format!(
+        "maximum deviation at {}°: {}; {}",
+        falls.angle_deg.0,
+        each.join(", "),
+        falls.text()
+    )
+}
+
+/// Whether the average is sufficient in one cell.
+fn average_words(cell: Cell, costs: &CellPenalties) -> String {
+    let interval = costs.interval_db_rms.map_or(String::new(), |[low, high]| {
+        format!(" (95 %: {low:.1} to {high:.1})")
+    });
+    format!(
+        "is the average sufficient at {cell}? {}: error for a new participant {:.1} dB rms{interval}, criterion {} dB for \
+         the interval and for {:.0} % of participants; {}; largest for {}: {:.1} dB",
+        costs.verdict.outcome.answer(),
+        costs.mean_db_rms,
+        costs.verdict.criterion.db_rms,
+        costs.verdict.criterion.least_share * 100.0,
+        costs.share_text(),
+        costs.worst.participant,
+        costs.worst.db_rms
+    )
 }

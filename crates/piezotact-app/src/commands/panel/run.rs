@@ -189,41 +189,56 @@ fn planned(args: &Run) -> Outcome<Vec<Person>> {
                 description.name
             )
         })?;
-        let mut filings = Vec::new();
-        for (angle, load) in args
-            .angles
-            .iter()
-            .flat_map(|angle| args.loads.iter().map(move |load| (*angle, *load)))
-        {
-            let cell = Cell {
-                load_n: Newtons(load),
-                angle_deg: Degrees(angle),
-            };
-            if filings.iter().any(|f: &Filing| f.cell.is(cell)) {
-                return Err(usage(anyhow!(
-                    "expected each load and angle once, found {cell} twice; leave one out"
-                )));
-            }
-            for placement in 1..=args.placements {
-                filings.extend((1..=args.repeats).map(|repeat| Filing {
-                    participant: participant.clone(),
-                    cell,
-                    placement,
-                    repeat,
-                }));
-            }
-            if people.is_empty() {
-                let probe = config(args, &filings[filings.len() - 1]);
-                excite(&mut bench, &probe).map_err(bench_failure)?;
-                let stop = bench.stop.clone();
-                let ready = bench.acquirer.ready(&probe.run, &stop);
-                ready.map_err(bench_failure)?;
-                bench.acquirer.stop();
-            }
+        let filings = filings_of(args, &participant)?;
+        if people.is_empty() {
+            probe(args, &mut bench, &filings)?;
         }
         people.push(Person { number, filings });
     }
     Ok(people)
+}
+
+/// All measurements of one participant.
+fn filings_of(args: &Run, participant: &str) -> Outcome<Vec<Filing>> {
+    let mut filings: Vec<Filing> = Vec::new();
+    for (angle, load) in args
+        .angles
+        .iter()
+        .flat_map(|angle| args.loads.iter().map(move |load| (*angle, *load)))
+    {
+        let cell = Cell {
+            load_n: Newtons(load),
+            angle_deg: Degrees(angle),
+        };
+        if filings.iter().any(|f| f.cell.is(cell)) {
+            return Err(usage(anyhow!(
+                "expected each load and angle once, found {cell} twice; leave one out"
+            )));
+        }
+        for placement in 1..=args.placements {
+            filings.extend((1..=args.repeats).map(|repeat| Filing {
+                participant: participant.to_owned(),
+                cell,
+                placement,
+                repeat,
+            }));
+        }
+    }
+    Ok(filings)
+}
+
+/// Refuses conditions that the bench cannot measure, before anything is measured: the last filing of each.
+fn probe(args: &Run, bench: &mut Bench, filings: &[Filing]) -> Outcome {
+    let each = filings.chunk_by(|a, b| a.cell.is(b.cell));
+    for filing in each.filter_map(<[Filing]>::last) {
+        let probe = config(args, filing);
+        excite(bench, &probe).map_err(bench_failure)?;
+        let stop = bench.stop.clone();
+        let ready = bench.acquirer.ready(&probe.run, &stop);
+        ready.map_err(bench_failure)?;
+        bench.acquirer.stop();
+    }
+    Ok(())
 }
 
 /// What the measurements of one campaign have in common: the bench, and every setting that changes what is filed.
@@ -309,19 +324,7 @@ fn measure(
             refused.attempt, refused.refusal
         ));
     })
-    .map_err(|error| {
-        const GO_ON: &str =
-            "earlier measurements are kept; give the same command again to continue";
-        match error {
-            ProcedureError::RepeatRefused {
-                attempts, refusal, ..
-            } => Failure::Data(anyhow!(
-                "{filing}: refused in all {attempts} attempts; in the last one, {refusal}; {GO_ON}"
-            )),
-            error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
-            other => bench_failure(other),
-        }
-    })?;
+    .map_err(|error| not_measured(filing, error))?;
     let mut document = TransferDocument {
         distortion: done.distortion(),
         attempts: done.attempts,
@@ -330,4 +333,18 @@ fn measure(
     let step = PanelFolder::campaign_step(campaign, filing);
     document.about.provenance.steps.push(step);
     Ok(folder.file(filing, &document)?)
+}
+
+/// Why one filing could not be measured, and what is kept.
+fn not_measured(filing: &Filing, error: ProcedureError) -> Failure {
+    const GO_ON: &str = "earlier measurements are kept; give the same command again to continue";
+    match error {
+        ProcedureError::RepeatRefused {
+            attempts, refusal, ..
+        } => Failure::Data(anyhow!(
+            "{filing}: refused in all {attempts} attempts; in the last one, {refusal}; {GO_ON}"
+        )),
+        error if error.continues() => Failure::Data(anyhow!("{filing}: {error}; {GO_ON}")),
+        other => bench_failure(other),
+    }
 }

@@ -71,7 +71,7 @@ impl<'a> Batch<'a> {
     fn take(&mut self, job: &Job<'_>, done: &Done) -> Outcome {
         self.renderings.push(done.document(job, self.args));
         if !self.args.json {
-            done.told()?;
+            done.say()?;
         }
         let Some(corrected) = &done.corrected else {
             return Ok(());

@@ -11,7 +11,7 @@ use piezotact::recording::About;
 use piezotact::run::RunStart;
 use piezotact::series::Series;
 use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
-use piezotact_bench::{GateConfig, ProcedureError};
+use piezotact_bench::{GateConfig, ProcedureError, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument};
 
@@ -48,43 +48,25 @@ pub(super) fn run(
     target: &Series<Acceleration>,
     (mode, bench): (ModeName, &BenchSpec),
 ) -> Result<Corrected, Error> {
-    let args = asked.args;
     let mut bench = bench.open()?;
     let label = format!("render {}", asked.job.called);
-    let run = run_plan(&label, &args.finger, bench.acquirer.as_ref());
+    let run = run_plan(&label, &asked.args.finger, bench.acquirer.as_ref());
     let here = bench.acquirer.condition(&run);
     // Before anything plays.
     for doubt in asked.function.about.condition.doubts_when_measured(&here) {
         say(&format!("doubt: {}", text(&doubt)));
     }
     let runs = asked.runs_at(&bench, &run)?;
-    let loop_config = LoopConfig {
-        render: asked.config.clone(),
-        correct: CorrectConfig::usual(match mode {
-            ModeName::Replicate => Mode::Replicate,
-            ModeName::Texture => Mode::Texture,
-        }),
-        judged: args.band,
-        iterations: usize::from(args.iterations.unwrap_or(ITERATIONS)),
-        force_share: GateConfig::usual().force_share,
-        run,
-    };
-    let mut told = |iteration: &Iteration| {
-        say(&format!(
-            "iteration {}: {}",
-            iteration.number,
-            came(iteration)
-        ));
-    };
+    let config = loop_config(asked, mode, run);
     let place = runs.map_or(Place::Nowhere, Place::Continued);
     let mut keeper = Keeper::new(place, Shown::Nothing);
     let looped = closed_loop(
         &mut bench,
         target,
         asked.function,
-        &loop_config,
+        &config,
         &mut keeper,
-        &mut told,
+        &mut |iteration| say(&progress(iteration)),
     )
     .map_err(Error::Bench)?;
     if keeper.reused > 0 {
@@ -94,11 +76,31 @@ pub(super) fn run(
             if keeper.reused == 1 { "was" } else { "were" }
         ));
     }
-    say(&format!(
+    say(&result(&looped));
+    Ok(Corrected { looped })
+}
+
+fn loop_config(asked: &Asked<'_>, mode: ModeName, run: RunPlan) -> LoopConfig {
+    LoopConfig {
+        render: asked.config.clone(),
+        correct: CorrectConfig::usual(match mode {
+            ModeName::Replicate => Mode::Replicate,
+            ModeName::Texture => Mode::Texture,
+        }),
+        judged: asked.args.band,
+        iterations: usize::from(asked.args.iterations.unwrap_or(ITERATIONS)),
+        force_share: GateConfig::usual().force_share,
+        run,
+    }
+}
+
+/// What the loop came to, in words.
+fn result(looped: &Looped) -> String {
+    format!(
         "closed loop: {}; spectrum error {:.2} dB rms in open loop, {:.2} dB rms for the kept drive (iteration {}, {}); {}",
         looped.kept,
         looped.iterations[0].verification.judged_error_db(),
-        looped.told().judged_error_db(),
+        looped.best_verification().judged_error_db(),
         looped.best,
         if looped.confirmed.is_some() {
             "confirmed by a further measurement"
@@ -106,14 +108,15 @@ pub(super) fn run(
             "not confirmed by a further measurement"
         },
         looped.end
-    ));
-    Ok(Corrected { looped })
+    )
 }
 
-fn came(iteration: &Iteration) -> String {
+/// An iteration in words.
+fn progress(iteration: &Iteration) -> String {
     let v = &iteration.verification;
     format!(
-        "spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        "iteration {}: spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        iteration.number,
         v.judged_error_db(),
         v.error_db_max_achievable(),
         v.waveform_correlation,
@@ -125,28 +128,7 @@ impl Corrected {
     /// Writes what was recorded of the best drive.
     pub(super) fn keep(&self, path: &Path, rendering: Rendering) -> Outcome {
         let recording = &self.looped.recording;
-        let channels = recording.channels().iter();
-        let start = StartDocument {
-            setup: rendering.setup.clone(),
-            rendering: Some(rendering),
-            ..StartDocument::of(
-                &RunStart {
-                    label: "render".into(),
-                    rate_hz: recording.rate(),
-                    channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
-                    about: About::new(
-                        recording.about.condition.clone(),
-                        recording.about.provenance.clone(),
-                    ),
-                    annotations: recording.annotations.clone(),
-                    clocks: recording.stated_clocks(),
-                    setup: None,
-                    drive: None,
-                },
-                None,
-            )
-        };
-        let mut journal = JournalWriter::create(path, start)?;
+        let mut journal = JournalWriter::create(path, self.start(rendering))?;
         let samples: Vec<Vec<f64>> = recording
             .channels()
             .iter()
@@ -164,5 +146,29 @@ impl Corrected {
             ));
         }
         Ok(())
+    }
+
+    /// The start document of the recording of the best drive.
+    fn start(&self, rendering: Rendering) -> StartDocument {
+        let recording = &self.looped.recording;
+        let channels = recording.channels().iter();
+        let start = RunStart {
+            label: "render".into(),
+            rate_hz: recording.rate(),
+            channels: channels.map(|c| (c.name.clone(), c.unit.clone())).collect(),
+            about: About::new(
+                recording.about.condition.clone(),
+                recording.about.provenance.clone(),
+            ),
+            annotations: recording.annotations.clone(),
+            clocks: recording.stated_clocks(),
+            setup: None,
+            drive: None,
+        };
+        StartDocument {
+            setup: rendering.setup.clone(),
+            rendering: Some(rendering),
+            ..StartDocument::of(&start, None)
+        }
     }
 }

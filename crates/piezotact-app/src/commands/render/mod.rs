@@ -64,8 +64,27 @@ struct Job<'a> {
     runs: Option<RunFolder>,
 }
 
-/// The jobs that are asked for, one person after the other, with every output checked before the first is begun.
+/// The jobs that are asked for, one participant after the other, with every output checked before the first is begun.
 fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
+    possible(args)?;
+    let mut jobs = listed(args);
+    check_outputs(args, &jobs)?;
+    if jobs.len() == 1 && !ends_in(&args.out, "wav") {
+        return Err(usage(anyhow!(
+            "{}: expected the name of a WAV file, ending in .wav",
+            args.out.display()
+        )));
+    }
+    if args.mode.is_some() {
+        for job in &mut jobs {
+            job.runs = Some(runs_of(&job.out)?);
+        }
+    }
+    Ok(jobs)
+}
+
+/// Refuses options that do not fit each other.
+fn possible(args: &Render) -> Outcome {
     if args.mode.is_none() && (args.finger.load.is_some() || args.finger.angle.is_some()) {
         return Err(usage(anyhow!(
             "expected --mode with --load and --angle, found none; without a closed loop, a drive is for the load and angle of \
@@ -79,6 +98,12 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             args.bench.len()
         )));
     }
+    Ok(())
+}
+
+/// Every texture for every transfer function, each with the names of its files.
+fn listed(args: &Render) -> Vec<Job<'_>> {
+    let people = args.transfer.len();
     let stem = |path: &Path| {
         path.file_stem()
             .map_or_else(|| name(path), |stem| stem.to_string_lossy().into_owned())
@@ -99,20 +124,24 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             } else {
                 format!("{}-{}", stem(target), stem(transfer))
             };
+            let record = args.record.as_ref();
             jobs.push(Job {
                 target,
                 transfer,
                 bench: args.bench.get(i).or(args.bench.first()),
                 out: within(&args.out, &called, "wav"),
-                record: args
-                    .record
-                    .as_ref()
-                    .map(|record| within(record, &called, "parquet")),
+                record: record.map(|record| within(record, &called, "parquet")),
                 called,
                 runs: None,
             });
         }
     }
+    jobs
+}
+
+/// Makes the folders of several jobs and refuses outputs that would replace an input or each other; what was made is then
+/// removed again.
+fn check_outputs(args: &Render, jobs: &[Job<'_>]) -> Outcome {
     let read: Vec<&Path> = jobs
         .iter()
         .flat_map(|job| [job.target, job.transfer])
@@ -128,7 +157,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
         })
         .chain(args.report.clone())
         .collect();
-    let made = if several {
+    let made = if jobs.len() > 1 {
         folders(&[Some(args.out.as_path()), args.record.as_deref()])?
     } else {
         Vec::new()
@@ -141,19 +170,7 @@ fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
             let _kept = std::fs::remove_dir(folder);
         }
     }
-    checked?;
-    if !several && !ends_in(&args.out, "wav") {
-        return Err(usage(anyhow!(
-            "{}: expected the name of a WAV file, ending in .wav",
-            args.out.display()
-        )));
-    }
-    if args.mode.is_some() {
-        for job in &mut jobs {
-            job.runs = Some(runs_of(&job.out)?);
-        }
-    }
-    Ok(jobs)
+    checked
 }
 
 fn ends_in(path: &Path, ending: &str) -> bool {
@@ -194,6 +211,44 @@ struct Done {
 
 impl Job<'_> {
     fn done(&self, args: &Render) -> Outcome<Done> {
+        let function = self.function(args)?;
+        let options = ReadOptions {
+            scale: args.scale.clone(),
+            rate: rate_option(args.target_rate)?,
+        };
+        let contents = inspected(self.target, &options)?;
+        let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
+        let response = function.response().iter().flat_map(|h| [h.re, h.im]);
+        let asked = Asked {
+            target: Checksum::of(texture.samples().iter().copied()),
+            transfer: Checksum::of(response),
+            runs: OnceCell::new(),
+            args,
+            job: self,
+            function: &function,
+            config: &config_of(args)?,
+        };
+        let (level, (mut drive, corrected)) = asked.at_its_level(&texture)?;
+        self.trace(
+            &mut drive,
+            &contents.recording.about,
+            (texture.amplified(Decibels(level)), level),
+        );
+        let rendering = Rendering::of(&drive, &name(self.target), level);
+        write_drive(&self.out, &drive, args.rate, rendering.clone())?;
+        if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
+            corrected.keep(path, rendering)?;
+        }
+        Ok(Done {
+            out: self.out.clone(),
+            level_db: level,
+            drive,
+            corrected,
+        })
+    }
+
+    /// The transfer function, measured with the device and at the gain that are stated.
+    fn function(&self, args: &Render) -> Outcome<TransferFunction<Drive, Acceleration>> {
         let document = read_transfer(self.transfer)?;
         let function = document.function::<Drive, Acceleration>(self.transfer)?;
         let measured_with = function.drive.as_ref();
@@ -210,57 +265,24 @@ impl Job<'_> {
                 .map_err(usage)?;
             require_gain(measured_with, gain)?;
         }
-        let options = ReadOptions {
-            scale: args.scale.clone(),
-            rate: rate_option(args.target_rate)?,
-        };
-        let contents = inspected(self.target, &options)?;
-        let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
-        let config = config_of(args)?;
-        let response = function.response().iter().flat_map(|h| [h.re, h.im]);
-        let asked = Asked {
-            target: Checksum::of(texture.samples().iter().copied()),
-            transfer: Checksum::of(response),
-            runs: OnceCell::new(),
-            args,
-            job: self,
-            function: &function,
-            config: &config,
-        };
-        let (level, first) = match args.level {
-            Level::Stated(level) => (level, asked.at(&texture, level)),
-            Level::Fit => {
-                let (level, first) = render::at_fitting_level(
-                    |level| asked.at(&texture, level.0),
-                    |refused| refused.fits_at.filter(|level| level.0 > SOFTEST_DB),
-                );
-                (level.0, first)
-            }
-        };
-        let (mut drive, corrected) = first.map_err(|refused| refused.failure)?;
-        let doubts = contents.recording.about.doubts.iter();
-        drive.about.doubts.splice(0..0, doubts.cloned());
-        drive
-            .about
-            .provenance
-            .steps
-            .insert(0, format!("target {}", self.target.display()));
-        let target = texture.amplified(Decibels(level));
-        let so_far = contents.recording.about.provenance.lineage.clone();
+        Ok(function)
+    }
+
+    /// Adds to `drive` what is doubted of its texture, and where both come from.
+    fn trace(
+        &self,
+        drive: &mut RenderedDrive,
+        about: &About,
+        (target, level_db): (Series<Acceleration>, f64),
+    ) {
+        let doubts = about.doubts.iter().cloned();
+        drive.about.doubts.splice(0..0, doubts);
+        let step = format!("target {}", self.target.display());
+        drive.about.provenance.steps.insert(0, step);
+        let so_far = about.provenance.lineage.clone();
         let so_far = so_far.unwrap_or_else(|| Lineage::of(name(self.target)));
-        let lineage = lineage(so_far, &name(self.transfer), level, (&target, &drive));
+        let lineage = lineage(so_far, &name(self.transfer), level_db, (&target, drive));
         drive.about.provenance.lineage = Some(lineage);
-        let rendering = Rendering::of(&drive, &name(self.target), level);
-        write_drive(&self.out, &drive, args.rate, rendering.clone())?;
-        if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
-            corrected.keep(path, rendering)?;
-        }
-        Ok(Done {
-            out: self.out.clone(),
-            level_db: level,
-            drive,
-            corrected,
-        })
     }
 }
 
@@ -365,6 +387,24 @@ impl Asked<'_> {
         Ok(Some(self.runs.get_or_init(|| known).clone()))
     }
 
+    /// `texture` rendered at the level that is stated, or at the highest one that fits; with that level, dB.
+    fn at_its_level(
+        &self,
+        texture: &Series<Acceleration>,
+    ) -> Outcome<(f64, (RenderedDrive, Option<Corrected>))> {
+        let (level_db, done) = match self.args.level {
+            Level::Stated(level_db) => (level_db, self.at(texture, level_db)),
+            Level::Fit => {
+                let (level, done) = render::at_fitting_level(
+                    |level| self.at(texture, level.0),
+                    |refused| refused.fits_at.filter(|level| level.0 > SOFTEST_DB),
+                );
+                (level.0, done)
+            }
+        };
+        Ok((level_db, done.map_err(|refused| refused.failure)?))
+    }
+
     /// `texture` rendered at `level_db`.
     fn at(
         &self,
@@ -444,7 +484,7 @@ impl Asked<'_> {
 
 impl Done {
     /// What was written, in words.
-    fn told(&self) -> Outcome {
+    fn say(&self) -> Outcome {
         let drive = &self.drive;
         say_doubts(&drive.about.doubts);
         let bands: Vec<String> = drive

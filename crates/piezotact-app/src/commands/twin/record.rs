@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity, Seconds};
+use piezotact::quantity::{Acceleration, Degrees, Newtons, Seconds};
 use piezotact::recording::{Annotations, Event};
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
-use piezotact::statistics::peak;
+use piezotact::series::Series;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
@@ -114,22 +114,7 @@ fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>
     only_where_they_count(args)?;
     Ok(match args.bench {
         TouchBench::Acttouch => {
-            let protocol = ActiveProtocol {
-                strokes: args.strokes.unwrap_or(ACTIVE_STROKES),
-                movement: match args.direction {
-                    MovementName::Proximal => Movement::Proximal,
-                    MovementName::Transversal => Movement::Transversal,
-                    MovementName::Circular => Movement::Circular,
-                },
-                pace: if args.free {
-                    Pace::Free
-                } else {
-                    Pace::Metronome {
-                        speed_m_s,
-                        stroke_s: args.stroke_time,
-                    }
-                },
-            };
+            let protocol = active_protocol(args, speed_m_s);
             ActTouch::new(parameters, participant, sample(args, parameters)?, protocol)
                 .map_err(bench_failure)?
                 .into_acquirer()
@@ -152,6 +137,26 @@ fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>
             ShakerBench::new(parameters, participant, mount, excitation).into_acquirer()
         }
     })
+}
+
+/// The movement and pace of active touch.
+fn active_protocol(args: &Record, speed_m_s: f64) -> ActiveProtocol {
+    ActiveProtocol {
+        strokes: args.strokes.unwrap_or(ACTIVE_STROKES),
+        movement: match args.direction {
+            MovementName::Proximal => Movement::Proximal,
+            MovementName::Transversal => Movement::Transversal,
+            MovementName::Circular => Movement::Circular,
+        },
+        pace: if args.free {
+            Pace::Free
+        } else {
+            Pace::Metronome {
+                speed_m_s,
+                stroke_s: args.stroke_time,
+            }
+        },
+    }
 }
 
 fn sample<'a>(args: &Record, parameters: &'a TwinParameters) -> Outcome<&'a Sample> {
@@ -243,19 +248,13 @@ fn sound(
         events: Vec::new(),
     };
     let (start, _) = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
-    let mut vibration = sink.samples;
-    if vibration.is_empty() && stop.is_stopped() {
+    if sink.samples.is_empty() && stop.is_stopped() {
         return Ok((start, 0));
     }
-    let loudest = peak(&vibration).max(f64::MIN_POSITIVE);
-    for sample in &mut vibration {
-        *sample /= loudest;
-    }
+    let vibration = Series::<Acceleration>::new(sink.samples, start.rate_hz)?;
+    let (shares, full_scale) = vibration.in_shares_of_peak();
     let sidecar = Sidecar {
-        full_scale: Some(Measure {
-            value: loudest,
-            unit: Acceleration::UNIT,
-        }),
+        full_scale: Some(full_scale),
         channels: vec![ACCELERATION_CHANNEL.into()],
         about: start.about.clone(),
         annotations: Annotations {
@@ -265,6 +264,6 @@ fn sound(
         rendering: None,
     };
     let rate_hz = start.rate_hz.hz().round() as u32;
-    write_wav_with_sidecar(out, &[&vibration], rate_hz, SampleFormat::Float32, &sidecar)?;
-    Ok((start, vibration.len()))
+    write_wav_with_sidecar(out, &[&shares], rate_hz, SampleFormat::Float32, &sidecar)?;
+    Ok((start, shares.len()))
 }

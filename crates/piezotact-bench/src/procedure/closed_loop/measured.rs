@@ -31,7 +31,7 @@ const SILENT_RATIO: f64 = 2.0;
 const ATTEMPTS: usize = 2;
 
 /// The measured response to one drive.
-pub(super) struct Felt {
+pub(super) struct MeasuredResponse {
     pub(super) recording: Recording,
     /// The response at the rate of the loop.
     pub(super) response: Series<Acceleration>,
@@ -219,18 +219,22 @@ impl ResponseMeter<'_> {
     }
 
     /// Plays `drive` and measures the response; repeats the measurement if it is not reliable.
-    pub(super) fn feel(&mut self, drive: &Series<Drive>, label: &str) -> Result<Felt, Broken> {
+    pub(super) fn measure(
+        &mut self,
+        drive: &Series<Drive>,
+        label: &str,
+    ) -> Result<MeasuredResponse, Broken> {
         let (mut attempt, mut before) = (1, Before::default());
         loop {
             let label = format!("{label}, attempt {attempt}");
             let (recording, response) = self.play(drive, &label, &mut before)?;
-            let felt = Felt {
+            let measured = MeasuredResponse {
                 clipping: clipping(&response, None, None),
                 response: self.at_rate(&response)?,
                 recording,
             };
-            match self.believable(&felt) {
-                Ok(()) => return Ok(felt),
+            match self.believable(&measured) {
+                Ok(()) => return Ok(measured),
                 Err(_of_before) if attempt >= ATTEMPTS && before.measures_again() => attempt = 1,
                 Err(why) if attempt >= ATTEMPTS => return Err(Broken::Unbelievable(why)),
                 Err(_again) => attempt += 1,
@@ -260,12 +264,12 @@ impl ResponseMeter<'_> {
         Ok(())
     }
 
-    fn believable(&self, felt: &Felt) -> Result<(), Mishap> {
-        self.undisturbed(&felt.recording, &felt.clipping)?;
+    fn believable(&self, measured: &MeasuredResponse) -> Result<(), Mishap> {
+        self.undisturbed(&measured.recording, &measured.clipping)?;
         let noise = self.noise.as_ref().map_or(0.0, |noise| {
             (noise.values.iter().sum::<f64>() * noise.resolution_hz).sqrt()
         });
-        let level = standard_deviation(felt.response.samples());
+        let level = standard_deviation(measured.response.samples());
         if level < SILENT_RATIO * noise {
             return Err(Mishap::Faint {
                 rms_m_s2: level,

@@ -31,7 +31,7 @@ use super::RunKeeper;
 use crate::error::ProcedureError;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
-use measured::{Broken, Felt, ResponseMeter, resampled_to};
+use measured::{Broken, MeasuredResponse, ResponseMeter, resampled_to};
 pub use outcome::{Gain, GainCriterion, Kept, LoopEnd, LoopErrors, Mishap};
 
 /// How a texture is rendered in a closed loop.
@@ -73,7 +73,7 @@ pub struct Iteration {
 impl Looped {
     /// The verification of the drive that was kept: from the confirmation measurement, or from the loop if that failed.
     #[must_use]
-    pub fn told(&self) -> &Verification {
+    pub fn best_verification(&self) -> &Verification {
         let judged = &self.iterations[self.best].verification;
         self.confirmed.as_ref().unwrap_or(judged)
     }
@@ -91,7 +91,7 @@ impl Looped {
             level_db,
             drive,
             open: &self.iterations[0].verification,
-            closed: self.told(),
+            closed: self.best_verification(),
             is_confirmed: self.confirmed.is_some(),
             is_close: self.is_close(),
             is_open_kept: self.kept.keeps_open_loop(),
@@ -205,7 +205,7 @@ pub fn closed_loop(
     if !free && !correction.fits() {
         return Err(refused(&mut correction, function.drive.as_ref()).into());
     }
-    let mut listener = ResponseMeter {
+    let mut meter = ResponseMeter {
         bench,
         keeper,
         config,
@@ -214,25 +214,31 @@ pub fn closed_loop(
         noise: None,
     };
     let correction_welch = correction.welch().clone();
-    let noise = listener.measure_noise(&correction_welch)?.clone();
+    let noise = meter.measure_noise(&correction_welch)?.clone();
     let hidden = correction
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
     first.about.doubts.extend(hidden);
-    let judge = |felt: &Felt, coverage: &Coverage| {
-        judged(&target, felt, (coverage, correction_welch.clone()), config)
+    let judge = |response: &MeasuredResponse, coverage: &Coverage| {
+        judged(
+            &target,
+            response,
+            (coverage, correction_welch.clone()),
+            config,
+        )
     };
 
     let mut course = Course::default();
     for number in 0..=config.iterations {
         let fit = Fit::of(&correction);
-        let mut both = || -> Result<(Felt, Felt, [Verification; 2]), Broken> {
-            let first = listener.feel(&drive, &format!("iteration {number}, first"))?;
-            let unjudged = judge(&first, &fit.coverage)?;
-            let second = listener.feel(&drive, &format!("iteration {number}, second"))?;
-            let verification = judge(&second, &fit.coverage)?;
-            Ok((first, second, [unjudged, verification]))
-        };
+        let mut both =
+            || -> Result<(MeasuredResponse, MeasuredResponse, [Verification; 2]), Broken> {
+                let first = meter.measure(&drive, &format!("iteration {number}, first"))?;
+                let unjudged = judge(&first, &fit.coverage)?;
+                let second = meter.measure(&drive, &format!("iteration {number}, second"))?;
+                let verification = judge(&second, &fit.coverage)?;
+                Ok((first, second, [unjudged, verification]))
+            };
         let (first, second, [unjudged, verification]) = match both() {
             Ok(both) => both,
             // A stopped loop can be resumed: its runs are stored.
@@ -245,7 +251,7 @@ pub fn closed_loop(
             Err(Broken::Bench(error)) => return Err(error),
             Err(Broken::Unbelievable(why)) => return Err(ProcedureError::Broken(why.to_string())),
         };
-        let heard = [first.response, second.response.clone()];
+        let responses = [first.response, second.response.clone()];
         let measured =
             [&unjudged, &verification].map(|v| closeness(v, config.correct.mode, &reached));
         let iteration = Iteration {
@@ -259,13 +265,13 @@ pub fn closed_loop(
         let best = || Best {
             number,
             drive: drive.clone(),
-            felt: second,
+            response: second,
             fit,
         };
         course.judge(iteration, config.correct.mode, &reached, best);
         if course.end == LoopEnd::Done && number < config.iterations {
             let step = correction
-                .learn(&[&heard[0], &heard[1]], &noise)
+                .learn(&[&responses[0], &responses[1]], &noise)
                 .map_err(|error| error.to_string());
             let next = correction.drive().map_err(|error| error.to_string());
             match (step, next) {
@@ -294,10 +300,10 @@ pub fn closed_loop(
     else {
         return Err(ProcedureError::Broken("no drive could be evaluated".into()));
     };
-    let mut once_more = |drive: &Best| -> Result<(Verification, Felt), Broken> {
+    let mut once_more = |drive: &Best| -> Result<(Verification, MeasuredResponse), Broken> {
         let label = format!("iteration {}, once more", drive.number);
-        let felt = listener.feel(&drive.drive, &label)?;
-        Ok((judge(&felt, &drive.fit.coverage)?, felt))
+        let response = meter.measure(&drive.drive, &label)?;
+        Ok((judge(&response, &drive.fit.coverage)?, response))
     };
     // The best drive is measured once more: the smallest of several measured errors is biased by chance.
     let (best, again, gain, kept) = match best {
@@ -347,14 +353,14 @@ pub fn closed_loop(
     );
     rendered.coverage = best.fit.coverage;
     let (confirmed, recording) = match again {
-        Ok((verification, felt)) => {
+        Ok((verification, response)) => {
             rendered.about.provenance = rendered.about.provenance.then(format!(
                 "confirmation measurement: {:.2} dB rms, NMSE {:.1} dB, on the {}",
                 verification.judged_error_db(),
                 verification.waveform_nmse_db,
                 bench.player.describe().name
             ));
-            (Some(verification), felt.recording)
+            (Some(verification), response.recording)
         }
         Err(Broken::Bench(error @ ProcedureError::Stopped { .. })) => return Err(error),
         Err(broken) => {
@@ -368,7 +374,7 @@ pub fn closed_loop(
                         cause: Mishap::from(broken).doubt(),
                     },
                 }));
-            (None, best.felt.recording)
+            (None, best.response.recording)
         }
     };
     let condition = recording.about.condition.clone();
@@ -482,7 +488,7 @@ impl Course {
 struct Best {
     number: usize,
     drive: Series<Drive>,
-    felt: Felt,
+    response: MeasuredResponse,
     fit: Fit,
 }
 
@@ -614,7 +620,7 @@ fn closeness(verification: &Verification, mode: Mode, reached: &[Band]) -> LoopE
 /// The verification of a measured response against `target`, over the `coverage` of its drive.
 fn judged(
     target: &Series<Acceleration>,
-    felt: &Felt,
+    response: &MeasuredResponse,
     (coverage, welch): (&Coverage, WelchConfig),
     config: &LoopConfig,
 ) -> Result<Verification, Broken> {
@@ -625,8 +631,8 @@ fn judged(
     }
     .rendered_as(&config.render, config.correct.mode);
     let measured = Measured {
-        response: &felt.response,
-        clipping: felt.clipping.clone(),
+        response: &response.response,
+        clipping: response.clipping.clone(),
     };
     let verification = verify(target, measured, &verify_config)
         .map_err(|error| impossible("a measurement that can be compared", &error))?;

@@ -274,7 +274,7 @@ impl Looped {
     /// Whether the drive that is kept was measured once more, comes close to its target, and is not worse than the open loop.
     #[must_use]
     pub fn is_close(&self) -> bool {
-        self.confirmed.is_some() && !self.got_worse() && self.told().is_close()
+        self.confirmed.is_some() && !self.got_worse() && self.best_verification().is_close()
     }
 }
 
