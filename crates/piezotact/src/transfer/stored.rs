@@ -68,8 +68,11 @@ impl StoredIdentities {
             (Estimator::Hv, spectra.hv()),
         ];
         let candidates = ratios.iter().flat_map(|(estimator, ratio)| {
-            [false, true]
-                .map(|conjugate| (*estimator, conjugate, farthest(response, ratio, conjugate)))
+            let conjugate: Vec<Complex<f64>> = ratio.iter().map(Complex::conj).collect();
+            [
+                (*estimator, false, farthest(response, ratio)),
+                (*estimator, true, farthest(response, &conjugate)),
+            ]
         });
         let closest = candidates
             .filter_map(|(estimator, conjugate, found)| Some((estimator, conjugate, found?)))
@@ -111,14 +114,11 @@ struct Farthest {
     lines: usize,
 }
 
-fn farthest(stored: &[Complex<f64>], ratio: &[Complex<f64>], conjugate: bool) -> Option<Farthest> {
+fn farthest(stored: &[Complex<f64>], ratio: &[Complex<f64>]) -> Option<Farthest> {
     let lines = stored.iter().zip(ratio).enumerate();
     let mut each: Vec<(f64, usize)> = lines
         .filter(|(_, (_, ratio))| ratio.norm_sqr() > 0.0)
-        .map(|(line, (stored, ratio))| {
-            let ratio = if conjugate { ratio.conj() } else { *ratio };
-            ((stored - ratio).norm() / ratio.norm(), line)
-        })
+        .map(|(line, (stored, ratio))| ((stored - ratio).norm() / ratio.norm(), line))
         .collect();
     each.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (difference, line) = *each.last()?;
