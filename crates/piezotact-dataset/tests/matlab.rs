@@ -371,6 +371,7 @@ fn document() -> TransferDocument {
         estimator: Estimator::H2,
         effective_averages: Some(37.5),
         driven_hz: None,
+        impact: None,
         confidence: None,
         attempts: Vec::new(),
         distortion: None,

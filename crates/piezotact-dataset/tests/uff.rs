@@ -175,6 +175,7 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
         estimator: Estimator::H2,
         effective_averages: Some(37.5),
         driven_hz: None,
+        impact: None,
         confidence: None,
         attempts: Vec::new(),
         distortion: None,

@@ -453,8 +453,8 @@ fn stretch(
     .svg(HEIGHT - 20)
 }
 
-/// Magnitude, phase and coherence of a transfer function in `unit`: three figures over one axis, the first two with their
-/// 95 % confidence where it is known.
+/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit`: figures over one axis, the first two
+/// with their 95 % confidence where it is known.
 pub(crate) fn transfer<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
@@ -468,13 +468,13 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         .zip(function.frequencies_hz().into_iter().skip(1))
         .filter(|(_, hz)| driven(hz))
         .collect();
-    let drawn = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+    let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
     };
     let phase_of = |line: usize| function.response()[line].arg().to_degrees();
-    let magnitude = drawn(&|line| db(function.response()[line].norm()));
-    let phase = drawn(&phase_of);
-    let coherence = drawn(&|line| function.coherence()[line]);
+    let magnitude = points(&|line| db(function.response()[line].norm()));
+    let phase = points(&phase_of);
+    let coherence = points(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
     let limits = function.confidence();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
@@ -498,7 +498,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             vec![line.thin()],
         )
     };
-    Ok(vec![
+    let mut drawn = vec![
         chart(
             &format!("|H|, dB re 1 {unit}"),
             (low, high),
@@ -511,13 +511,13 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             Line::new("", TARGET, phase).ribbon(phases),
         )
         .svg(HEIGHT - 80)?,
-        chart(
-            "coherence",
-            (floor, 1.0 + 0.05 * (1.0 - floor)),
-            Line::new("", OTHER, coherence),
-        )
-        .svg(HEIGHT - 80)?,
-    ])
+    ];
+    if function.has_coherence() {
+        let line = Line::new("", OTHER, coherence);
+        let above = 1.0 + 0.05 * (1.0 - floor);
+        drawn.push(chart("coherence", (floor, above), line).svg(HEIGHT - 80)?);
+    }
+    Ok(drawn)
 }
 
 /// The answer, noise and distortion by third octave.

@@ -362,12 +362,19 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     if let Some(described) = &described {
         doubts.clone_from(&described.about.doubts);
     }
+    let impact = described.as_ref().and_then(|own| own.impact.clone());
+    let one_hit = impact.as_ref().is_some_and(|test| test.used() == 1);
     let lines = Lines {
+        // One hit has no coherence, which nobody forgot.
+        coherence: real(&COHERENCES).or_else(|| one_hit.then(|| vec![0.0; response.len()])),
         frequency_hz,
         response,
-        coherence: real(&COHERENCES),
     };
     let mut document = from_lines(path, lines, doubts)?;
+    if one_hit {
+        document.coherence.clear();
+    }
+    document.impact = impact;
     if let Some(described) = described {
         document.about.condition = described.about.condition;
         document.drive = described.drive;
