@@ -650,7 +650,7 @@ pub enum TransferError {
     Impact(#[from] ImpactError),
     /// A drive of short pulses, in an estimate for drives that last.
     #[error(
-        "expected a drive that lasts over the recording, found {hits} short pulses in {:.2} % of it: a window weights them by their \
+        "expected a drive that lasts over the recording, found short pulses ({hits} in {:.2} % of it): a window weights them by their \
             place in the segment and the responses otherwise, and the estimate is wrong by any amount; evaluate it as an impact test",
         .share * 100.0
     )]

@@ -72,7 +72,7 @@ impl HitFault {
                 vec![Advice::Check(Subject::CableAndRange), Advice::MeasureAgain]
             }
             Self::NextTooClose { .. } | Self::StillMoving { .. } => vec![Advice::HitLater],
-            Self::AtTheEnd { .. } => vec![Advice::RecordLonger],
+            Self::AtTheEnd { .. } => vec![Advice::RecordLonger, Advice::ExponentialWindow],
             Self::AtTheBeginning => vec![Advice::RecordBeforeHit],
             Self::ResponseFirst { .. } => vec![Advice::Check(Subject::Channels)],
             Self::Opposite => vec![Advice::Check(Subject::Polarity)],

@@ -1,5 +1,6 @@
 //! The segments of an impact test: how long they are, and which hits have one that can be used.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::fault::HitFault;
@@ -19,18 +20,22 @@ const LEAST_BEFORE: usize = 2;
 const USUAL_PART: f64 = 0.5;
 /// The response is at rest when it falls to this share of its largest level: −40 dB.
 pub(super) const AT_REST: f64 = 0.01;
-/// A larger share that is left at the end of a segment is that of a hit without an end.
-const MOST_LEFT: f64 = 0.5;
+/// A larger share that is left at the end of a segment is that of a hit without an end: −20 dB.
+const MOST_LEFT: f64 = 0.1;
 /// A larger share of the largest level before the hit is not rest: −30 dB.
 const MOST_BEFORE: f64 = 0.03;
 /// The level of the response is that of blocks of this part of a segment.
 const BLOCKS: usize = 50;
-/// Below this ratio to its noise a level is noise.
-const OVER_NOISE: f64 = 1.5;
+/// Below this ratio to its noise a level is noise: of the response, and of its integral, whose noise is slow.
+const OVER_NOISE: [f64; 2] = [1.5, 3.0];
+/// The corner of the leaky integral: this many times the reciprocal of the usual time between hits.
+const CORNER: f64 = 20.0;
 /// A response stands out when its largest sample is this many times its noise.
 const ANSWERS: f64 = 5.0;
 /// The blocks in which a response is looked for before its hit, s.
 const ONSET_S: f64 = 0.0005;
+/// So many of them in a row at this share of the level before the hit, or in the noise, are rest.
+const QUIET: (usize, f64) = (4, 0.1);
 /// A second pulse of a smaller share of the first is the ringing of a filter or of the hammer.
 const SECOND: f64 = 0.05;
 /// As many samples at a limit are an overload; of a pulse, also a top of more than this share of its length above 97 % of its
@@ -64,6 +69,28 @@ pub(super) struct Segment {
     pub(super) faults: Vec<HitFault>,
 }
 
+/// A motion that has to decay: the response, and its integral, in which low frequencies count for more.
+struct Motion<'a> {
+    samples: &'a [f64],
+    noise: f64,
+    /// Below this ratio to its noise a level is noise.
+    over: f64,
+}
+
+/// What hits are judged by.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    signals: &'a Signals<'a>,
+    kinds: &'a [Motion<'a>],
+    /// Where the hits begin.
+    starts: &'a [usize],
+    /// The length of a pulse, samples.
+    pulse: usize,
+    /// The step of the converter of the response.
+    step: f64,
+    config: &'a ImpactConfig,
+}
+
 /// What a recording of an impact test holds.
 pub(super) struct Signals<'a> {
     pub(super) force: &'a [f64],
@@ -92,13 +119,33 @@ impl Segments {
         let usual = usual_span(&spans, &sound);
         let share = (BEFORE.0 * usual as f64) as usize;
         let before = share.max(BEFORE.1 * pulse).max(BEFORE.2).min(first);
-        let noise = noise_before(&signals.response[..first.saturating_sub(pulse / 2)]);
+        let quiet = ..first.saturating_sub(pulse / 2);
+        let keeps = (-TAU * CORNER / usual.max(1) as f64).exp();
+        let integral = integral(signals.response, keeps);
+        let white = noise_before(&signals.response[quiet]);
+        // What the integral of white noise is; a short part before the hit does not hold it all.
+        let least = [white, white / (1.0 - keeps * keeps).sqrt()];
+        let both = [signals.response, integral.as_slice()];
+        let kinds: Vec<Motion<'_>> = both
+            .into_iter()
+            .zip(OVER_NOISE.into_iter().zip(least))
+            .map(|(samples, (over, least))| Motion {
+                samples,
+                noise: noise_before(&samples[quiet]).max(least),
+                over,
+            })
+            .collect();
         let length = match config.segment {
             ImpactSegment::Samples(length) => length,
             ImpactSegment::Fitted => {
-                let decays = (0..spans.len())
-                    .filter(|i| sound[*i] && spans[*i] >= usual)
-                    .map(|i| decay(&signals.response[starts[i]..starts[i] + spans[i]], noise))
+                let long = (0..spans.len()).filter(|i| sound[*i] && spans[*i] >= usual);
+                let decays = long
+                    .flat_map(|i| {
+                        let span = starts[i]..starts[i] + spans[i];
+                        kinds
+                            .iter()
+                            .map(move |kind| decay(kind, span.clone(), pulse))
+                    })
                     .max();
                 // A segment may reach up to the next hit's own beginning.
                 let length = usual.min(before + 2 * decays.unwrap_or(usual));
@@ -120,32 +167,43 @@ impl Segments {
             hits: Vec::with_capacity(starts.len()),
         };
         let polarity = polarity(found);
+        let steps = [step(signals.force), step(signals.response)];
         for (i, hit) in found.hits.iter().enumerate() {
             let mut faults = Vec::new();
-            if starts[i] < LEAST_BEFORE || starts[i] < before {
-                faults.push(HitFault::AtTheBeginning);
-            }
+            let cut = starts[i] < LEAST_BEFORE || starts[i] < before;
+            faults.extend(cut.then_some(HitFault::AtTheBeginning));
             faults.extend(double(hit, signals.rate));
-            faults.extend(force_overload(signals.force, hit, found.rest));
+            faults.extend(force_overload(signals.force, hit, (found.rest, steps[0])));
             if hit.main.peak.signum() != polarity {
                 faults.push(HitFault::Opposite);
             }
             let from = starts[i].saturating_sub(before);
-            let left = segments.judge(signals, &starts, i, (noise, config), &mut faults);
+            let known = Known {
+                signals,
+                kinds: &kinds,
+                starts: &starts,
+                pulse,
+                step: steps[1],
+                config,
+            };
+            let left = if cut {
+                None
+            } else {
+                segments.judge(&known, i, &mut faults)
+            };
             segments.hits.push(Segment { from, left, faults });
         }
         Ok(segments)
     }
 
     /// Judges the response to hit `i`, and returns its level at the end of the segment.
-    fn judge(
-        &self,
-        signals: &Signals<'_>,
-        starts: &[usize],
-        i: usize,
-        (noise, config): (f64, &ImpactConfig),
-        faults: &mut Vec<HitFault>,
-    ) -> Option<f64> {
+    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) -> Option<f64> {
+        let Known {
+            signals,
+            starts,
+            config,
+            ..
+        } = *known;
         let (samples, rate) = (signals.force.len(), signals.rate);
         let seconds = |samples: usize| rate.duration_of(samples).0;
         let start = starts[i];
@@ -168,23 +226,32 @@ impl Segments {
         }
         let answer = &signals.response[start..cut.end];
         let rest = mean(&signals.response[cut.start..start.max(cut.start + 1)]);
-        let clipped = overload(answer, rest);
+        let clipped = overload(answer, rest, known.step);
         if clipped > 0 {
             faults.push(HitFault::ResponseOverload { samples: clipped });
         }
         let peak = answer
             .iter()
             .fold(0.0_f64, |peak, v| peak.max((v - rest).abs()));
-        if peak <= ANSWERS * noise {
+        if peak <= ANSWERS * known.kinds[0].noise {
             faults.push(HitFault::NoResponse);
             return None;
         }
-        faults.extend(moved_before(signals, starts, i, (self.before, noise)));
+        let moved = known
+            .kinds
+            .iter()
+            .find_map(|kind| moved_before(kind, known, i, self.before));
+        faults.extend(moved);
         if start + after > last {
             faults.push(ends(seconds(after)));
             return None;
         }
-        let left = left(answer, rest, noise);
+        let span = start..cut.end;
+        let lefts = known
+            .kinds
+            .iter()
+            .map(|kind| left(kind, span.clone(), known.pulse));
+        let left = lefts.fold(0.0, f64::max);
         // Without an end to go by, a response that has hardly fallen is that to a hit that is cut off.
         let limit = match config.exponential {
             ExponentialWindow::Damping(damping_per_s) => {
@@ -260,7 +327,7 @@ fn double(hit: &Struck, rate: SampleRate) -> Option<HitFault> {
 }
 
 /// A pulse that is cut off at a limit.
-fn force_overload(force: &[f64], hit: &Struck, rest: f64) -> Option<HitFault> {
+fn force_overload(force: &[f64], hit: &Struck, (rest, step): (f64, f64)) -> Option<HitFault> {
     let pulse = &force[hit.main.at.clone()];
     let sign = hit.main.peak.signum();
     let upright: Vec<f64> = pulse.iter().map(|v| sign * (v - rest)).collect();
@@ -269,12 +336,16 @@ fn force_overload(force: &[f64], hit: &Struck, rest: f64) -> Option<HitFault> {
         .filter(|v| **v >= FLAT_FROM * hit.main.peak.abs())
         .count();
     let broad = pulse.len() >= FLAT_PULSE && top as f64 > FLAT_SHARE * pulse.len() as f64;
-    let samples = if broad { top } else { at_a_limit(&upright) };
+    let samples = if broad {
+        top
+    } else {
+        at_a_limit(&upright, step)
+    };
     (samples > 0).then_some(HitFault::ForceOverload { samples })
 }
 
 /// How many samples of a response stand at a limit above or below its value at `rest`.
-fn overload(response: &[f64], rest: f64) -> usize {
+fn overload(response: &[f64], rest: f64, step: f64) -> usize {
     let above: Vec<f64> = response.iter().map(|v| v - rest).collect();
     let below: Vec<f64> = above.iter().map(|v| -v).collect();
     let top = |side: &[f64]| side.iter().copied().fold(f64::MIN, f64::max);
@@ -282,7 +353,7 @@ fn overload(response: &[f64], rest: f64) -> usize {
     // A signal that goes to one side only rests on the other.
     let limit = |side: &[f64], own: f64| {
         if own >= ONE_SIDED * high.max(low) {
-            at_a_limit(side)
+            at_a_limit(side, step)
         } else {
             0
         }
@@ -291,15 +362,11 @@ fn overload(response: &[f64], rest: f64) -> usize {
 }
 
 /// How many samples equal the largest one, in runs of three or more that a signal does not have of itself: it falls abruptly
-/// on a side of the run.
-fn at_a_limit(samples: &[f64]) -> usize {
+/// on a side of the run, by more than some `step`s of its converter.
+fn at_a_limit(samples: &[f64], step: f64) -> usize {
     let largest = samples.iter().copied().fold(f64::MIN, f64::max);
     let equal = |v: f64| (largest - v).abs() <= 1e-12 * largest.abs();
-    // A signal that never rests on a value has no steps to be counted in.
-    let falls = match step(samples) {
-        step if step < f64::MAX => FALLS_STEPS * step,
-        _ => return 0,
-    };
+    let falls = FALLS_STEPS * step;
     let (mut count, mut i) = (0, 0);
     while i < samples.len() {
         if !equal(samples[i]) {
@@ -350,63 +417,89 @@ fn levels(response: &[f64], rest: f64, block: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A level without its noise; 0 where it is noise.
-fn without_noise(level: f64, noise: f64) -> f64 {
-    if level <= OVER_NOISE * noise {
-        return 0.0;
+impl Motion<'_> {
+    /// A level without its noise; 0 where it is noise.
+    fn without_noise(&self, level: f64) -> f64 {
+        if level <= self.over * self.noise {
+            return 0.0;
+        }
+        (level * level - self.noise * self.noise).max(0.0).sqrt()
     }
-    (level * level - noise * noise).max(0.0).sqrt()
 }
 
-/// After how many samples the response that begins with the hit is at rest.
-fn decay(answer: &[f64], noise: f64) -> usize {
+/// After how many samples the motion that begins with the hit is at rest.
+fn decay(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> usize {
+    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
     let block = (answer.len() / (4 * BLOCKS)).max(SHORTEST);
     let tail = &answer[answer.len() - answer.len().min(block)..];
     let levels = levels(answer, mean(tail), block);
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let moving = levels
         .iter()
-        .rposition(|level| without_noise(*level, noise) > AT_REST * largest);
-    moving.map_or(block, |last| (last + 1) * block)
+        .rposition(|level| motion.without_noise(*level) > AT_REST * largest);
+    pulse + moving.map_or(block, |last| (last + 1) * block)
 }
 
-/// The level of the response at the end of its segment re its largest, 0–1.
-fn left(answer: &[f64], rest: f64, noise: f64) -> f64 {
-    let levels = levels(answer, rest, (answer.len() / BLOCKS).max(SHORTEST));
+/// The level of the motion at the end of its segment re its largest after the pulse, 0–1.
+fn left(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> f64 {
+    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
+    let block = (answer.len() / BLOCKS).max(SHORTEST);
+    let tail = &answer[answer.len() - answer.len().min(2 * block)..];
+    let levels = levels(answer, mean(tail), block);
     let largest = levels.iter().copied().fold(0.0, f64::max);
-    let end = levels.last().copied().unwrap_or(0.0);
+    let [.., before, end] = levels.as_slice() else {
+        return 1.0;
+    };
     if largest > 0.0 {
-        without_noise(end, noise) / largest
+        motion.without_noise(before.max(*end)) / largest
     } else {
         0.0
     }
 }
 
-/// A response that moves before its hit: it has not come to rest, or it begins before the hit.
+/// The integral of a response without its mean, of which a sample `keeps` a part to the next: a velocity, in which modes of low
+/// frequency stand beside those of high frequency.
+fn integral(response: &[f64], keeps: f64) -> Vec<f64> {
+    let about = mean(response);
+    let mut sum = 0.0;
+    let integrated = response.iter().map(|v| {
+        sum = keeps * sum + (v - about);
+        sum
+    });
+    integrated.collect()
+}
+
+/// A motion before its hit: it has not come to rest, or it begins before the hit.
 fn moved_before(
-    signals: &Signals<'_>,
-    starts: &[usize],
+    motion: &Motion<'_>,
+    known: &Known<'_>,
     i: usize,
-    (before, noise): (usize, f64),
+    before: usize,
 ) -> Option<HitFault> {
-    let (start, response) = (starts[i], signals.response);
-    let block = ((ONSET_S * signals.rate.hz()) as usize).max(SHORTEST / 2);
+    let (starts, rate) = (known.starts, known.signals.rate);
+    let (start, samples) = (starts[i], motion.samples);
+    let block = ((ONSET_S * rate.hz()) as usize).max(SHORTEST / 2);
     let earlier = if i == 0 { 0 } else { starts[i - 1] };
     // The rise of the pulse up to the level that counts as a hit is no time before it.
     let until = start.saturating_sub((before / 4).max(LEAST_BEFORE));
     let window = before.max(block);
-    let level_of = |part: Range<usize>| {
-        let about = mean(&response[earlier..until.max(earlier + 1)]);
-        let values: Vec<f64> = response[part].iter().map(|v| v - about).collect();
-        rms(&values)
-    };
     let from = until.saturating_sub(window).max(earlier);
     if until <= from + LEAST_BEFORE {
         return None;
     }
-    let level = without_noise(level_of(from..until), noise);
-    let end = (start + 20 * window).min(starts.get(i + 1).copied().unwrap_or(response.len()));
-    let largest = (start..end)
+    let about = mean(&samples[earlier..until]);
+    let level_of = |part: Range<usize>| {
+        let squares: f64 = samples[part.clone()]
+            .iter()
+            .map(|v| (v - about).powi(2))
+            .sum();
+        (squares / part.len().max(1) as f64).sqrt()
+    };
+    let level = motion.without_noise(level_of(from..until));
+    let next = starts.get(i + 1).copied().unwrap_or(samples.len());
+    let after = (start + known.pulse).min(next);
+    let end = (after + 20 * window).min(next);
+    let largest = (after..end)
         .step_by(window)
         .map(|at| level_of(at..(at + window).min(end)))
         .fold(0.0, f64::max);
@@ -414,18 +507,22 @@ fn moved_before(
     if share <= MOST_BEFORE {
         return None;
     }
-    // Back to where it was at rest.
-    let quiet = (OVER_NOISE * noise).max(0.25 * level);
-    let mut at = until;
-    while at >= earlier + block && level_of(at - block..at) > quiet {
+    // Back to where it was at rest for a while.
+    let limit = (motion.over * motion.noise).max(QUIET.1 * level);
+    let (mut at, mut onset, mut quiet) = (until, until, 0);
+    while at >= earlier + block && quiet < QUIET.0 {
+        if level_of(at - block..at) > limit {
+            (onset, quiet) = (at - block, 0);
+        } else {
+            quiet += 1;
+        }
         at -= block;
     }
-    let rests = at >= earlier + block;
-    let lead = start - at;
-    // A response to the hit before falls all the way; one that begins early was at rest before.
-    Some(if rests && 2 * lead < start - earlier {
+    let lead = start - onset;
+    // The response to the hit before falls all the way; one that begins early was at rest before.
+    Some(if quiet >= QUIET.0 && 2 * lead < start - earlier {
         HitFault::ResponseFirst {
-            lead_s: signals.rate.duration_of(lead).0,
+            lead_s: rate.duration_of(lead).0,
         }
     } else {
         HitFault::StillMoving { share }
