@@ -37,7 +37,7 @@ SEGMENT = 40_960
 BEFORE = 200
 SHORT = 8_192
 SIGMA = 45.0
-SINGLE_NOISE = {"force_n": 0.02, "response_m_per_s2": 0.5}
+SINGLE_NOISE = {"force_n": 0.02, "response_m_per_s2": 0.05}
 
 state = 52
 

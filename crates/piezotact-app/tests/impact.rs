@@ -63,6 +63,11 @@ fn table(signals: &[(f64, f64)]) -> String {
 
 const USUAL: [(f64, f64); 4] = [(0.1, 40.0), (0.6, 55.0), (1.1, 35.0), (1.6, 47.0)];
 
+/// A table of `force` and `nail` under four hits.
+pub(crate) fn four_hits() -> String {
+    table(&hits(&USUAL, 2.1))
+}
+
 fn transfer<'a>(file: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut call = vec![
         "transfer",
@@ -465,7 +470,10 @@ fn hits_in_a_sound_file_are_evaluated() {
     );
     let stereo = stereo(bytes);
     folder.write("hits.wav", stereo);
-    folder.write("hits.wav.json", r#"{"full_scale": 1, "channels": ["force", "nail"], "units": {"force": "100 N", "nail": "500 m/s2"}}"#);
+    folder.write(
+        "hits.wav.json",
+        r#"{"channels": ["force", "nail"], "units": {"force": "100 N", "nail": "500 m/s2"}}"#,
+    );
     let said = folder.run(&["info", "hits.wav"]);
     let done = folder.run(&transfer("hits.wav", &["--excitation", "impact"]));
     assert!(

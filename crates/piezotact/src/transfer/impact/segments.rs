@@ -28,10 +28,13 @@ const MOST_BEFORE: f64 = 0.03;
 const BLOCKS: usize = 50;
 /// Below this ratio to its noise a level is noise: of the response, and of its integral, whose noise is slow.
 const OVER_NOISE: [f64; 2] = [1.5, 3.0];
-/// The corner of the leaky integral: this many times the reciprocal of the usual time between hits.
+/// The corner of the leaky integral: this many times the reciprocal of the usual time between hits, and at most so many Hz.
 const CORNER: f64 = 20.0;
+const HIGHEST_CORNER_HZ: f64 = 20.0;
 /// A response stands out when its largest sample is this many times its noise.
 const ANSWERS: f64 = 5.0;
+/// The samples before a hit whose mean is rest.
+const REST_SAMPLES: usize = 64;
 /// The blocks in which a response is looked for before its hit, s.
 const ONSET_S: f64 = 0.0005;
 /// So many of them in a row at this share of the level before the hit, or in the noise, are rest.
@@ -120,7 +123,9 @@ impl Segments {
         let share = (BEFORE.0 * usual as f64) as usize;
         let before = share.max(BEFORE.1 * pulse).max(BEFORE.2).min(first);
         let quiet = ..first.saturating_sub(pulse / 2);
-        let keeps = (-TAU * CORNER / usual.max(1) as f64).exp();
+        let keeps = (-TAU
+            * (CORNER / usual.max(1) as f64).min(HIGHEST_CORNER_HZ / signals.rate.hz()))
+        .exp();
         let integral = integral(signals.response, keeps);
         let white = noise_before(&signals.response[quiet]);
         // What the integral of white noise is; a short part before the hit does not hold it all.
@@ -418,6 +423,11 @@ fn levels(response: &[f64], rest: f64, block: usize) -> Vec<f64> {
 }
 
 impl Motion<'_> {
+    /// Its mean just before `start`.
+    fn rest(&self, start: usize) -> f64 {
+        mean(&self.samples[start.saturating_sub(REST_SAMPLES)..start.max(1)])
+    }
+
     /// A level without its noise; 0 where it is noise.
     fn without_noise(&self, level: f64) -> f64 {
         if level <= self.over * self.noise {
@@ -431,8 +441,7 @@ impl Motion<'_> {
 fn decay(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> usize {
     let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
     let block = (answer.len() / (4 * BLOCKS)).max(SHORTEST);
-    let tail = &answer[answer.len() - answer.len().min(block)..];
-    let levels = levels(answer, mean(tail), block);
+    let levels = levels(answer, motion.rest(span.start), block);
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let moving = levels
         .iter()
@@ -444,8 +453,7 @@ fn decay(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> usize {
 fn left(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> f64 {
     let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
     let block = (answer.len() / BLOCKS).max(SHORTEST);
-    let tail = &answer[answer.len() - answer.len().min(2 * block)..];
-    let levels = levels(answer, mean(tail), block);
+    let levels = levels(answer, motion.rest(span.start), block);
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let [.., before, end] = levels.as_slice() else {
         return 1.0;
