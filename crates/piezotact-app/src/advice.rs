@@ -30,6 +30,9 @@ fn option(advice: &Advice) -> Option<String> {
         Advice::GiveContactMap => "--contact-map",
         Advice::DescribeDevice => "--gain and --volts-per-full-scale",
         Advice::JoinWithItself => "manipulate --loop",
+        Advice::EvaluateAsImpacts => "--excitation impact",
+        Advice::StateExcitation => "--excitation",
+        Advice::ExponentialWindow => "--exponential",
         Advice::ShowDoubts => "piezotact info",
         Advice::PlayThroughOtherPlacement => {
             "panel=FOLDER after the file name of the measured bench"

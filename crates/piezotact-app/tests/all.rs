@@ -9,6 +9,7 @@ mod docs;
 mod examples;
 mod export;
 mod fake_bench;
+mod impact;
 mod integrity;
 mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]

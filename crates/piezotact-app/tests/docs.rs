@@ -66,6 +66,7 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
             rows.collect::<String>()
         ),
     );
+    folder.write("hits.csv", crate::impact::four_hits());
     let (_, section) = readme
         .split_once("## With your own recordings and device")
         .unwrap();
@@ -90,7 +91,7 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
         folder.run(&words(line)).expect_success();
         ran += 1;
     }
-    assert_eq!(ran, 3);
+    assert_eq!(ran, 4);
 }
 
 /// The commands for recordings, with recordings of touch that are made here.

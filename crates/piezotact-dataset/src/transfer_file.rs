@@ -201,7 +201,11 @@ pub(crate) fn checked_step_hz(path: &Path, document: &TransferDocument) -> Resul
     let lengths = [
         document.real.len(),
         document.imaginary.len(),
-        document.coherence.len(),
+        // One hit has no coherence.
+        match document.coherence.len() {
+            0 if document.impact.is_some() => lines,
+            found => found,
+        },
     ];
     if lines < 2 || lengths.iter().any(|length| *length != lines) {
         return Err(wrong(
@@ -345,6 +349,7 @@ pub(crate) fn from_lines(
         real: response.iter().map(|h| h.re).collect(),
         imaginary: response.iter().map(|h| h.im).collect(),
         coherence,
+        impact: None,
         confidence: None,
         identities: None,
         attempts: Vec::new(),

@@ -9,7 +9,8 @@ use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::About;
 use piezotact::transfer::{
-    Confidence, Distortion, Estimator, Limits, StoredIdentities, TransferFunction,
+    Confidence, Distortion, Estimator, ImpactTest, Limits, StoredIdentities, TransferDoubt,
+    TransferFunction,
 };
 use serde::{Deserialize, Serialize};
 
@@ -55,8 +56,12 @@ pub struct TransferDocument {
     pub real: Vec<f64>,
     /// The imaginary part of every line.
     pub imaginary: Vec<f64>,
-    /// The coherence of every line.
+    /// The coherence of every line; empty for an impact test of one hit, which has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coherence: Vec<f64>,
+    /// The hits and the windows of an impact test, with the damping that an exponential window added.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impact: Option<ImpactTest>,
     /// How far every line may be off; written for other programs, as it follows from coherence and averages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<ConfidenceColumns>,
@@ -145,12 +150,26 @@ impl TransferDocument {
             frequency_hz: function.frequencies_hz(),
             real: function.response().iter().map(|h| h.re).collect(),
             imaginary: function.response().iter().map(|h| h.im).collect(),
-            coherence: function.coherence().to_vec(),
+            coherence: if function.has_coherence() {
+                function.coherence().to_vec()
+            } else {
+                Vec::new()
+            },
+            impact: function.impact.clone(),
             confidence: function.confidence().map(ConfidenceColumns::from),
             identities: None,
             attempts: Vec::new(),
             distortion: None,
         }
+    }
+
+    /// The coherence of every line, 0 where there is none as of one hit.
+    fn coherence_or_none(&self) -> Vec<f64> {
+        let one_hit = self.impact.as_ref().is_some_and(|test| test.used() == 1);
+        if one_hit && self.coherence.is_empty() {
+            return vec![0.0; self.frequency_hz.len()];
+        }
+        self.coherence.clone()
     }
 
     /// The transfer function in this document, from `I` to `O`.
@@ -181,10 +200,11 @@ impl TransferDocument {
             }
         }
         let lines = self.frequency_hz.len();
+        let coherence = self.coherence_or_none();
         for (what, found) in [
             ("real", self.real.len()),
             ("imaginary", self.imaginary.len()),
-            ("coherence", self.coherence.len()),
+            ("coherence", coherence.len()),
         ] {
             if found != lines {
                 return Err(ReadError::content(
@@ -232,7 +252,7 @@ impl TransferDocument {
             .collect();
         let mut function = TransferFunction::from_lines(
             response,
-            self.coherence.clone(),
+            coherence,
             resolution_hz,
             rate,
             self.estimator,
@@ -250,6 +270,13 @@ impl TransferDocument {
         }
         function.driven = self.driven_hz;
         function.exact_drive = self.exact_drive;
+        function.impact.clone_from(&self.impact);
+        if function.impact.is_some() {
+            // Hits are counted by other standards than segments of noise.
+            let few =
+                |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::FewAverages { .. }));
+            function.about.doubts.retain(|doubt| !few(doubt));
+        }
         // What was doubted when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.about.doubts);
         function.about.doubts.clone_from(&self.about.doubts);

@@ -428,6 +428,7 @@ fn document() -> TransferDocument {
         identities: None,
         effective_averages: Some(37.5),
         driven_hz: None,
+        impact: None,
         confidence: None,
         attempts: Vec::new(),
         distortion: None,

@@ -179,6 +179,7 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
         identities: None,
         effective_averages: Some(37.5),
         driven_hz: None,
+        impact: None,
         confidence: None,
         attempts: Vec::new(),
         distortion: None,

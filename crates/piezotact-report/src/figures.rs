@@ -453,8 +453,8 @@ fn stretch(
     .svg(HEIGHT - 20)
 }
 
-/// Magnitude, phase and coherence of a transfer function in `unit`: three figures over one axis, the first two with their
-/// limits where they are known, the first with the area between H1 and H2.
+/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit`: figures over one axis, the first two
+/// with their limits where they are known, the first with the area between H1 and H2.
 pub(crate) fn transfer<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
@@ -468,13 +468,13 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         .zip(function.frequencies_hz().into_iter().skip(1))
         .filter(|(_, hz)| driven(hz))
         .collect();
-    let drawn = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+    let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
     };
     let phase_of = |line: usize| function.response()[line].arg().to_degrees();
-    let magnitude = drawn(&|line| db(function.response()[line].norm()));
-    let phase = drawn(&phase_of);
-    let coherence = drawn(&|line| function.coherence()[line]);
+    let magnitude = points(&|line| db(function.response()[line].norm()));
+    let phase = points(&phase_of);
+    let coherence = points(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
     // Room for the legend.
     let high = high + 0.3 * (high - low);
@@ -532,7 +532,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             .ribbon(magnitudes)
             .thin(),
     );
-    Ok(vec![
+    let mut drawn = vec![
         chart(&format!("|H|, dB re 1 {unit}"), (low, high), all).svg(HEIGHT - 20)?,
         chart(
             "phase including delay, °",
@@ -540,13 +540,13 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
             vec![Line::new("", TARGET, phase).ribbon(phases).thin()],
         )
         .svg(HEIGHT - 80)?,
-        chart(
-            "coherence",
-            (floor, 1.0 + 0.05 * (1.0 - floor)),
-            vec![Line::new("", OTHER, coherence).thin()],
-        )
-        .svg(HEIGHT - 80)?,
-    ])
+    ];
+    if function.has_coherence() {
+        let line = Line::new("", OTHER, coherence).thin();
+        let above = 1.0 + 0.05 * (1.0 - floor);
+        drawn.push(chart("coherence", (floor, above), vec![line]).svg(HEIGHT - 80)?);
+    }
+    Ok(drawn)
 }
 
 /// The answer, noise and distortion by third octave.

@@ -6,6 +6,7 @@ pub mod criteria;
 pub mod figures;
 pub mod heatmap;
 mod image;
+mod impact;
 pub mod manipulate;
 mod origin;
 mod page;

@@ -3,11 +3,12 @@
 use maud::{Markup, html};
 use piezotact::document::Words;
 use piezotact::doubt::merged;
+use piezotact::number::digits;
 use piezotact::quantity::{Band, Quantity, Unit};
-use piezotact::transfer::{Bias, Distortion, Limits, TransferFunction};
+use piezotact::transfer::{Bias, Distortion, ImpactTraces, Limits, TransferFunction};
 
 use crate::report::drawn_doubts_and;
-use crate::{DrawError, bench_text, document, figure, figures};
+use crate::{DrawError, bench_text, document, figure, figures, impact};
 
 /// What magnitude, phase and coherence with such limits say.
 pub(crate) fn captions(limits: Limits) -> [&'static str; 3] {
@@ -38,6 +39,8 @@ pub struct Page<'a, I: Quantity, O: Quantity> {
     pub function: &'a TransferFunction<I, O>,
     /// The unit of its values.
     pub unit: String,
+    /// The unit of the drive.
+    pub drive_unit: String,
     /// The unit of the response.
     pub response_unit: String,
     /// Noise and distortion; absent where nothing told them apart.
@@ -46,6 +49,8 @@ pub struct Page<'a, I: Quantity, O: Quantity> {
     pub repeats: Option<(usize, f64)>,
     /// What was refused, and why.
     pub refused: Vec<String>,
+    /// Forces, responses and windows of an impact test; absent for other drives.
+    pub traces: Option<&'a ImpactTraces>,
 }
 
 impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
@@ -60,10 +65,12 @@ impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
             title,
             function,
             unit: format!("({response_unit})/{drive_unit}"),
+            drive_unit: drive_unit.to_string(),
             response_unit: response_unit.to_string(),
             distortion: None,
             repeats: None,
             refused: Vec::new(),
+            traces: None,
         }
     }
 }
@@ -83,6 +90,7 @@ pub fn html<I: Quantity, O: Quantity>(
         .distortion
         .map(|d| figures::distortion(d, &page.response_unit))
         .transpose()?;
+    let hits = impact::section(page)?;
     let body = html! {
         h1 { (page.title) }
         p.soft { (bench_line(function)) }
@@ -96,6 +104,7 @@ pub fn html<I: Quantity, O: Quantity>(
             @for (svg, caption) in figures.iter().zip(captions(function.limits())) { (figure(svg, caption)) }
             p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
         }
+        (hits)
         @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
             section {
                 h2 { "Is the device linear?" }
@@ -126,8 +135,13 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
     let number = |value: String, what: &str| html! { div { b { (value) } span { (what) } } };
     html! {
         section.verdict {
-            strong { (format!("{} from {} averages, lines {:.2} Hz apart", function.estimator, function.averages, function.resolution_hz())) }
+            strong { (format!("{} from {}, lines {:.2} Hz apart", function.estimator, averaged(function), function.resolution_hz())) }
             div.numbers {
+                @if let Some(test) = function.impact.as_ref().filter(|test| test.added_damping_per_s > 0.0) {
+                    (number(format!("{} 1/s", digits(test.added_damping_per_s)), &format!("damping σ added by the exponential window: \
+                        half-power bandwidths are {} Hz wider", digits(test.added_bandwidth_hz()))))
+                }
+                @if !function.has_coherence() { (number("none".into(), "coherence: one hit has none")) }
                 @if let Some(reach_db) = function.median_reach_db(judged) {
                     @let reach = if reach_db.is_finite() { format!("± {reach_db:.2} dB") } else { "no lower limit".into() };
                     (number(reach, &format!("{} of the median line over {judged}", limits_name(function.limits()))))
@@ -173,6 +187,14 @@ fn bias_text(bias: &Bias) -> String {
             "H2 above H1 at the median line; without limit at {:.0} Hz",
             bias.largest_at_hz
         ),
+    }
+}
+
+/// What was averaged.
+fn averaged<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
+    match &function.impact {
+        Some(test) => format!("{} of {} hits", test.used(), test.hits.len()),
+        None => format!("{} averages", function.averages),
     }
 }
 

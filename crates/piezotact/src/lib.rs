@@ -30,6 +30,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::discrimination::DiscriminationDoubt>,
             $of::<crate::compare::CompareDoubt>,
             $of::<crate::transfer::TransferDoubt>,
+            $of::<crate::transfer::ImpactDoubt>,
             $of::<crate::run::RunDoubt>,
             $of::<crate::panel::PanelDoubt>,
             $of::<crate::render::RenderDoubt>,

@@ -13,6 +13,7 @@ mod cross;
 mod document;
 mod doubt;
 mod estimator;
+mod impact;
 mod judge;
 mod multisine;
 mod periodic;
@@ -32,6 +33,11 @@ pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use document::EstimateDocument;
 pub use doubt::TransferDoubt;
 pub use estimator::Estimator;
+pub use impact::{
+    Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactDoubt,
+    ImpactError, ImpactEstimate, ImpactSegment, ImpactTest, ImpactTraces, Transient,
+    estimate_impacts, transient,
+};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
@@ -76,6 +82,9 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub about: About,
     /// Gain and level of the device it was measured with; absent for a system that is not a PIEZOTACT.
     pub drive: Option<DriveSetup>,
+    /// The hits and the windows of an impact test, with the damping that an exponential window added; absent for other
+    /// drives.
+    pub impact: Option<ImpactTest>,
     quantities: PhantomData<(I, O)>,
 }
 
@@ -106,12 +115,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         estimator: Estimator,
         rate: SampleRate,
     ) -> Result<Self, TransferError> {
-        let response = match estimator {
-            Estimator::H1 => spectra.h1(),
-            Estimator::H2 => spectra.h2(),
-            Estimator::Hv => spectra.hv(),
-            Estimator::HvAt { noise_ratio } => spectra.hv_for(noise_ratio),
-        };
+        let response = spectra.ratio(estimator);
         let mut function = Self::from_lines(
             response,
             spectra.coherence(),
@@ -230,6 +234,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 ..About::default()
             },
             drive: None,
+            impact: None,
             effective_averages: averages as f64,
             driven: None,
             quantities: PhantomData,
@@ -242,10 +247,16 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         &self.response
     }
 
-    /// Coherence of every line, 0–1.
+    /// Coherence of every line, 0–1; 0 where there is none, as of one hit.
     #[must_use]
     pub fn coherence(&self) -> &[f64] {
         &self.coherence
+    }
+
+    /// Whether there is a coherence: an impact test of one hit has none.
+    #[must_use]
+    pub fn has_coherence(&self) -> bool {
+        self.impact.as_ref().is_none_or(|test| test.used() > 1)
     }
 
     /// The checksum of the lines: equal checksums mean the same measurement.
@@ -406,9 +417,12 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         reach.get(reach.len() / 2).copied()
     }
 
-    /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it.
+    /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it, or there is no coherence.
     #[must_use]
     pub fn coherence_in(&self, band: Band) -> Option<CoherenceSummary> {
+        if !self.has_coherence() {
+            return None;
+        }
         let mut lines: Vec<(f64, f64)> = self
             .lines_in(band)
             .map(|(k, f)| (self.coherence[k], f))
@@ -492,7 +506,8 @@ pub fn estimate<I: Quantity, O: Quantity>(
 /// Source: as [`estimate`]; decision 0043 of this project: straight lines in the place of samples are no measurement.
 ///
 /// # Errors
-/// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more.
+/// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more; [`TransferError::Transient`]
+/// for a drive of short pulses, which a window weights by their place in the segment.
 pub fn estimate_without<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
@@ -501,6 +516,9 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
     lost_s: &[[f64; 2]],
 ) -> Result<TransferFunction<I, O>, TransferError> {
     let rate = drive.rate();
+    if let Some(Transient { hits, share }) = transient(drive.samples(), rate) {
+        return Err(TransferError::Transient { hits, share });
+    }
     let lost = |cut: &Range<usize>| touches(cut, lost_s, rate);
     let of = config.cuts(drive.samples().len());
     let left_out = of.iter().filter(|cut| lost(cut)).count();
@@ -599,6 +617,21 @@ pub enum TransferError {
         left: usize,
         /// Of how many.
         of: usize,
+    },
+    /// An impact test cannot be evaluated.
+    #[error(transparent)]
+    Impact(#[from] ImpactError),
+    /// A drive of short pulses, in an estimate for drives that last.
+    #[error(
+        "expected a drive that lasts over the recording, found short pulses ({hits} in {:.2} % of it): a window weights them by their \
+            place in the segment and the responses otherwise, and the estimate is wrong by any amount; evaluate it as an impact test",
+        .share * 100.0
+    )]
+    Transient {
+        /// The number of pulses.
+        hits: usize,
+        /// The share of the recording that they take, 0–1.
+        share: f64,
     },
     /// The response is zero at every line.
     #[error(

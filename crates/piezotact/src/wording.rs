@@ -11,6 +11,7 @@ use crate::feature::FeatureError;
 use crate::recording::RecordingError;
 use crate::score::ScoreError;
 use crate::stroke::SegmentError;
+use crate::transfer::TransferError;
 
 /// The texts that a kind of doubt provides for its own doubts.
 type Said = (String, Vec<Advice>);
@@ -94,6 +95,9 @@ pub fn advice_of_error(error: &(dyn std::error::Error + 'static)) -> Vec<Advice>
             RecordingError::Unit { .. } => vec![Advice::StateScale],
             _ => Vec::new(),
         };
+    }
+    if let Some(error) = error.downcast_ref::<TransferError>() {
+        return error.advice();
     }
     if let Some(SegmentError::NothingToCutBy) = error.downcast_ref() {
         let roles = [

@@ -9,6 +9,7 @@ mod discrimination;
 mod doubts;
 mod golden_values;
 mod halves;
+mod impact;
 mod integrity;
 mod known_cuts;
 mod manipulate;

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use clap::Args;
 use piezotact::device::GainName;
 use piezotact::quantity::{Band, Measure};
+use piezotact::transfer::ExponentialWindow;
 use piezotact_bench::Excitation;
 
 use crate::benches::{self, BenchSpec};
@@ -114,6 +115,33 @@ pub(crate) enum EstimatorName {
     Hv,
 }
 
+/// What the drive of a recording is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ExcitationName {
+    /// An impact test if the drive consists of short pulses, otherwise a random drive.
+    Auto,
+    /// A drive that lasts over the whole recording (noise, sweep, multisine): averages over segments.
+    Random,
+    /// Hits of a hammer: one segment for each hit, without overlap.
+    Impact,
+}
+
+/// The exponential window of an impact test, as it is written on the command line.
+fn exponential(text: &str) -> Result<ExponentialWindow, String> {
+    match text.trim() {
+        "auto" => Ok(ExponentialWindow::WhereNeeded),
+        "off" => Ok(ExponentialWindow::None),
+        stated => match stated.parse::<f64>() {
+            Ok(damping_per_s) if damping_per_s.is_finite() && damping_per_s > 0.0 => {
+                Ok(ExponentialWindow::Damping(damping_per_s))
+            }
+            _ => Err(
+                "expected auto, off, or the added damping in 1/s, such as 20; 20 leaves 2 % after 0.2 s".into(),
+            ),
+        },
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Transfer {
     /// A recording that holds both channels.
@@ -126,9 +154,19 @@ pub(crate) struct Transfer {
     pub(crate) response: String,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Samples in a segment.
-    #[arg(long, default_value_t = 2048)]
-    pub(crate) segment: usize,
+    /// What the drive is taken for; a random estimate refuses a drive of short pulses.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) excitation: ExcitationName,
+    /// Samples in a segment. Default: 2048; for impacts, twice as long as the response takes to decay.
+    #[arg(long)]
+    pub(crate) segment: Option<usize>,
+    /// Impacts: whether the force is set to zero after its pulse, which leaves out its noise. Default: on.
+    #[arg(long, value_enum)]
+    pub(crate) force_window: Option<OnOff>,
+    /// Impacts: an exponential window for force and response, with its added damping in 1/s. auto (the default) applies
+    /// one only if the response has not decayed at the end of the segment.
+    #[arg(long, value_name = "auto|off|1/s", value_parser = exponential)]
+    pub(crate) exponential: Option<ExponentialWindow>,
     /// The estimator of the transfer function.
     #[arg(long, value_enum, default_value = "h1")]
     pub(crate) estimator: EstimatorName,

@@ -190,6 +190,16 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
     if let Some(driven) = info.driven_hz {
         let _never_fails = write!(text, "\n  driven band {driven}");
     }
+    if let Some(test) = &info.impact {
+        let _never_fails = write!(
+            text,
+            "\n  impact test, {} of {} hits used, segments of {} s, added damping of the exponential window {} 1/s",
+            test.used(),
+            test.hits.len(),
+            digits(test.segment_s),
+            digits(test.added_damping_per_s)
+        );
+    }
     text.push_str(&condition_text(&info.condition));
     if let Some(setup) = &info.drive_setup {
         let _never_fails = write!(

@@ -4,18 +4,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
+use piezotact::number::digits;
 use piezotact::quantity::Volts;
 use piezotact::run::lost_s;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, TransferError, between_channels,
+    BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, Excitation, ForceWindow,
+    ImpactConfig, ImpactError, ImpactSegment, TransferError, between_channels,
 };
 use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
 use piezotact_report::transfer::{Page, html};
 
 use super::{outputs, read};
 use crate::advice::OptionWords;
-use crate::cli::{EstimatorName, Transfer};
+use crate::cli::{EstimatorName, ExcitationName, OnOff, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_merged, write_text};
 
@@ -29,7 +31,17 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let config = BetweenConfig {
         drive: &args.drive,
         response: &args.response,
-        welch: WelchConfig::hann(args.segment),
+        welch: WelchConfig::hann(args.segment.unwrap_or(SEGMENT)),
+        excitation: excitation(args)?,
+        impact: ImpactConfig {
+            segment: (args.segment).map_or(ImpactSegment::Fitted, ImpactSegment::Samples),
+            force_window: match args.force_window {
+                Some(OnOff::Off) => ForceWindow::None,
+                Some(OnOff::On) | None => ForceWindow::OverPulse,
+            },
+            exponential: args.exponential.unwrap_or_default(),
+            ..ImpactConfig::usual()
+        },
         estimator: estimator(args)?,
         exact_drive: args.exact_drive,
         volts_per_full_scale: args.volts_per_full_scale.map(Volts),
@@ -46,7 +58,10 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     found.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {
         let title = format!("Transfer function: {} → {}", args.drive, args.response);
-        let page = Page::of(title, &found.function, units.each_ref());
+        let page = Page {
+            traces: found.traces.as_ref(),
+            ..Page::of(title, &found.function, units.each_ref())
+        };
         write_text(report, &html(&page, &OptionWords)?)?;
     }
     let document = EstimateDocument::of(&found.function, units.each_ref(), &args.out);
@@ -92,13 +107,43 @@ fn estimator(args: &Transfer) -> Outcome<Estimator> {
     }
 }
 
+/// Samples in a segment of a random drive unless stated.
+const SEGMENT: usize = 2048;
+
+/// What the drive is taken for: stated windows of impacts state that it is one.
+fn excitation(args: &Transfer) -> Outcome<Excitation> {
+    let option = match (args.force_window, args.exponential) {
+        (Some(_), _) => Some("--force-window"),
+        (None, Some(_)) => Some("--exponential"),
+        (None, None) => None,
+    };
+    match (args.excitation, option) {
+        (ExcitationName::Random, Some(option)) => Err(usage(anyhow!(
+            "expected {option} with --excitation impact, found --excitation random; a random drive has no such window, leave \
+                {option} out"
+        ))),
+        (ExcitationName::Random, None) => Ok(Excitation::Lasting),
+        (ExcitationName::Auto, None) => Ok(Excitation::Found),
+        (ExcitationName::Impact, _) | (ExcitationName::Auto, Some(_)) => Ok(Excitation::Impact),
+    }
+}
+
 fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
+    let from = match &document.impact {
+        None => format!("{} averages", document.averages),
+        Some(test) => {
+            let damping = match test.added_damping_per_s {
+                0.0 => String::new(),
+                added => format!(" with an added damping of {} 1/s", digits(added)),
+            };
+            format!("{} of {} hits{damping}", test.used(), test.hits.len())
+        }
+    };
     format!(
-        "wrote {}: {}, {lines} frequency lines in steps of {:.2} Hz from {} averages, from {} to {}{}",
+        "wrote {}: {}, {lines} frequency lines in steps of {:.2} Hz from {from}, from {} to {}{}",
         document.out.display(),
         document.estimator,
         document.resolution_hz,
-        document.averages,
         document.drive_unit,
         document.response_unit,
         bias_text(document.bias.as_ref())
@@ -116,6 +161,9 @@ fn refused(args: &Transfer, error: BetweenError) -> Failure {
         BetweenError::Transfer(TransferError::Estimate(error @ EstimateError::Config { .. })) => {
             usage(TransferError::Estimate(error))
         }
+        BetweenError::Transfer(TransferError::Impact(
+            error @ (ImpactError::Segment { .. } | ImpactError::Damping { .. }),
+        )) => usage(error),
         BetweenError::Transfer(error) => Failure::Data(anyhow::Error::new(error).context(file)),
         BetweenError::Recording(error) => Failure::Data(anyhow::Error::new(error).context(file)),
         BetweenError::Series(error) => Failure::Data(error.into()),

@@ -9,7 +9,7 @@ use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Secon
 use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact::transfer::{CoherenceSummary, Distortion, Estimator, StoredIdentities};
+use piezotact::transfer::{CoherenceSummary, Distortion, Estimator, ImpactTest, StoredIdentities};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
@@ -199,8 +199,11 @@ pub struct TransferInfo<'a> {
     pub identities: Option<StoredIdentities>,
     /// Noise and distortion; absent where nothing told them apart.
     pub distortion: Option<Distortion>,
-    /// Coherence over the band that is usually rendered; absent where no line lies in it.
+    /// Coherence over the band that is usually rendered; absent where no line lies in it, and of an impact test of one hit.
     pub coherence: Option<CoherenceSummary>,
+    /// The hits and the windows of an impact test, with the damping that an exponential window added; absent for other drives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impact: Option<ImpactTest>,
     /// Who touched how.
     pub condition: Condition,
     /// The device.
@@ -235,6 +238,7 @@ impl<'a> TransferInfo<'a> {
             identities: document.identities.clone(),
             distortion: document.distortion.clone(),
             coherence: function.coherence_in(band),
+            impact: function.impact.clone(),
             condition: function.about.condition.clone(),
             drive_setup: function.drive.clone(),
             provenance: function.about.provenance.clone(),

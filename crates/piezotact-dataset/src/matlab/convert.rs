@@ -395,16 +395,23 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     }
     let identities = found.identities(&variables, &frequency_hz);
     doubts.extend(identities.as_ref().and_then(StoredIdentities::doubt));
+    let impact = described.as_ref().and_then(|own| own.impact.clone());
+    let one_hit = impact.as_ref().is_some_and(|test| test.used() == 1);
     let lines = Lines {
         frequency_hz,
         response,
-        coherence,
+        // One hit has no coherence, which nobody forgot.
+        coherence: coherence.or_else(|| one_hit.then(|| vec![0.0; found.values.len()])),
     };
     let mut document = from_lines(path, lines, doubts)?;
+    if one_hit {
+        document.coherence.clear();
+    }
     if let Some(identities) = &identities {
         document.estimator = identities.estimator;
     }
     document.identities = identities;
+    document.impact = impact;
     if let Some(described) = described {
         document.about.condition = described.about.condition;
         document.drive = described.drive;

@@ -41,7 +41,9 @@ pub fn write_mat(path: &Path, document: &TransferDocument) -> Result<(), WriteEr
     let mut bytes = header();
     numbers(&mut bytes, "frequency_hz", &document.frequency_hz, None);
     numbers(&mut bytes, "H", &document.real, Some(&document.imaginary));
-    numbers(&mut bytes, "coherence", &document.coherence, None);
+    if !document.coherence.is_empty() {
+        numbers(&mut bytes, "coherence", &document.coherence, None);
+    }
     let condition = &document.about.condition;
     let scalars = [
         ("rate_hz", document.rate_hz.map(|rate| rate.hz())),

@@ -140,6 +140,9 @@ pub fn write_uff(
             out.write_all(format!("{:6}{:74}\n", -1, "").as_bytes())
         };
         put(4, 6, [&of, &over], &response).map_err(WriteError::io(path))?;
+        if document.coherence.is_empty() {
+            return Ok(());
+        }
         put(6, 4, [&none, &none], &document.coherence).map_err(WriteError::io(path))
     })
 }

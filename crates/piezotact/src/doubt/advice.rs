@@ -138,6 +138,23 @@ pub enum Advice {
     GiveRecording,
     /// Drive playback and recording from one clock.
     OneClock,
+    /// Evaluate the drive as the hits of a hammer.
+    EvaluateAsImpacts,
+    /// State what the drive is.
+    StateExcitation,
+    /// Hit so many times.
+    HitMore {
+        /// How many.
+        count: usize,
+    },
+    /// Hit again only after the response has come to rest.
+    HitLater,
+    /// Begin to record before the hit.
+    RecordBeforeHit,
+    /// Subtract the damping that a window added.
+    SubtractDamping,
+    /// Use an exponential window.
+    ExponentialWindow,
     /// Use a quieter sensor.
     QuieterSensor,
     /// Give a map from the nail to the skin, where one was measured.
@@ -300,6 +317,7 @@ impl fmt::Display for Advice {
         f.write_str(match self {
             Self::Check(subject) => return write!(f, "check {subject}"),
             Self::RecordMore { count } => return write!(f, "record {count} or more"),
+            Self::HitMore { count } => return write!(f, "hit {count} times or more"),
             Self::LowerLevel { to_db: Some(to_db) } => {
                 return write!(f, "lower the level to {to_db:.1} dB");
             }
@@ -376,6 +394,12 @@ impl fmt::Display for Advice {
             Self::UseScore => "use the score instead",
             Self::GiveRecording => "give the recording made while the drive was played",
             Self::OneClock => "drive playback and recording from one clock, or use short textures",
+            Self::EvaluateAsImpacts => "evaluate it as an impact test",
+            Self::StateExcitation => "state what the drive is",
+            Self::HitLater => "hit again only after the response has come to rest",
+            Self::RecordBeforeHit => "begin to record before the hit",
+            Self::SubtractDamping => "subtract it from the damping of every resonance",
+            Self::ExponentialWindow => "use an exponential window",
             Self::QuieterSensor => "use a sensor with less noise",
             Self::GiveContactMap => "give a nail-to-skin map if one was measured",
             Self::MeasureLargerSurface => "measure a longer line or a larger area",

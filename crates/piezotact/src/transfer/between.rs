@@ -1,7 +1,9 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
 use super::{
-    Estimator, OneClock, TransferDoubt, TransferError, TransferFunction, estimate_without, prepared,
+    Estimator, Excitation, ImpactConfig, ImpactDoubt, ImpactEstimate, ImpactTraces, OneClock,
+    TransferDoubt, TransferError, TransferFunction, Transient, estimate_impacts, estimate_without,
+    prepared, transient,
 };
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::doubt::Doubt;
@@ -18,8 +20,12 @@ pub struct BetweenConfig<'a> {
     pub drive: &'a str,
     /// The name of the channel that answers.
     pub response: &'a str,
-    /// The segments.
+    /// The segments of a drive that lasts.
     pub welch: WelchConfig,
+    /// What the drive is taken for.
+    pub excitation: Excitation,
+    /// How an impact test is evaluated.
+    pub impact: ImpactConfig,
     /// The estimator.
     pub estimator: Estimator,
     /// Whether the drive is known without noise: the channel holds the signal that was sent, not a measurement of it.
@@ -41,6 +47,8 @@ pub struct BetweenChannels {
     pub drive_unit: Unit,
     /// The unit of the response.
     pub response_unit: Unit,
+    /// What a report draws of an impact test; absent for other drives.
+    pub traces: Option<ImpactTraces>,
 }
 
 /// Two channels without a transfer function between them.
@@ -113,32 +121,80 @@ pub fn between_channels(
             });
         }
     }
-    let OneClock {
-        response,
-        missing_s,
-        doubts: clocks,
-    } = prepared(&drive, response, &config.welch, config.lost_s.clone());
-    let mut function = estimate_without(
-        &drive,
-        &response,
-        &config.welch,
-        config.estimator,
-        &missing_s,
-    )?;
-    function.about.doubts.extend(clocks);
+    let (mut function, traces) = estimated(&drive, response.clone(), config)?;
     function.exact_drive = config.exact_drive;
     if let Some(band) = recording.about.provenance.driven_hz {
         function.set_driven_band(band);
     }
     let units = [&drive_unit, &response_unit];
-    let broken = broken(config, [&drive, &response], &drive_unit);
+    let mut broken = broken(config, [&drive, &response], &drive_unit);
+    if function.impact.is_some() {
+        // What else is said of a pair holds for drives that last; overloads of hits are found hit by hit.
+        broken.retain(|doubt| {
+            let said = doubt.kind();
+            matches!(
+                said,
+                Some(SignalDoubt::Copied { .. } | SignalDoubt::DriveBeyondLimit { .. })
+            )
+        });
+    }
     doubt(&mut function, units, &broken);
     describe(&mut function, recording, config, &broken);
     Ok(BetweenChannels {
         function,
         drive_unit,
         response_unit,
+        traces,
     })
+}
+
+/// A transfer function, and what a report draws of it where it is that of an impact test.
+type Estimated = (
+    TransferFunction<Uncalibrated, Uncalibrated>,
+    Option<ImpactTraces>,
+);
+
+/// The estimate for what the drive is taken for.
+fn estimated(
+    drive: &Series<Uncalibrated>,
+    response: Series<Uncalibrated>,
+    config: &BetweenConfig<'_>,
+) -> Result<Estimated, TransferError> {
+    let found = match config.excitation {
+        Excitation::Found => transient(drive.samples(), drive.rate()),
+        Excitation::Lasting | Excitation::Impact => None,
+    };
+    if found.is_some() || config.excitation == Excitation::Impact {
+        let ImpactEstimate {
+            mut function,
+            traces,
+        } = estimate_impacts(
+            drive,
+            &response,
+            &config.impact,
+            config.estimator,
+            &config.lost_s,
+        )?;
+        let guessed = found.map(|Transient { hits, share }| {
+            Doubt::from(ImpactDoubt::TakenAsImpact { hits, share })
+        });
+        function.about.doubts.extend(guessed);
+        return Ok((function, Some(traces)));
+    }
+    let OneClock {
+        response,
+        missing_s,
+        doubts: clocks,
+    } = prepared(drive, response, &config.welch, config.lost_s.clone());
+    let mut function = estimate_without(
+        drive,
+        &response,
+        &config.welch,
+        config.estimator,
+        &missing_s,
+    )?;
+    function.about.doubts.extend(clocks);
+    Ok((function, None))
 }
 
 /// The drive, as a share of full scale where volts per full scale are stated, and its unit.
@@ -195,7 +251,10 @@ fn doubt(
             response: response_unit.to_string(),
         }));
     }
-    if *drive_unit == Unit::Newton && *response_unit == Unit::MetrePerSecondSquared {
+    // A hammer may hit elsewhere than where the response is measured: the power it puts in there has either sign.
+    let at_one_point = function.impact.is_none();
+    let from_force = *drive_unit == Unit::Newton;
+    if at_one_point && from_force && *response_unit == Unit::MetrePerSecondSquared {
         let inverted = function.inverted_polarity();
         function.about.doubts.extend(inverted);
     }

@@ -42,13 +42,16 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .collect()
     }
 
-    /// How far H2 lies above H1 over `band`; `None` when no line lies in it.
+    /// How far H2 lies above H1 over `band`; `None` when no line lies in it, or there is no coherence.
     ///
     /// Formula: 20·log10(|H2|/|H1|) = −20·log10 γ².
     ///
     /// Source: as [`Self::bias_bounds`].
     #[must_use]
     pub fn bias(&self, band: Band) -> Option<Bias> {
+        if !self.has_coherence() {
+            return None;
+        }
         let above = |coherence: f64| -20.0 * coherence.clamp(0.0, 1.0).log10();
         let mut lines: Vec<(f64, f64)> = self
             .lines_in(band)

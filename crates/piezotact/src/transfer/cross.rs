@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use num_complex::Complex;
 
+use super::Estimator;
 use super::related::line_correlation;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
@@ -142,6 +143,21 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
                 total_least_squares(*cross, *x, *y, if *x > 0.0 { y / x } else { 0.0 })
             })
             .collect()
+    }
+
+    /// The transfer function by `estimator`, one complex value a line, in units of y per x.
+    ///
+    /// Formula: that of the estimator.
+    ///
+    /// Source: as [`Self::h1`], [`Self::h2`], [`Self::hv`] and [`Self::hv_for`].
+    #[must_use]
+    pub fn ratio(&self, estimator: Estimator) -> Vec<Complex<f64>> {
+        match estimator {
+            Estimator::H1 => self.h1(),
+            Estimator::H2 => self.h2(),
+            Estimator::Hv => self.hv(),
+            Estimator::HvAt { noise_ratio } => self.hv_for(noise_ratio),
+        }
     }
 
     fn lines(&self) -> impl Iterator<Item = ((&Complex<f64>, &f64), &f64)> {

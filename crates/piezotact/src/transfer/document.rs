@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Bias, Estimator, Limits, TransferFunction};
+use super::{Bias, Estimator, ImpactTest, Limits, TransferFunction};
 use crate::document::Content;
 use crate::doubt::{Merged, merged};
 use crate::quantity::{Band, Quantity, Unit};
@@ -31,6 +31,9 @@ pub struct EstimateDocument<'a> {
     pub driven_hz: Option<Band>,
     /// The distance of two lines, Hz.
     pub resolution_hz: f64,
+    /// The hits and the windows of an impact test; absent for other drives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impact: Option<ImpactTest>,
     /// What limits it.
     pub doubts: Vec<Merged>,
 }
@@ -59,6 +62,7 @@ impl<'a> EstimateDocument<'a> {
             averages: function.averages,
             driven_hz: function.driven,
             resolution_hz: function.resolution_hz(),
+            impact: function.impact.clone(),
             doubts: merged(&function.about.doubts),
         }
     }

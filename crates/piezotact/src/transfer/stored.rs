@@ -62,11 +62,8 @@ impl StoredIdentities {
                 right_value: cross.len().to_string(),
             });
         }
-        let ratios = [
-            (Estimator::H1, spectra.h1()),
-            (Estimator::H2, spectra.h2()),
-            (Estimator::Hv, spectra.hv()),
-        ];
+        let ratios = [Estimator::H1, Estimator::H2, Estimator::Hv]
+            .map(|estimator| (estimator, spectra.ratio(estimator)));
         let candidates = ratios.iter().flat_map(|(estimator, ratio)| {
             let conjugate: Vec<Complex<f64>> = ratio.iter().map(Complex::conj).collect();
             [

@@ -1,0 +1,258 @@
+//! Doubts about an impact test.
+
+use std::f64::consts::PI;
+use std::fmt;
+
+use super::fault::HitFault;
+use crate::doubt::words::percent;
+use crate::doubt::{Advice, Doubt, DoubtKind, Subject, doubts};
+use crate::number::digits;
+
+doubts! {
+    /// Doubts about an impact test.
+    pub enum ImpactDoubt {
+        /// Nothing states that the drive is an impact: it was found to consist of short pulses.
+        TakenAsImpact("taken_as_impact") {
+            /// The number of hits.
+            hits: usize,
+            /// The share of the recording that they take, 0–1.
+            share: f64,
+        },
+        /// Coherence and scatter cannot be told from one hit.
+        OneHit("one_hit"),
+        /// Few hits: coherence and scatter are uncertain.
+        FewHits("few_hits") {
+            /// How many were used.
+            hits: usize,
+            /// How many are recommended.
+            recommended: usize,
+        },
+        /// An exponential window added damping to every resonance.
+        AddedDamping("added_damping") {
+            /// The added damping σ, 1/s.
+            damping_per_s: f64,
+            /// The level of the response at the end of the segment without the window, re its largest, 0–1.
+            left: f64,
+        },
+        /// The response has not decayed at the end of the segment, and no window brings it down.
+        NotDecayed("response_not_decayed") {
+            /// Its level there re its largest, 0–1.
+            left: f64,
+            /// The length of a segment, s.
+            segment_s: f64,
+        },
+        /// The pulses of the force are negative.
+        NegativeForce("negative_force") {
+            /// The peak of the largest, in the unit of the force.
+            peak: f64,
+        },
+        /// A double hit, which was left out.
+        DoubleHit("double_hit") {
+            /// When, s.
+            at_s: f64,
+            /// How much later the second pulse begins, s.
+            after_s: f64,
+            /// Its peak re that of the larger one, 0–1.
+            share: f64,
+        },
+        /// A hit whose force is overloaded, which was left out.
+        ForceOverload("force_overload") {
+            /// When, s.
+            at_s: f64,
+            /// The samples at the limit.
+            samples: usize,
+        },
+        /// A hit whose response is overloaded, which was left out.
+        ResponseOverload("response_overload") {
+            /// When, s.
+            at_s: f64,
+            /// The samples at the limit.
+            samples: usize,
+        },
+        /// A hit that is followed too soon by the next, which was left out.
+        NextHitTooClose("next_hit_too_close") {
+            /// When, s.
+            at_s: f64,
+            /// How long after it the next comes, s.
+            after_s: f64,
+            /// How long a hit has to last, s.
+            needed_s: f64,
+        },
+        /// A hit at the end of the recording, which was left out.
+        HitAtTheEnd("hit_at_the_end") {
+            /// When, s.
+            at_s: f64,
+            /// How much of the recording is left after it, s.
+            left_s: f64,
+            /// How long a hit has to last, s.
+            needed_s: f64,
+        },
+        /// A hit at the beginning of the recording, which was left out.
+        HitAtTheBeginning("hit_at_the_beginning") {
+            /// When, s.
+            at_s: f64,
+        },
+        /// A hit on a response that had not come to rest, which was left out.
+        StillMoving("response_still_moving") {
+            /// When, s.
+            at_s: f64,
+            /// The level of the response before it re its largest after it, 0–1.
+            share: f64,
+        },
+        /// A hit that comes after its response, which was left out.
+        ResponseBeforeHit("response_before_hit") {
+            /// When, s.
+            at_s: f64,
+            /// How much before the response begins, s.
+            lead_s: f64,
+        },
+        /// A hit of the other sign, which was left out.
+        OppositeHit("opposite_hit") {
+            /// When, s.
+            at_s: f64,
+        },
+        /// A hit without a response, which was left out.
+        NoResponse("no_response_to_hit") {
+            /// When, s.
+            at_s: f64,
+        },
+        /// A hit with lost samples, which was left out.
+        SamplesLost("hit_lost_samples") {
+            /// When, s.
+            at_s: f64,
+        },
+    }
+}
+
+impl ImpactDoubt {
+    /// The doubt about the hit at `at_s` that was left out for `fault`.
+    pub(super) fn of_hit(at_s: f64, fault: HitFault) -> Doubt {
+        Doubt::from(match fault {
+            HitFault::Double { after_s, share } => Self::DoubleHit {
+                at_s,
+                after_s,
+                share,
+            },
+            HitFault::ForceOverload { samples } => Self::ForceOverload { at_s, samples },
+            HitFault::ResponseOverload { samples } => Self::ResponseOverload { at_s, samples },
+            HitFault::NextTooClose { after_s, needed_s } => Self::NextHitTooClose {
+                at_s,
+                after_s,
+                needed_s,
+            },
+            HitFault::AtTheEnd { left_s, needed_s } => Self::HitAtTheEnd {
+                at_s,
+                left_s,
+                needed_s,
+            },
+            HitFault::AtTheBeginning => Self::HitAtTheBeginning { at_s },
+            HitFault::StillMoving { share } => Self::StillMoving { at_s, share },
+            HitFault::ResponseFirst { lead_s } => Self::ResponseBeforeHit { at_s, lead_s },
+            HitFault::Opposite => Self::OppositeHit { at_s },
+            HitFault::NoResponse => Self::NoResponse { at_s },
+            HitFault::LostSamples => Self::SamplesLost { at_s },
+        })
+    }
+
+    /// The time and the fault of a hit that was left out.
+    fn fault(&self) -> Option<(f64, HitFault)> {
+        Some(match *self {
+            Self::DoubleHit {
+                at_s,
+                after_s,
+                share,
+            } => (at_s, HitFault::Double { after_s, share }),
+            Self::ForceOverload { at_s, samples } => (at_s, HitFault::ForceOverload { samples }),
+            Self::ResponseOverload { at_s, samples } => {
+                (at_s, HitFault::ResponseOverload { samples })
+            }
+            Self::NextHitTooClose {
+                at_s,
+                after_s,
+                needed_s,
+            } => (at_s, HitFault::NextTooClose { after_s, needed_s }),
+            Self::HitAtTheEnd {
+                at_s,
+                left_s,
+                needed_s,
+            } => (at_s, HitFault::AtTheEnd { left_s, needed_s }),
+            Self::HitAtTheBeginning { at_s } => (at_s, HitFault::AtTheBeginning),
+            Self::StillMoving { at_s, share } => (at_s, HitFault::StillMoving { share }),
+            Self::ResponseBeforeHit { at_s, lead_s } => (at_s, HitFault::ResponseFirst { lead_s }),
+            Self::OppositeHit { at_s } => (at_s, HitFault::Opposite),
+            Self::NoResponse { at_s } => (at_s, HitFault::NoResponse),
+            Self::SamplesLost { at_s } => (at_s, HitFault::LostSamples),
+            _ => return None,
+        })
+    }
+}
+
+impl DoubtKind for ImpactDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        if let Some((_, fault)) = self.fault() {
+            return fault.advice();
+        }
+        match self {
+            Self::TakenAsImpact { .. } => vec![Advice::StateExcitation],
+            Self::OneHit => vec![Advice::HitMore { count: 3 }],
+            Self::FewHits { recommended, .. } => vec![Advice::HitMore {
+                count: *recommended,
+            }],
+            Self::AddedDamping { .. } => vec![Advice::SubtractDamping, Advice::RecordLonger],
+            Self::NotDecayed { .. } => vec![Advice::RecordLonger, Advice::ExponentialWindow],
+            Self::NegativeForce { .. } => vec![Advice::Check(Subject::Polarity)],
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for ImpactDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((at_s, fault)) = self.fault() {
+            return write!(f, "the hit at {at_s:.3} s is not used: {fault}");
+        }
+        match self {
+            Self::TakenAsImpact { hits, share } => write!(
+                f,
+                "the drive is {hits} short pulse{} in {} of the recording: it is evaluated as an impact test",
+                if *hits == 1 { "" } else { "s" },
+                percent(*share)
+            ),
+            Self::OneHit => f.write_str(
+                "one hit has no coherence, so that neither noise nor a second force would show: the uncertainty is not known",
+            ),
+            Self::FewHits { hits, recommended } => write!(
+                f,
+                "only {hits} hits were used, {recommended} or more are recommended: coherence and limits are uncertain"
+            ),
+            Self::AddedDamping {
+                damping_per_s,
+                left,
+            } => write!(
+                f,
+                "an exponential window adds a damping of σ = {} 1/s to every resonance, whose half-power bandwidth is {} Hz wider \
+                    and whose height is lower: without it {} of the response would remain at the end of the segment",
+                digits(*damping_per_s),
+                digits(damping_per_s / PI),
+                percent(*left)
+            ),
+            Self::NotDecayed { left, segment_s } => write!(
+                f,
+                "{} of the response remain at the end of the segment of {segment_s:.3} s: resonances leak into their neighbouring \
+                    lines and are underestimated",
+                percent(*left)
+            ),
+            Self::NegativeForce { peak } => write!(
+                f,
+                "the force is negative in the hits (peak {}), although a hammer pushes: either it hit against the direction of the \
+                    sensor, or the sign of the force is reversed and the phase is off by 180°",
+                digits(*peak)
+            ),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,520 @@
+//! The transfer function of an impact test: every hit a segment, transformed without a window but those stated.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex;
+
+use super::pulses::Force;
+use super::record::{Hit, ImpactTest, ImpactTraces};
+use super::segments::{AT_REST, Segments, Signals, polarity};
+use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactDoubt, ImpactError};
+use crate::doubt::Doubt;
+use crate::fourier::RealTransform;
+use crate::integrity::{Pair, SignalDoubt, transfer_doubts};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
+use crate::series::Series;
+use crate::spectrum::EstimateError;
+use crate::statistics::{mean, median};
+use crate::transfer::{
+    CrossSpectra, Estimator, TransferDoubt, TransferError, TransferFunction, judge,
+};
+
+/// So many hits are recommended.
+const RECOMMENDED_HITS: usize = 3;
+/// The pulse has ended when the force falls below this share of its peak, or below so many times its noise.
+const ENDED: (f64, f64) = (0.01, 3.0);
+/// The shortest taper of the force window, samples.
+const SHORTEST_TAPER: usize = 8;
+/// The level at low frequencies is that of lines up to this part of the reciprocal of the pulse's length, where the spectrum
+/// of a half-sine has fallen by 0.2 dB; as many lines at least.
+const LOW_PART: f64 = 0.1;
+const LOW_LINES: usize = 3;
+/// How much of the force is drawn after the pulse, in lengths of the force window.
+const DRAWN: usize = 2;
+
+/// The transfer function of an impact test with what a report draws of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImpactEstimate<I: Quantity, O: Quantity> {
+    /// The transfer function; its `impact` holds the hits and the windows.
+    pub function: TransferFunction<I, O>,
+    /// What a report draws.
+    pub traces: ImpactTraces,
+}
+
+/// The windows of a segment.
+struct Windows {
+    /// The window of the force without the exponential, one value a sample.
+    force: Vec<f64>,
+    /// The length of the force window with its taper, samples; absent where there is none.
+    force_length: Option<usize>,
+    /// The exponential window of both, 1 at the beginning of the segment.
+    exponential: Vec<f64>,
+    /// Its damping, 1/s.
+    damping_per_s: f64,
+}
+
+/// The transfer function from the force of a hammer to a response: one complex value a line from 0 Hz in steps of
+/// 1/segment, in units of `O` per `I`; hits in segments that touch one of the stretches `lost_s`, in s, are not used.
+///
+/// Formula: X and Y are the transforms of force and response from just before a hit on, both times exp(−σt) where there is an
+/// exponential window; H1 = ΣX*Y/ΣX*X over the hits, γ² = |ΣX*Y|²/(ΣX*X·ΣY*Y). As Y(jω) of y(t)·exp(−σt) is Y(jω + σ), the
+/// function is H(jω + σ). It has as many independent averages as hits of one energy would scatter by, (Σe)²/Σe² with the energies e
+/// of the force.
+///
+/// Source: D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9; ISO 7626-5; W. G. Halvorsen and D. L. Brown (1977), Impulse
+/// technique for structural frequency response testing, Sound and Vibration 11(11); decision 0052 of this project.
+///
+/// # Errors
+/// [`TransferError::Impact`] where the force holds no hit, or none that can be used; [`TransferError::Estimate`] when rate or
+/// length differ or a signal is silent; those of [`TransferFunction::from_lines`].
+pub fn estimate_impacts<I: Quantity, O: Quantity>(
+    force: &Series<I>,
+    response: &Series<O>,
+    config: &ImpactConfig,
+    estimator: Estimator,
+    lost_s: &[[f64; 2]],
+) -> Result<ImpactEstimate<I, O>, TransferError> {
+    let rate = force.rate();
+    let signals = same_clock(force, response, lost_s)?;
+    if let ExponentialWindow::Damping(found) = config.exponential
+        && !(found.is_finite() && found > 0.0)
+    {
+        return Err(ImpactError::Damping { found }.into());
+    }
+    let found = Force::of(signals.force, rate);
+    if found.hits.is_empty() {
+        return Err(ImpactError::NoHit {
+            largest: found.largest,
+            noise: found.noise,
+        }
+        .into());
+    }
+    if !found.is_of_pulses(signals.force) {
+        return Err(ImpactError::NoPulses.into());
+    }
+    let segments = Segments::of(&signals, &found, config)?;
+    let seconds = |samples: usize| rate.duration_of(samples).0;
+    let hits: Vec<Hit> = found
+        .hits
+        .iter()
+        .zip(&segments.hits)
+        .map(|(hit, segment)| Hit {
+            at_s: seconds(hit.start()),
+            peak: hit.main.peak,
+            duration_s: seconds(hit.main.at.len()),
+            left: segment.left,
+            faults: segment.faults.clone(),
+        })
+        .collect();
+    let used: Vec<usize> = (0..hits.len()).filter(|i| hits[*i].is_used()).collect();
+    if used.is_empty() {
+        let first = |hit: &Hit| Some((hit.at_s, *hit.faults.first()?));
+        return Err(ImpactError::NoneUsable {
+            faults: hits.iter().filter_map(first).collect(),
+        }
+        .into());
+    }
+    let lefts = used.iter().filter_map(|i| hits[*i].left);
+    let left = lefts.fold(0.0, f64::max);
+    let windows = Windows::of(&signals, &found, (&segments, &used), config, left);
+    let cut = Cut::of(&signals, &found, (&segments, &used), &windows);
+    let spectra: CrossSpectra<I, O> = cut.spectra(rate)?;
+    let mut function = function_of(&spectra, estimator, rate, &cut.energies)?;
+    let mut pulse: Vec<f64> = used.iter().map(|i| hits[*i].duration_s).collect();
+    let pulse_s = median(&mut pulse).unwrap_or(0.0);
+    let low = low_level(&spectra, pulse_s);
+    function.driven = driven(&spectra, low, config.driven_within_db);
+    let test = ImpactTest {
+        segment_s: seconds(segments.length),
+        pretrigger_s: seconds(segments.before),
+        force_window_s: windows.force_length.map(seconds),
+        added_damping_per_s: windows.damping_per_s,
+        driven_within_db: config.driven_within_db,
+        hits,
+    };
+    function.about.provenance.steps.push(step(&test, estimator));
+    function.about.doubts.extend(doubts(&test, left, &found));
+    function.about.doubts.extend(undriven(&function));
+    if test.used() > 1 {
+        let related = spectra.relation().filter(|relation| !relation.is_shown());
+        function.about.doubts.extend(related.map(|relation| {
+            TransferDoubt::Unrelated {
+                coherence: relation.coherence,
+                limit: relation.limit,
+                averages: relation.averages,
+            }
+            .into()
+        }));
+    }
+    function.about.doubts.extend(copied(force, response));
+    function.impact = Some(test);
+    let traces = cut.traces(&windows, (&segments, rate), (&spectra, low));
+    Ok(ImpactEstimate { function, traces })
+}
+
+/// Both signals, when they can be evaluated together.
+fn same_clock<'a, I: Quantity, O: Quantity>(
+    force: &'a Series<I>,
+    response: &'a Series<O>,
+    lost_s: &'a [[f64; 2]],
+) -> Result<Signals<'a>, EstimateError> {
+    let (x, y) = (force.samples(), response.samples());
+    if force.rate() != response.rate() || x.len() != y.len() {
+        return Err(EstimateError::Mismatch {
+            left: I::NAME,
+            right: O::NAME,
+            what: "the rate and the number of samples",
+            left_value: format!("{}, {}", force.rate(), x.len()),
+            right_value: format!("{}, {}", response.rate(), y.len()),
+        });
+    }
+    for (signal, samples) in [("the drive", x), ("the response", y)] {
+        if samples.iter().all(|v| *v == samples[0]) {
+            return Err(EstimateError::Silent { signal });
+        }
+    }
+    Ok(Signals {
+        force: x,
+        response: y,
+        rate: force.rate(),
+        lost_s,
+    })
+}
+
+impl Windows {
+    fn of(
+        signals: &Signals<'_>,
+        found: &Force,
+        (segments, used): (&Segments, &[usize]),
+        config: &ImpactConfig,
+        left: f64,
+    ) -> Self {
+        let length = segments.length;
+        let after_s = signals.rate.duration_of(length - segments.before).0;
+        let damping_per_s = match config.exponential {
+            ExponentialWindow::None => 0.0,
+            ExponentialWindow::Damping(damping_per_s) => damping_per_s,
+            ExponentialWindow::WhereNeeded if left > AT_REST => (left / AT_REST).ln() / after_s,
+            ExponentialWindow::WhereNeeded => 0.0,
+        };
+        let step = damping_per_s / signals.rate.hz();
+        let exponential = (0..length).map(|i| (-step * i as f64).exp()).collect();
+        if config.force_window == ForceWindow::None {
+            return Self {
+                force: vec![1.0; length],
+                force_length: None,
+                exponential,
+                damping_per_s,
+            };
+        }
+        // One window for all: that of the longest pulse.
+        let ends = used.iter().map(|i| {
+            let (from, pulse) = (segments.hits[*i].from, &found.hits[*i].main);
+            let limit = (ENDED.0 * pulse.peak.abs()).max(ENDED.1 * found.noise);
+            let moving = |at: usize| (signals.force[at] - found.rest).abs() > limit;
+            // At rest for as long as the taper.
+            let calm = pulse.at.len().max(SHORTEST_TAPER);
+            let (mut end, mut at) = (pulse.at.end, pulse.at.end);
+            while at < (from + length).min(end + calm) {
+                if moving(at) {
+                    end = at + 1;
+                }
+                at += 1;
+            }
+            (end - from, calm)
+        });
+        let (end, taper) = ends.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        let force = (0..length).map(|i| match i.checked_sub(end) {
+            None => 1.0,
+            Some(past) if past < taper => 0.5 + 0.5 * (PI * past as f64 / taper as f64).cos(),
+            Some(_) => 0.0,
+        });
+        Self {
+            force: force.collect(),
+            force_length: Some((end + taper).min(length)),
+            exponential,
+            damping_per_s,
+        }
+    }
+}
+
+/// The segments that are used, windowed and transformed.
+struct Cut {
+    force: Vec<Vec<f64>>,
+    response: Vec<Vec<f64>>,
+    x: Vec<Vec<Complex<f64>>>,
+    y: Vec<Vec<Complex<f64>>>,
+    /// The energy of the force of each.
+    energies: Vec<f64>,
+    length: usize,
+}
+
+impl Cut {
+    fn of(
+        signals: &Signals<'_>,
+        found: &Force,
+        (segments, used): (&Segments, &[usize]),
+        windows: &Windows,
+    ) -> Self {
+        let length = segments.length;
+        let mut plan = RealTransform::new(length);
+        let mut cut = Self {
+            force: Vec::new(),
+            response: Vec::new(),
+            x: Vec::new(),
+            y: Vec::new(),
+            energies: Vec::new(),
+            length,
+        };
+        for i in used {
+            let from = segments.hits[*i].from;
+            // The rise of the pulse to the level of hits is not rest.
+            let rest = segments.before - segments.before / 4;
+            let about = |samples: &[f64], usual: f64| match rest {
+                0..SHORTEST_TAPER => usual,
+                _ => mean(&samples[from..from + rest]),
+            };
+            let of = |samples: &[f64], usual: f64| -> Vec<f64> {
+                let about = about(samples, usual);
+                let segment = &samples[from..from + length];
+                segment.iter().map(|v| v - about).collect()
+            };
+            let force = of(signals.force, found.rest);
+            let before = mean(&signals.response[from..from + segments.before.max(1)]);
+            let response = of(signals.response, before);
+            let windowed = |samples: &[f64], window: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                (samples.iter().enumerate())
+                    .map(|(k, v)| v * window(k) * windows.exponential[k])
+                    .collect()
+            };
+            let x = windowed(&force, &|k| windows.force[k]);
+            cut.energies.push(x.iter().map(|v| v * v).sum());
+            cut.x.push(plan.forward(&x));
+            cut.y.push(plan.forward(&windowed(&response, &|_| 1.0)));
+            cut.force.push(force);
+            cut.response.push(response);
+        }
+        cut
+    }
+
+    /// The mean spectra over the hits, one-sided densities over the segment.
+    fn spectra<I: Quantity, O: Quantity>(
+        &self,
+        rate: SampleRate,
+    ) -> Result<CrossSpectra<I, O>, EstimateError> {
+        let lines = self.length / 2 + 1;
+        let (mut xx, mut yy) = (vec![0.0; lines], vec![0.0; lines]);
+        let mut xy = vec![Complex::default(); lines];
+        let scale = 2.0 / (rate.hz() * self.length as f64 * self.x.len() as f64);
+        for (x, y) in self.x.iter().zip(&self.y) {
+            for k in 0..lines {
+                xx[k] += scale * x[k].norm_sqr();
+                yy[k] += scale * y[k].norm_sqr();
+                xy[k] += x[k].conj() * y[k] * scale;
+            }
+        }
+        let step_hz = rate.hz() / self.length as f64;
+        let mut spectra = CrossSpectra::from_parts(xx, yy, xy, step_hz, self.x.len())?;
+        spectra.effective_averages = independent(&self.energies);
+        Ok(spectra)
+    }
+
+    fn traces<I: Quantity, O: Quantity>(
+        &self,
+        windows: &Windows,
+        (segments, rate): (&Segments, SampleRate),
+        (spectra, low): (&CrossSpectra<I, O>, f64),
+    ) -> ImpactTraces {
+        let time = |k: usize| (k as f64 - segments.before as f64) / rate.hz();
+        let drawn = windows.force_length.unwrap_or(4 * segments.before) * DRAWN;
+        let upto = drawn.min(self.length);
+        let points = |samples: &[f64], upto: usize| -> Vec<(f64, f64)> {
+            let samples = samples.iter().enumerate().take(upto);
+            samples.map(|(k, v)| (time(k), *v)).collect()
+        };
+        let at_hit = windows.exponential.get(segments.before).copied();
+        let exponential = if windows.damping_per_s > 0.0 {
+            let scale = 1.0 / at_hit.unwrap_or(1.0);
+            let values: Vec<f64> = windows.exponential.iter().map(|w| w * scale).collect();
+            points(&values, self.length)
+        } else {
+            Vec::new()
+        };
+        let force_window = match windows.force_length {
+            Some(_) => points(&windows.force, upto),
+            None => Vec::new(),
+        };
+        let force_db = spectra
+            .drive_power
+            .iter()
+            .enumerate()
+            .skip(1)
+            .map(|(k, power)| {
+                let ratio = (power / low).max(1e-12);
+                (k as f64 * spectra.resolution_hz, 10.0 * ratio.log10())
+            });
+        ImpactTraces {
+            force: self.force.iter().map(|f| points(f, upto)).collect(),
+            response: self
+                .response
+                .iter()
+                .map(|r| points(r, self.length))
+                .collect(),
+            force_window,
+            exponential,
+            force_db: force_db.collect(),
+        }
+    }
+}
+
+/// The number of hits of one energy that scatter as much as hits of these energies.
+fn independent(energies: &[f64]) -> f64 {
+    let sum: f64 = energies.iter().sum();
+    let squares: f64 = energies.iter().map(|e| e * e).sum();
+    if squares > 0.0 {
+        sum * sum / squares
+    } else {
+        0.0
+    }
+}
+
+/// The function of the spectra. One hit has no coherence: it is 0 at every line.
+fn function_of<I: Quantity, O: Quantity>(
+    spectra: &CrossSpectra<I, O>,
+    estimator: Estimator,
+    rate: SampleRate,
+    energies: &[f64],
+) -> Result<TransferFunction<I, O>, TransferError> {
+    let response = spectra.ratio(estimator);
+    let coherence = match energies.len() {
+        1 => vec![0.0; response.len()],
+        _ => spectra.coherence(),
+    };
+    let mut function = TransferFunction::from_lines(
+        response,
+        coherence,
+        spectra.resolution_hz,
+        rate,
+        estimator,
+        energies.len(),
+    )?;
+    function.effective_averages = spectra.effective_averages;
+    // Hits are counted by other standards than segments of noise.
+    let few = |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::FewAverages { .. }));
+    function.about.doubts.retain(|doubt| !few(doubt));
+    Ok(function)
+}
+
+/// The level of the force at low frequencies, in its unit squared per Hz.
+fn low_level<I: Quantity, O: Quantity>(spectra: &CrossSpectra<I, O>, pulse_s: f64) -> f64 {
+    let last = LOW_PART / (pulse_s * spectra.resolution_hz).max(f64::MIN_POSITIVE);
+    let last = (last as usize)
+        .max(LOW_LINES)
+        .min(spectra.drive_power.len() - 1);
+    let mut low = spectra.drive_power[1..=last].to_vec();
+    median(&mut low).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+}
+
+/// From the first line to the last one before the force falls by more than `within_db` below its `low` level.
+fn driven<I: Quantity, O: Quantity>(
+    spectra: &CrossSpectra<I, O>,
+    low: f64,
+    within_db: f64,
+) -> Option<Band> {
+    let least = low * 10f64.powf(-0.1 * within_db);
+    let powers = spectra.drive_power.iter().skip(1);
+    let lines = powers.take_while(|power| **power >= least).count();
+    let hz = |line: usize| Hertz(line as f64 * spectra.resolution_hz);
+    Band::new(hz(1), hz(lines)).ok()
+}
+
+/// The doubt about the lines above those that are driven.
+fn undriven<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
+    let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
+    judge::outside(function.driven?, whole, function.resolution_hz())
+}
+
+/// What limits the test.
+fn doubts(test: &ImpactTest, left: f64, found: &Force) -> Vec<Doubt> {
+    let hits = test.hits.iter();
+    let mut doubts: Vec<Doubt> = hits
+        .flat_map(|hit| {
+            hit.faults
+                .iter()
+                .map(|fault| ImpactDoubt::of_hit(hit.at_s, *fault))
+        })
+        .collect();
+    match test.used() {
+        1 => doubts.push(ImpactDoubt::OneHit.into()),
+        hits if hits < RECOMMENDED_HITS => doubts.push(
+            ImpactDoubt::FewHits {
+                hits,
+                recommended: RECOMMENDED_HITS,
+            }
+            .into(),
+        ),
+        _ => {}
+    }
+    if test.added_damping_per_s > 0.0 {
+        doubts.push(
+            ImpactDoubt::AddedDamping {
+                damping_per_s: test.added_damping_per_s,
+                left,
+            }
+            .into(),
+        );
+    } else if left > AT_REST {
+        doubts.push(
+            ImpactDoubt::NotDecayed {
+                left,
+                segment_s: test.segment_s,
+            }
+            .into(),
+        );
+    }
+    if polarity(found) < 0.0 {
+        let used = test.hits.iter().filter(|hit| hit.is_used());
+        let peak = used.map(|hit| hit.peak).fold(0.0, f64::min);
+        doubts.push(ImpactDoubt::NegativeForce { peak }.into());
+    }
+    doubts
+}
+
+/// The doubt that both are one signal. What else is said of a pair holds for drives that last.
+fn copied<I: Quantity, O: Quantity>(force: &Series<I>, response: &Series<O>) -> Vec<Doubt> {
+    let found = transfer_doubts(&Pair {
+        drive: force.samples(),
+        response: response.samples(),
+        rate: force.rate(),
+        drive_name: I::NAME,
+        response_name: O::NAME,
+        drive_limit: (I::UNIT == Unit::FullScale).then_some(1.0),
+    });
+    let copy = |doubt: &Doubt| matches!(doubt.kind(), Some(SignalDoubt::Copied { .. }));
+    found.into_iter().filter(copy).collect()
+}
+
+/// What was done, for the provenance.
+fn step(test: &ImpactTest, estimator: Estimator) -> String {
+    let force = match test.force_window_s {
+        Some(length_s) => format!("force window of {:.2} ms", length_s * 1e3),
+        None => "no force window".into(),
+    };
+    let exponential = if test.added_damping_per_s > 0.0 {
+        format!(
+            "exponential window of force and response with an added damping of {:.4} 1/s",
+            test.added_damping_per_s
+        )
+    } else {
+        "no exponential window".into()
+    };
+    format!(
+        "transfer function {estimator} of {} of {} hits, segments of {:.4} s from {:.2} ms before each, {force}, {exponential}, \
+            driven where the force is within {} dB of its level at low frequencies",
+        test.used(),
+        test.hits.len(),
+        test.segment_s,
+        test.pretrigger_s * 1e3,
+        test.driven_within_db
+    )
+}

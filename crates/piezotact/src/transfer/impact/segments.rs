@@ -1,0 +1,538 @@
+//! The segments of an impact test: how long they are, and which hits have one that can be used.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::fault::HitFault;
+use super::pulses::{Force, Struck};
+use super::{ExponentialWindow, ImpactConfig, ImpactError, ImpactSegment};
+use crate::clipping::step;
+use crate::quantity::SampleRate;
+use crate::statistics::{mean, median, rms};
+
+/// The shortest segment, samples.
+const SHORTEST: usize = 16;
+/// The part before the hit: this share of the segment at least, so many durations of the pulse, and so many samples.
+const BEFORE: (f64, usize, usize) = (0.005, 2, 8);
+/// Fewer samples before the hit than these are no rest.
+const LEAST_BEFORE: usize = 2;
+/// Hits that are followed by the next in less than this part of the usual time do not shorten the segments of the others.
+const USUAL_PART: f64 = 0.5;
+/// The response is at rest when it falls to this share of its largest level: −40 dB.
+pub(super) const AT_REST: f64 = 0.01;
+/// A larger share that is left at the end of a segment is that of a hit without an end: −20 dB.
+const MOST_LEFT: f64 = 0.1;
+/// A larger share of the largest level before the hit is not rest: −30 dB.
+const MOST_BEFORE: f64 = 0.03;
+/// The level of the response is that of blocks of this part of a segment.
+const BLOCKS: usize = 50;
+/// Below this ratio to its noise a level is noise: of the response, and of its integral, whose noise is slow.
+const OVER_NOISE: [f64; 2] = [1.5, 3.0];
+/// The corner of the leaky integral: this many times the reciprocal of the usual time between hits, and at most so many Hz.
+const CORNER: f64 = 20.0;
+const HIGHEST_CORNER_HZ: f64 = 20.0;
+/// A response stands out when its largest sample is this many times its noise.
+const ANSWERS: f64 = 5.0;
+/// The samples before a hit whose mean is rest.
+const REST_SAMPLES: usize = 64;
+/// The blocks in which a response is looked for before its hit, s.
+const ONSET_S: f64 = 0.0005;
+/// So many of them in a row at this share of the level before the hit, or in the noise, are rest.
+const QUIET: (usize, f64) = (4, 0.1);
+/// A second pulse of a smaller share of the first is the ringing of a filter or of the hammer.
+const SECOND: f64 = 0.05;
+/// As many samples at a limit are an overload; of a pulse, also a top of more than this share of its length above 97 % of its
+/// peak (a half-sine has 0.16), when the pulse has samples enough to tell.
+const FLAT_SAMPLES: usize = 3;
+const FLAT_SHARE: f64 = 0.3;
+const FLAT_FROM: f64 = 0.97;
+const FLAT_PULSE: usize = 12;
+/// A side of a response that reaches less than this part of the other is not limited.
+const ONE_SIDED: f64 = 0.1;
+/// Beside a limit the signal falls by more than this many steps of its converter.
+const FALLS_STEPS: f64 = 5.0;
+
+/// The hits with their segments.
+pub(super) struct Segments {
+    /// The length of a segment, samples.
+    pub(super) length: usize,
+    /// How many of them lie before the hit.
+    pub(super) before: usize,
+    /// One for each hit.
+    pub(super) hits: Vec<Segment>,
+}
+
+/// One hit with its segment.
+pub(super) struct Segment {
+    /// Where it begins; the hit itself lies `before` samples later.
+    pub(super) from: usize,
+    /// The level of the response at the end re its largest, 0–1; absent where it was not judged.
+    pub(super) left: Option<f64>,
+    /// Why it cannot be used.
+    pub(super) faults: Vec<HitFault>,
+}
+
+/// A motion that has to decay: the response, and its integral, in which low frequencies count for more.
+struct Motion<'a> {
+    samples: &'a [f64],
+    noise: f64,
+    /// Below this ratio to its noise a level is noise.
+    over: f64,
+}
+
+/// What hits are judged by.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    signals: &'a Signals<'a>,
+    kinds: &'a [Motion<'a>],
+    /// Where the hits begin.
+    starts: &'a [usize],
+    /// The length of a pulse, samples.
+    pulse: usize,
+    /// The step of the converter of the response.
+    step: f64,
+    config: &'a ImpactConfig,
+}
+
+/// What a recording of an impact test holds.
+pub(super) struct Signals<'a> {
+    pub(super) force: &'a [f64],
+    pub(super) response: &'a [f64],
+    pub(super) rate: SampleRate,
+    pub(super) lost_s: &'a [[f64; 2]],
+}
+
+impl Segments {
+    /// The segments of the hits of `found`, judged.
+    pub(super) fn of(
+        signals: &Signals<'_>,
+        found: &Force,
+        config: &ImpactConfig,
+    ) -> Result<Self, ImpactError> {
+        let samples = signals.force.len();
+        let starts: Vec<usize> = found.hits.iter().map(Struck::start).collect();
+        let sound = sound(signals, found);
+        let first = first_sound(&starts, &sound);
+        let mut pulse: Vec<f64> = found.hits.iter().map(|h| h.main.at.len() as f64).collect();
+        let pulse = median(&mut pulse).unwrap_or(1.0) as usize;
+        // From one hit to the next, or to the end of the recording.
+        let spans: Vec<usize> = (0..starts.len())
+            .map(|i| starts.get(i + 1).unwrap_or(&samples) - starts[i])
+            .collect();
+        let usual = usual_span(&spans, &sound);
+        let share = (BEFORE.0 * usual as f64) as usize;
+        let before = share.max(BEFORE.1 * pulse).max(BEFORE.2).min(first);
+        let quiet = ..first.saturating_sub(pulse / 2);
+        let keeps = (-TAU
+            * (CORNER / usual.max(1) as f64).min(HIGHEST_CORNER_HZ / signals.rate.hz()))
+        .exp();
+        let integral = integral(signals.response, keeps);
+        let white = noise_before(&signals.response[quiet]);
+        // What the integral of white noise is; a short part before the hit does not hold it all.
+        let least = [white, white / (1.0 - keeps * keeps).sqrt()];
+        let both = [signals.response, integral.as_slice()];
+        let kinds: Vec<Motion<'_>> = both
+            .into_iter()
+            .zip(OVER_NOISE.into_iter().zip(least))
+            .map(|(samples, (over, least))| Motion {
+                samples,
+                noise: noise_before(&samples[quiet]).max(least),
+                over,
+            })
+            .collect();
+        let length = match config.segment {
+            ImpactSegment::Samples(length) => length,
+            ImpactSegment::Fitted => {
+                let long = (0..spans.len()).filter(|i| sound[*i] && spans[*i] >= usual);
+                let decays = long
+                    .flat_map(|i| {
+                        let span = starts[i]..starts[i] + spans[i];
+                        kinds
+                            .iter()
+                            .map(move |kind| decay(kind, span.clone(), pulse))
+                    })
+                    .max();
+                // A segment may reach up to the next hit's own beginning.
+                let length = usual.min(before + 2 * decays.unwrap_or(usual));
+                // Lengths with small factors are transformed faster.
+                let step = if length >= 4096 { 64 } else { 2 };
+                length / step * step
+            }
+        };
+        if length < SHORTEST.max(before + pulse) || length > samples {
+            return Err(ImpactError::Segment {
+                least: SHORTEST.max(before + pulse),
+                samples,
+                found: length,
+            });
+        }
+        let mut segments = Self {
+            length,
+            before,
+            hits: Vec::with_capacity(starts.len()),
+        };
+        let polarity = polarity(found);
+        let steps = [step(signals.force), step(signals.response)];
+        for (i, hit) in found.hits.iter().enumerate() {
+            let mut faults = Vec::new();
+            let cut = starts[i] < LEAST_BEFORE || starts[i] < before;
+            faults.extend(cut.then_some(HitFault::AtTheBeginning));
+            faults.extend(double(hit, signals.rate));
+            faults.extend(force_overload(signals.force, hit, (found.rest, steps[0])));
+            if hit.main.peak.signum() != polarity {
+                faults.push(HitFault::Opposite);
+            }
+            let from = starts[i].saturating_sub(before);
+            let known = Known {
+                signals,
+                kinds: &kinds,
+                starts: &starts,
+                pulse,
+                step: steps[1],
+                config,
+            };
+            let left = if cut {
+                None
+            } else {
+                segments.judge(&known, i, &mut faults)
+            };
+            segments.hits.push(Segment { from, left, faults });
+        }
+        Ok(segments)
+    }
+
+    /// Judges the response to hit `i`, and returns its level at the end of the segment.
+    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) -> Option<f64> {
+        let Known {
+            signals,
+            starts,
+            config,
+            ..
+        } = *known;
+        let (samples, rate) = (signals.force.len(), signals.rate);
+        let seconds = |samples: usize| rate.duration_of(samples).0;
+        let start = starts[i];
+        let after = self.length - self.before;
+        let next = starts.get(i + 1).copied();
+        let last = next.unwrap_or(samples);
+        let ends = |needed_s: f64| match next {
+            Some(next) => HitFault::NextTooClose {
+                after_s: seconds(next - start),
+                needed_s,
+            },
+            None => HitFault::AtTheEnd {
+                left_s: seconds(samples - start),
+                needed_s,
+            },
+        };
+        let cut = start.saturating_sub(self.before)..(start + after).min(last);
+        if super::super::touches(&cut, signals.lost_s, rate) {
+            faults.push(HitFault::LostSamples);
+        }
+        let answer = &signals.response[start..cut.end];
+        let rest = mean(&signals.response[cut.start..start.max(cut.start + 1)]);
+        let clipped = overload(answer, rest, known.step);
+        if clipped > 0 {
+            faults.push(HitFault::ResponseOverload { samples: clipped });
+        }
+        let peak = answer
+            .iter()
+            .fold(0.0_f64, |peak, v| peak.max((v - rest).abs()));
+        if peak <= ANSWERS * known.kinds[0].noise {
+            faults.push(HitFault::NoResponse);
+            return None;
+        }
+        let moved = known
+            .kinds
+            .iter()
+            .find_map(|kind| moved_before(kind, known, i, self.before));
+        faults.extend(moved);
+        if start + after > last {
+            faults.push(ends(seconds(after)));
+            return None;
+        }
+        let span = start..cut.end;
+        let lefts = known
+            .kinds
+            .iter()
+            .map(|kind| left(kind, span.clone(), known.pulse));
+        let left = lefts.fold(0.0, f64::max);
+        // Without an end to go by, a response that has hardly fallen is that to a hit that is cut off.
+        let limit = match config.exponential {
+            ExponentialWindow::Damping(damping_per_s) => {
+                MOST_LEFT * (damping_per_s * seconds(after)).exp()
+            }
+            _ => MOST_LEFT,
+        };
+        if left > limit && config.segment == ImpactSegment::Fitted {
+            // As far as it decays evenly from one end to the other.
+            let falls = -left.min(0.99).ln() / seconds(after);
+            faults.push(ends(-AT_REST.ln() / falls));
+        }
+        Some(left)
+    }
+}
+
+/// Which hits are no double hits and do not begin the recording: they say how long a hit lasts.
+fn sound(signals: &Signals<'_>, found: &Force) -> Vec<bool> {
+    let hits = found.hits.iter();
+    hits.map(|hit| double(hit, signals.rate).is_none() && hit.start() >= LEAST_BEFORE)
+        .collect()
+}
+
+/// Where the first hit begins that does not begin the recording.
+fn first_sound(starts: &[usize], sound: &[bool]) -> usize {
+    let mut found = starts.iter().zip(sound).filter(|(_, sound)| **sound);
+    match (found.next(), starts) {
+        (Some((start, _)), _) => *start,
+        (None, [.., last]) => *last,
+        (None, []) => 0,
+    }
+}
+
+/// The shortest of the spans that are not much shorter than usual, in samples.
+fn usual_span(spans: &[usize], sound: &[bool]) -> usize {
+    let mut counting: Vec<usize> = spans
+        .iter()
+        .zip(sound)
+        .filter_map(|(span, sound)| sound.then_some(*span))
+        .collect();
+    if counting.is_empty() {
+        counting = spans.to_vec();
+    }
+    counting.sort_unstable();
+    // Of two, the longer one.
+    let middle = counting.get(counting.len() / 2).copied().unwrap_or(0) as f64;
+    let mut usual = counting
+        .into_iter()
+        .filter(|span| *span as f64 >= USUAL_PART * middle);
+    usual.next().unwrap_or(0)
+}
+
+/// The sign that most hits have.
+pub(super) fn polarity(found: &Force) -> f64 {
+    let signs: f64 = found.hits.iter().map(|hit| hit.main.peak.signum()).sum();
+    let peaks: f64 = found.hits.iter().map(|hit| hit.main.peak).sum();
+    if signs == 0.0 { peaks } else { signs }.signum()
+}
+
+/// The second pulse of a hit.
+fn double(hit: &Struck, rate: SampleRate) -> Option<HitFault> {
+    let main = &hit.main;
+    let counts = |other: &&super::pulses::Pulse| other.peak.abs() >= SECOND * main.peak.abs();
+    let second = hit
+        .others
+        .iter()
+        .filter(counts)
+        .max_by(|a, b| a.peak.abs().total_cmp(&b.peak.abs()))?;
+    Some(HitFault::Double {
+        after_s: rate.duration_of(second.at.start.abs_diff(main.at.start)).0,
+        share: second.peak.abs() / main.peak.abs(),
+    })
+}
+
+/// A pulse that is cut off at a limit.
+fn force_overload(force: &[f64], hit: &Struck, (rest, step): (f64, f64)) -> Option<HitFault> {
+    let pulse = &force[hit.main.at.clone()];
+    let sign = hit.main.peak.signum();
+    let upright: Vec<f64> = pulse.iter().map(|v| sign * (v - rest)).collect();
+    let top = upright
+        .iter()
+        .filter(|v| **v >= FLAT_FROM * hit.main.peak.abs())
+        .count();
+    let broad = pulse.len() >= FLAT_PULSE && top as f64 > FLAT_SHARE * pulse.len() as f64;
+    let samples = if broad {
+        top
+    } else {
+        at_a_limit(&upright, step)
+    };
+    (samples > 0).then_some(HitFault::ForceOverload { samples })
+}
+
+/// How many samples of a response stand at a limit above or below its value at `rest`.
+fn overload(response: &[f64], rest: f64, step: f64) -> usize {
+    let above: Vec<f64> = response.iter().map(|v| v - rest).collect();
+    let below: Vec<f64> = above.iter().map(|v| -v).collect();
+    let top = |side: &[f64]| side.iter().copied().fold(f64::MIN, f64::max);
+    let (high, low) = (top(&above), top(&below));
+    // A signal that goes to one side only rests on the other.
+    let limit = |side: &[f64], own: f64| {
+        if own >= ONE_SIDED * high.max(low) {
+            at_a_limit(side, step)
+        } else {
+            0
+        }
+    };
+    limit(&above, high) + limit(&below, low)
+}
+
+/// How many samples equal the largest one, in runs of three or more that a signal does not have of itself: it falls abruptly
+/// on a side of the run, by more than some `step`s of its converter.
+fn at_a_limit(samples: &[f64], step: f64) -> usize {
+    let largest = samples.iter().copied().fold(f64::MIN, f64::max);
+    let equal = |v: f64| (largest - v).abs() <= 1e-12 * largest.abs();
+    let falls = FALLS_STEPS * step;
+    let (mut count, mut i) = (0, 0);
+    while i < samples.len() {
+        if !equal(samples[i]) {
+            i += 1;
+            continue;
+        }
+        let from = i;
+        while i < samples.len() && equal(samples[i]) {
+            i += 1;
+        }
+        let beside = [from.checked_sub(1), Some(i)];
+        let abrupt = beside
+            .into_iter()
+            .flatten()
+            .filter_map(|k| samples.get(k))
+            .any(|v| largest - v > falls);
+        if i - from >= FLAT_SAMPLES && abrupt {
+            count += i - from;
+        }
+    }
+    count
+}
+
+/// The rms of the noise of a response in the part before the first hit; 0 where that is too short to say.
+fn noise_before(response: &[f64]) -> f64 {
+    if response.len() < SHORTEST {
+        return 0.0;
+    }
+    // The quietest of some parts: the response may begin before the hit.
+    let part = (response.len() / 8).max(SHORTEST);
+    let levels = response.chunks_exact(part).map(|part| {
+        let about = mean(part);
+        rms(&part.iter().map(|v| v - about).collect::<Vec<_>>())
+    });
+    let mut levels: Vec<f64> = levels.collect();
+    levels.sort_by(f64::total_cmp);
+    levels.get(levels.len() / 4).copied().unwrap_or(0.0)
+}
+
+/// The levels of `blocks` of a response about its value at `rest`.
+fn levels(response: &[f64], rest: f64, block: usize) -> Vec<f64> {
+    response
+        .chunks(block.max(1))
+        .filter(|part| 2 * part.len() >= block)
+        .map(|part| {
+            (part.iter().map(|v| (v - rest).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
+        })
+        .collect()
+}
+
+impl Motion<'_> {
+    /// Its mean just before `start`.
+    fn rest(&self, start: usize) -> f64 {
+        mean(&self.samples[start.saturating_sub(REST_SAMPLES)..start.max(1)])
+    }
+
+    /// A level without its noise; 0 where it is noise.
+    fn without_noise(&self, level: f64) -> f64 {
+        if level <= self.over * self.noise {
+            return 0.0;
+        }
+        (level * level - self.noise * self.noise).max(0.0).sqrt()
+    }
+}
+
+/// After how many samples the motion that begins with the hit is at rest.
+fn decay(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> usize {
+    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
+    let block = (answer.len() / (4 * BLOCKS)).max(SHORTEST);
+    let levels = levels(answer, motion.rest(span.start), block);
+    let largest = levels.iter().copied().fold(0.0, f64::max);
+    let moving = levels
+        .iter()
+        .rposition(|level| motion.without_noise(*level) > AT_REST * largest);
+    pulse + moving.map_or(block, |last| (last + 1) * block)
+}
+
+/// The level of the motion at the end of its segment re its largest after the pulse, 0–1.
+fn left(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> f64 {
+    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
+    let block = (answer.len() / BLOCKS).max(SHORTEST);
+    let levels = levels(answer, motion.rest(span.start), block);
+    let largest = levels.iter().copied().fold(0.0, f64::max);
+    let [.., before, end] = levels.as_slice() else {
+        return 1.0;
+    };
+    if largest > 0.0 {
+        motion.without_noise(before.max(*end)) / largest
+    } else {
+        0.0
+    }
+}
+
+/// The integral of a response without its mean, of which a sample `keeps` a part to the next: a velocity, in which modes of low
+/// frequency stand beside those of high frequency.
+fn integral(response: &[f64], keeps: f64) -> Vec<f64> {
+    let about = mean(response);
+    let mut sum = 0.0;
+    let integrated = response.iter().map(|v| {
+        sum = keeps * sum + (v - about);
+        sum
+    });
+    integrated.collect()
+}
+
+/// A motion before its hit: it has not come to rest, or it begins before the hit.
+fn moved_before(
+    motion: &Motion<'_>,
+    known: &Known<'_>,
+    i: usize,
+    before: usize,
+) -> Option<HitFault> {
+    let (starts, rate) = (known.starts, known.signals.rate);
+    let (start, samples) = (starts[i], motion.samples);
+    let block = ((ONSET_S * rate.hz()) as usize).max(SHORTEST / 2);
+    let earlier = if i == 0 { 0 } else { starts[i - 1] };
+    // The rise of the pulse up to the level that counts as a hit is no time before it.
+    let until = start.saturating_sub((before / 4).max(LEAST_BEFORE));
+    let window = before.max(block);
+    let from = until.saturating_sub(window).max(earlier);
+    if until <= from + LEAST_BEFORE {
+        return None;
+    }
+    let about = mean(&samples[earlier..until]);
+    let level_of = |part: Range<usize>| {
+        let squares: f64 = samples[part.clone()]
+            .iter()
+            .map(|v| (v - about).powi(2))
+            .sum();
+        (squares / part.len().max(1) as f64).sqrt()
+    };
+    let level = motion.without_noise(level_of(from..until));
+    let next = starts.get(i + 1).copied().unwrap_or(samples.len());
+    let after = (start + known.pulse).min(next);
+    let end = (after + 20 * window).min(next);
+    let largest = (after..end)
+        .step_by(window)
+        .map(|at| level_of(at..(at + window).min(end)))
+        .fold(0.0, f64::max);
+    let share = level / largest.max(f64::MIN_POSITIVE);
+    if share <= MOST_BEFORE {
+        return None;
+    }
+    // Back to where it was at rest for a while.
+    let limit = (motion.over * motion.noise).max(QUIET.1 * level);
+    let (mut at, mut onset, mut quiet) = (until, until, 0);
+    while at >= earlier + block && quiet < QUIET.0 {
+        if level_of(at - block..at) > limit {
+            (onset, quiet) = (at - block, 0);
+        } else {
+            quiet += 1;
+        }
+        at -= block;
+    }
+    let lead = start - onset;
+    // The response to the hit before falls all the way; one that begins early was at rest before.
+    Some(if quiet >= QUIET.0 && 2 * lead < start - earlier {
+        HitFault::ResponseFirst {
+            lead_s: rate.duration_of(lead).0,
+        }
+    } else {
+        HitFault::StillMoving { share }
+    })
+}
