@@ -180,7 +180,7 @@ mod tests {
             .map(ToString::to_string)
             .collect();
         assert_eq!(doubts.len(), 2, "{doubts:?}");
-        assert!(doubts[1].contains("the mean of 2 N"), "{doubts:?}");
+        assert!(doubts[1].contains("the mean of 2.00 N"), "{doubts:?}");
     }
 
     /// The rounding errors of a constant are not a signal, and a mean of a converter's last bit is not a loss.
