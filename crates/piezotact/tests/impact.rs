@@ -281,7 +281,7 @@ fn two_hits_closer_than_the_decay_are_named() {
     assert!(
         matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - 0.15).abs() < 0.001)
     );
-    assert!(matches!(faults[1][0], HitFault::StillMoving { share } if share > 0.03));
+    assert!(matches!(faults[1][0], HitFault::StillMoving { share } if share > 0.05));
     assert!(faults[2].is_empty() && faults[3].is_empty(), "{faults:?}");
     assert!(
         doubts
