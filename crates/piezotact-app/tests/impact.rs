@@ -163,7 +163,7 @@ fn hits_are_found_evaluated_and_reported() {
         ))
         .expect_failure(2, &["--exponential", "--excitation impact"]);
     folder
-        .run(&transfer("hits.csv", &["--exponential", "-3"]))
+        .run(&transfer("hits.csv", &["--exponential", "0"]))
         .expect_failure(2, &["--exponential"]);
     folder
         .run(&transfer(

@@ -20,6 +20,7 @@ mod roughness;
 mod score;
 mod shared_data;
 mod strokes;
+mod structure;
 mod studies;
 mod study;
 mod touch_golden;

@@ -20,10 +20,10 @@ const LEAST_BEFORE: usize = 2;
 const USUAL_PART: f64 = 0.5;
 /// The response is at rest when it falls to this share of its largest level: −40 dB.
 pub(super) const AT_REST: f64 = 0.01;
-/// A larger share that is left at the end of a segment is that of a hit without an end: −20 dB.
-const MOST_LEFT: f64 = 0.1;
-/// A larger share of the largest level before the hit is not rest: −30 dB.
-const MOST_BEFORE: f64 = 0.03;
+/// A larger share that is left at the end of a segment is that of a hit without an end: −14 dB.
+const MOST_LEFT: f64 = 0.2;
+/// A larger share of the largest level before the hit is not rest: −26 dB.
+const MOST_BEFORE: f64 = 0.05;
 /// The level of the response is that of blocks of this part of a segment.
 const BLOCKS: usize = 50;
 /// Below this ratio to its noise a level is noise: of the response, and of its integral, whose noise is slow.
