@@ -1,4 +1,5 @@
 //! `transfer` on the hits of a hammer, and on everything that is none.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
