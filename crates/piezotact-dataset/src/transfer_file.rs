@@ -37,7 +37,7 @@ impl TransferFormat {
         match self {
             Self::UffText | Self::UffBinary => Some(Doubt::from(RecordingDoubt::FormatLoses {
                 format: "a universal file".into(),
-                what: "the device, the provenance, the driven band and the doubts of a transfer function".into(),
+                what: "the device, the provenance, the driven band, whether the drive was exact, the hits and the added damping of an impact test, and the doubts of a transfer function".into(),
             })),
             Self::Json | Self::Matlab => None,
         }

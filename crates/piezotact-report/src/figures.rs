@@ -506,6 +506,7 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
         Line::new(label, OTHER, points.collect()).thin()
     };
     let others = match function.estimator {
+        _ if !function.has_coherence() => Vec::new(),
         Estimator::H1 => vec![other("H2", 1).ribbon(between)],
         Estimator::H2 => vec![other("H1", 0).ribbon(between)],
         Estimator::Hv | Estimator::HvAt { .. } => {

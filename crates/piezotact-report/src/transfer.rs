@@ -10,20 +10,29 @@ use piezotact::transfer::{Bias, Distortion, ImpactTraces, Limits, TransferFuncti
 use crate::report::drawn_doubts_and;
 use crate::{DrawError, bench_text, document, figure, figures, impact};
 
-/// What magnitude, phase and coherence with such limits say.
-pub(crate) fn captions(limits: Limits) -> [&'static str; 3] {
+/// What the figures of a transfer function show.
+pub(crate) fn captions<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+) -> [&'static str; 3] {
     let coherence = "Coherence: the share of the response power that the drive explains linearly.";
-    match limits {
+    if function.confidence().is_none() {
+        return [
+            "Magnitude. Its scatter is unknown.",
+            "Phase. Its scatter is unknown.",
+            coherence,
+        ];
+    }
+    match function.limits() {
         Limits::BestLinear => [
             "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line, of the best linear approximation \
-                at the level of this drive. H2 is above H1 by the noise on the response and by the distortion.",
+                at the level of this drive, if device and finger did not change. H2 is above H1 by the noise on the response and by the distortion.",
             "Phase. Area behind the curve: 95 % confidence interval.",
             coherence,
         ],
         Limits::Scatter => [
             "Magnitude. Area behind the curve: scatter of the estimate, that is its random error only. Other area: from H1 to H2. \
                 Noise on the drive makes H1 too small, noise on the response makes H2 too large: for a linear system the \
-                true magnitude lies between them.",
+                true magnitude lies between them, apart from the scatter.",
             "Phase. Area behind the curve: scatter of the estimate.",
             coherence,
         ],
@@ -101,7 +110,7 @@ pub fn html<I: Quantity, O: Quantity>(
         }
         section {
             h2 { "Transfer function" }
-            @for (svg, caption) in figures.iter().zip(captions(function.limits())) { (figure(svg, caption)) }
+            @for (svg, caption) in figures.iter().zip(captions(function)) { (figure(svg, caption)) }
             p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
         }
         (hits)
@@ -154,7 +163,7 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                     (number(format!("{:.3}", coherence.lowest), &format!("lowest coherence, at {:.0} \
                         Hz", coherence.lowest_at_hz)))
                 }
-                @if let Some(delay) = function.delay() {
+                @if let Some(delay) = function.delay().filter(|_| function.impact.is_none()) {
                     (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.reach_s * 1e3), "from the drive to the response, within a segment"))
                 }
                 @if let Some((repeats, apart_db)) = page.repeats {

@@ -70,7 +70,8 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub rate: SampleRate,
     /// How it was estimated.
     pub estimator: Estimator,
-    /// Whether the drive is known without noise: it is the signal that was sent, not a measurement of it.
+    /// Whether the drive is known without noise, as the signal that was sent and not a measurement of it, and does not repeat
+    /// itself but in realisations.
     pub exact_drive: bool,
     /// The number of segments averaged.
     pub averages: usize,

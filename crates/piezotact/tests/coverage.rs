@@ -10,9 +10,13 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::quantity::{Acceleration, Drive, SampleRate};
+use piezotact::quantity::{Acceleration, Drive, SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, Limits, TransferFunction};
+use piezotact::transfer::{
+    BetweenConfig, CrossPlan, CrossSpectra, Estimator, Excitation, ImpactConfig, Limits,
+    TransferFunction, between_channels,
+};
 
 use crate::transfer::Noise;
 
@@ -300,5 +304,55 @@ fn h1_and_h2_bound_the_bias_of_a_linear_plant() {
                 );
             }
         }
+    }
+}
+
+/// Distortion of a drive that repeats itself repeats too: nothing is said of 95 % there, while it is of noise.
+#[test]
+fn a_drive_that_repeats_itself_has_no_confidence_limits() {
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let config = |exact_drive| BetweenConfig {
+        drive: "drive",
+        response: "response",
+        welch: WelchConfig::hann(SEGMENT),
+        excitation: Excitation::Lasting,
+        impact: ImpactConfig::usual(),
+        estimator: Estimator::H1,
+        exact_drive,
+        volts_per_full_scale: None,
+        setup: None,
+        lost_s: Vec::new(),
+    };
+    let limits_of = |drive: Vec<f64>, exact_drive: bool| {
+        let response: Vec<f64> = (0..drive.len())
+            .map(|i| {
+                (0..PLANT.len().min(i + 1))
+                    .map(|k| PLANT[k] * Device::Cubic.through(drive[i - k]))
+                    .sum()
+            })
+            .collect();
+        let channel = |name: &str, samples| Channel {
+            name: name.into(),
+            unit: Unit::Volt,
+            samples,
+        };
+        let channels = vec![channel("drive", drive), channel("response", response)];
+        let (condition, provenance) = (Condition::default(), Provenance::default());
+        let recording = Recording::new(channels, rate, condition, provenance).unwrap();
+        between_channels(&recording, &config(exact_drive))
+            .unwrap()
+            .function
+            .limits()
+    };
+    let noise = |n| Noise::new(5).take(n);
+    assert_eq!(limits_of(noise(SEGMENT * 12), true), Limits::BestLinear);
+    assert_eq!(limits_of(noise(SEGMENT * 12), false), Limits::Scatter);
+    for period in [SEGMENT, 2 * SEGMENT, 3 * SEGMENT + 17] {
+        let repeated: Vec<f64> = noise(period)
+            .into_iter()
+            .cycle()
+            .take(SEGMENT * 12)
+            .collect();
+        assert_eq!(limits_of(repeated, true), Limits::Scatter, "{period}");
     }
 }

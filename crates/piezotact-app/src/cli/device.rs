@@ -99,9 +99,7 @@ pub(crate) struct Gate {
 /// Whether something is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum OnOff {
-    /// Every measurement is checked.
     On,
-    /// No measurement is checked.
     Off,
 }
 
@@ -174,8 +172,8 @@ pub(crate) struct Transfer {
     /// unit of the drive)². Without it Hv is the geometric mean of H1 and H2.
     #[arg(long, value_name = "RATIO")]
     pub(crate) noise_ratio: Option<f64>,
-    /// The drive channel holds the signal that was sent, not a measurement of it: it has no noise. Only then are the limits
-    /// of H1 95 % confidence limits of the best linear approximation.
+    /// The drive is random and its channel holds the signal that was sent, not a measurement of it. Only then are the limits
+    /// of H1 95 % confidence limits of the best linear approximation. A drive that repeats itself has none.
     #[arg(long)]
     pub(crate) exact_drive: bool,
     /// The amplifier and the actuator: drv2667 (that of the thesis, the default), fixed, or a TOML file that

@@ -220,11 +220,26 @@ fn identities_text(identities: &StoredIdentities) -> String {
         (estimator, true) => format!("{estimator} with the conjugate cross-spectrum"),
     };
     let mut text = format!(
-        "\n  equals {ratio} of the stored spectra within {:.1e} (largest relative difference of {} lines, at {:.1} Hz)",
-        identities.response_difference, identities.lines, identities.response_at_hz
+        "\n  {} {ratio} of the stored spectra {} {:.1e} (largest relative difference of {} lines, at {:.1} Hz)",
+        if identities.is_equal() {
+            "equals"
+        } else {
+            "differs from"
+        },
+        if identities.is_equal() {
+            "within"
+        } else {
+            "by up to"
+        },
+        identities.response_difference,
+        identities.lines,
+        identities.response_at_hz
     );
     if let Some(difference) = identities.coherence_difference {
-        let _never_fails = write!(text, "; the coherence within {difference:.1e}");
+        let _never_fails = write!(
+            text,
+            "; largest difference of the coherence {difference:.1e}"
+        );
     }
     text
 }

@@ -97,7 +97,7 @@ fn estimator(args: &Transfer) -> Outcome<Estimator> {
         (EstimatorName::Hv, None) => Ok(Estimator::Hv),
         (EstimatorName::Hv, Some(ratio)) => Estimator::hv_at(ratio).ok_or_else(|| {
             usage(anyhow!(
-                "expected a --noise-ratio above 0, found {ratio}; without noise on the drive use --estimator h1, without noise on \
+                "expected a --noise-ratio from 1e-30 to 1e30, found {ratio:?}; without noise on the drive use --estimator h1, without noise on \
                     the response --estimator h2"
             ))
         }),

@@ -15,7 +15,7 @@ use piezotact::transfer::{
 use super::run::excite_and_record;
 use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper};
 use crate::error::ProcedureError;
-use crate::excitation::{ExcitationConfig, excitation};
+use crate::excitation::{Excitation, ExcitationConfig, excitation};
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 
@@ -167,8 +167,8 @@ pub fn transfer_of(
         }
     };
     function.about.doubts.extend(clocks);
-    // The drive is the signal that was sent.
-    function.exact_drive = true;
+    // The drive is the signal that was sent. What a sweep distorts repeats with every sweep and is no scatter.
+    function.exact_drive = config.excitation.kind != Excitation::Sweep;
     // The onset and end of a drive have power outside its band, which does not count as driven.
     function.set_driven_band(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);

@@ -101,7 +101,7 @@ impl Response {
     /// The coherence stored for it.
     pub(super) fn coherence(&self, variables: &[(String, &MatValue)]) -> Option<Vec<f64>> {
         let found = self.own(variables, &COHERENCES)?.vector()?;
-        (found.len() == self.values.len()).then(|| found.to_vec())
+        Some(found.to_vec())
     }
 
     /// How it agrees with the spectra stored beside it, which are on the lines `frequency_hz`; `None` where they are not there.
@@ -111,8 +111,8 @@ impl Response {
         frequency_hz: &[f64],
     ) -> Option<StoredIdentities> {
         let cross = complex_of(self.own(variables, &CROSS_SPECTRA)?)?;
-        let (drive, response) = self.auto_spectra(variables, &cross)?;
         let coherence = self.coherence(variables);
+        let (drive, response) = self.auto_spectra(variables, &cross, coherence.as_deref())?;
         let resolution_hz = frequency_hz.get(1)? - frequency_hz.first()?;
         let stored = (self.values.as_slice(), coherence.as_deref());
         // Spectra of another length belong to something else.
@@ -127,6 +127,7 @@ impl Response {
         &self,
         variables: &[(String, &'a MatValue)],
         cross: &[Complex<f64>],
+        coherence: Option<&[f64]>,
     ) -> Option<(&'a [f64], &'a [f64])> {
         let pair = |drive: Option<&'a MatValue>, response: Option<&'a MatValue>| {
             let (drive, response) = (drive?.vector()?, response?.vector()?);
@@ -143,8 +144,17 @@ impl Response {
                 self.own(variables, &[name]),
             )
         });
-        // By how much the ratio of cross- and auto-spectrum is larger than the response.
-        let scale = |(drive, _): &(&[f64], &[f64])| {
+        // By how much the ratio of cross- and auto-spectrum is larger than the response, or how far their coherence is from the
+        // stored one: the median over lines.
+        let scale = |(drive, response): &(&[f64], &[f64])| {
+            if let Some(stored) = coherence.filter(|stored| stored.len() == cross.len()) {
+                let powers = drive.iter().zip(response.iter());
+                let mut each: Vec<f64> = (cross.iter().zip(powers).zip(stored))
+                    .map(|((cross, (x, y)), stored)| (cross.norm_sqr() / (x * y) - stored).abs())
+                    .collect();
+                each.sort_by(f64::total_cmp);
+                return each.get(each.len() / 2).copied().unwrap_or(f64::INFINITY);
+            }
             let lines = cross.iter().zip(drive.iter()).zip(&self.values);
             let mut each: Vec<f64> = lines
                 .filter(|((_, power), value)| **power > 0.0 && value.norm_sqr() > 0.0)

@@ -245,7 +245,7 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
                 }
                 "."
             }
-            @for (svg, caption) in figures.iter().zip(transfer::captions(function.limits())) {
+            @for (svg, caption) in figures.iter().zip(transfer::captions(function)) {
                 (figure(svg, caption))
             }
         }

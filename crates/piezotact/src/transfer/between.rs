@@ -1,5 +1,6 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
+use super::related::repeats_itself;
 use super::{
     Estimator, Excitation, ImpactConfig, ImpactDoubt, ImpactEstimate, ImpactTraces, OneClock,
     TransferDoubt, TransferError, TransferFunction, Transient, estimate_impacts, estimate_without,
@@ -122,7 +123,9 @@ pub fn between_channels(
         }
     }
     let (mut function, traces) = estimated(&drive, response.clone(), config)?;
-    function.exact_drive = config.exact_drive;
+    // What a drive that repeats itself distorts repeats too: it is no scatter.
+    function.exact_drive =
+        config.exact_drive && !repeats_itself(drive.samples(), config.welch.segment);
     if let Some(band) = recording.about.provenance.driven_hz {
         function.set_driven_band(band);
     }

@@ -11,7 +11,8 @@ use crate::quantity::Quantity;
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub enum Limits {
-    /// The best linear approximation of the system at this level of drive, with 95 % confidence: H1 of a drive without noise.
+    /// The best linear approximation of the system at this level of drive, with 95 % confidence, if the system does not change:
+    /// H1 of a random drive or of multisines without noise.
     BestLinear,
     /// The value that this estimator gives on average: the random error alone. Noise on a signal, or distortion, may bias it
     /// by more.
@@ -33,13 +34,13 @@ pub struct Confidence {
 }
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
-    /// What the limits of this estimate hold: the best linear approximation for H1 of a drive known without noise, whatever
+    /// What the limits of this estimate hold: the best linear approximation for H1 of a lasting drive known without noise, whatever
     /// noise the response has; for any other estimate the bias depends on noise and distortion that one measurement does
     /// not tell from each other.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        match (self.estimator, self.exact_drive) {
-            (Estimator::H1, true) => Limits::BestLinear,
+        match (self.estimator, self.exact_drive, &self.impact) {
+            (Estimator::H1, true, None) => Limits::BestLinear,
             _ => Limits::Scatter,
         }
     }

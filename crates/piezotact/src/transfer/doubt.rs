@@ -235,9 +235,9 @@ impl fmt::Display for TransferDoubt {
             ),
             Self::StoredDiffers { difference, at_hz, coherence_difference } => write!(
                 f,
-                "the stored transfer function differs from the ratio of the stored spectra by up to {} (at {at_hz:.1} Hz), and its \
-                    coherence by up to {coherence_difference:.2}: it was estimated otherwise, or the file was changed",
-                percent(*difference)
+                "the stored transfer function differs from the ratio of the stored spectra by up to {difference:.1e} of its value (at \
+                    {at_hz:.1} Hz), and the stored coherence from theirs by up to {coherence_difference:.1e}: they were estimated \
+                    by other methods, or the file was changed"
             ),
             Self::Unrelated { coherence, limit, averages } => write!(
                 f,

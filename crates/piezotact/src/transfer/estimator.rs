@@ -22,10 +22,13 @@ pub enum Estimator {
     Hv,
     /// Total least squares for noise on both signals, unbiased if the ratio of their powers is known.
     HvAt {
-        /// The power of the noise on the response over that on the drive, (units of y per x)², above 0.
+        /// The power of the noise on the response over that on the drive, (units of y per x)², from 1e-30 to 1e30.
         noise_ratio: f64,
     },
 }
+
+/// The ratios that leave digits in the least squares.
+const NOISE_RATIOS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 impl Estimator {
     /// The estimator of this name (`H1`, `H2`, `Hv`, or `Hv(4)` with its noise ratio), in letters of any case; `None` for any
@@ -43,10 +46,12 @@ impl Estimator {
         })
     }
 
-    /// Hv for a `noise_ratio` ((units of y per x)²); `None` unless it is finite and above 0.
+    /// Hv for a `noise_ratio` ((units of y per x)²); `None` unless it is from 1e-30 to 1e30.
     #[must_use]
     pub fn hv_at(noise_ratio: f64) -> Option<Self> {
-        (noise_ratio.is_finite() && noise_ratio > 0.0).then_some(Self::HvAt { noise_ratio })
+        NOISE_RATIOS
+            .contains(&noise_ratio)
+            .then_some(Self::HvAt { noise_ratio })
     }
 
     /// What this estimator gives on a line where H1 is `h1`, in units of y per x, and the coherence is `coherence`, 0–1.
@@ -101,7 +106,7 @@ impl fmt::Display for Estimator {
             Self::H1 => f.write_str("H1"),
             Self::H2 => f.write_str("H2"),
             Self::Hv => f.write_str("Hv"),
-            Self::HvAt { noise_ratio } => write!(f, "Hv({noise_ratio})"),
+            Self::HvAt { noise_ratio } => write!(f, "Hv({noise_ratio:?})"),
         }
     }
 }
@@ -145,7 +150,7 @@ mod tests {
         }
         assert_eq!(Estimator::named(" hV "), Some(Estimator::Hv));
         for wrong in [
-            "H3", "Hv(", "Hv()", "Hv(0)", "Hv(-1)", "Hv(inf)", "Hv(nan)", "H1(4)", "",
+            "H3", "Hv(", "Hv()", "Hv(0)", "Hv(-1)", "Hv(inf)", "Hv(1e31)", "Hv(nan)", "H1(4)", "",
         ] {
             assert_eq!(Estimator::named(wrong), None, "{wrong}");
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Gamma};
 
 use super::{CrossSpectra, TransferFunction};
-use crate::fourier::fast_length;
+use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::statistics::mean;
 
@@ -89,6 +89,42 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             lines: found.len(),
         })
     }
+}
+
+/// An autocorrelation above this at a lag of a segment and more is that of a drive that repeats itself. Of independent noise it
+/// stays below 0.5 in all but the shortest recordings.
+const REPEATS: f64 = 0.5;
+
+/// Whether a drive comes back after a lag of half of `segment` samples or more, up to half of its length: its autocorrelation
+/// reaches 0.5 there.
+///
+/// Formula: ρ(k) = Σx(t)·x(t + k)/√(Σx(t)²·Σx(t + k)²) over the samples that both have, of the drive without its mean.
+///
+/// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 5.1.
+pub(super) fn repeats_itself(drive: &[f64], segment: usize) -> bool {
+    let (from, to) = (segment / 2, drive.len() / 2);
+    if from == 0 || to <= from {
+        return false;
+    }
+    let middle = mean(drive);
+    let centred: Vec<f64> = drive.iter().map(|x| x - middle).collect();
+    let mut transform = RealTransform::new(fast_length(drive.len() + to));
+    let mut bins = transform.forward(&centred);
+    for bin in &mut bins {
+        *bin = Complex::from(bin.norm_sqr());
+    }
+    let correlation = transform.inverse(bins);
+    // The power up to a sample, for those that both have at a lag.
+    let mut power = vec![0.0];
+    for x in &centred {
+        power.push(power[power.len() - 1] + x * x);
+    }
+    let all = drive.len();
+    (from..=to).any(|lag| {
+        let (early, late) = (power[all - lag], power[all] - power[lag]);
+        let scale = (early * late).sqrt();
+        scale > 0.0 && correlation[lag] > REPEATS * scale
+    })
 }
 
 /// How much larger the variance of the mean coherence over lines is, as neighbouring lines share what `window` leaks.
@@ -226,7 +262,7 @@ pub(super) fn delay_of_signals(
         all.resize(n, 0.0);
         all
     };
-    let mut plan = crate::fourier::RealTransform::new(n);
+    let mut plan = RealTransform::new(n);
     let (x, y) = (
         plan.forward(&centred(drive)),
         plan.forward(&centred(response)),

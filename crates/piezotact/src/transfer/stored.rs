@@ -89,11 +89,17 @@ impl StoredIdentities {
         }))
     }
 
+    /// Whether the stored function is the ratio, within the rounding of single precision.
+    #[must_use]
+    pub fn is_equal(&self) -> bool {
+        self.response_difference <= ROUNDING
+    }
+
     /// The doubt about a stored function that does not follow from the spectra stored beside it, if it does not.
     #[must_use]
     pub fn doubt(&self) -> Option<Doubt> {
         let coherence = self.coherence_difference.unwrap_or(0.0);
-        (self.response_difference > ROUNDING || coherence > ROUNDING).then(|| {
+        (!self.is_equal() || coherence > ROUNDING).then(|| {
             Doubt::from(TransferDoubt::StoredDiffers {
                 difference: self.response_difference,
                 at_hz: self.response_at_hz,

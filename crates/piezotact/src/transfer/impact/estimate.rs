@@ -136,6 +136,7 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     function.about.doubts.extend(doubts(&test, left, &found));
     function.about.doubts.extend(undriven(&function));
     if test.used() > 1 {
+        function.about.doubts.extend(judge::weak(&function));
         let related = spectra.relation().filter(|relation| !relation.is_shown());
         function.about.doubts.extend(related.map(|relation| {
             TransferDoubt::Unrelated {
