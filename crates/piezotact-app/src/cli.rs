@@ -17,8 +17,8 @@ use piezotact::surface::{Form, ShortWaves};
 use piezotact_dataset::{NamePattern, recording_formats, topography_formats, transfer_formats};
 
 pub(crate) use device::{
-    Characterise, EstimatorName, ExcitationName, Finger, Gate, InverseName, Level, ModeName, OnOff,
-    PhaseName, Play, Render, Transfer, Verify,
+    Characterise, EstimatorName, ExcitationName, Finger, ForceWindowName, Gate, InverseName, Level,
+    ModeName, OnOff, PhaseName, Play, Render, Transfer, Verify,
 };
 pub(crate) use export::Export;
 pub(crate) use score::{Feeling, Score};

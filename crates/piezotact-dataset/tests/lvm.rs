@@ -13,7 +13,7 @@ use piezotact::Doubt;
 use piezotact::quantity::{Measure, SampleRate, Unit};
 use piezotact::recording::Recording;
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Estimator, estimate};
+use piezotact::transfer::cross_spectra;
 use piezotact_dataset::lvm::parse_lvm;
 use piezotact_dataset::{FileKind, ReadError, ReadOptions, read_recording};
 
@@ -70,13 +70,10 @@ fn twice_the_rows_that_the_header_promises() {
 
     // Hann segments of 1024 samples (1 Hz between lines), half overlapping: SciPy 1.17.1 finds 0.7595226 in
     // 10–400 Hz; the detrended segments and the order of summation leave less than 1e-9 between them.
-    let function = estimate(&force, &response, &WelchConfig::hann(1024), Estimator::H1).unwrap();
-    let band: Vec<f64> = function
-        .frequencies_hz()
-        .iter()
-        .zip(function.coherence())
-        .filter(|(hz, _)| (10.0..=400.0).contains(*hz))
-        .map(|(_, coherence)| *coherence)
+    let spectra = cross_spectra(&force, &response, &WelchConfig::hann(1024)).unwrap();
+    let band: Vec<f64> = (spectra.coherence().into_iter().enumerate())
+        .filter(|(line, _)| (10.0..=400.0).contains(&(*line as f64 * spectra.resolution_hz)))
+        .map(|(_, coherence)| coherence)
         .collect();
     assert_eq!(band.len(), 390);
     let mean = band.iter().sum::<f64>() / band.len() as f64;

@@ -96,10 +96,21 @@ pub(crate) struct Gate {
     pub(crate) attempts: u16,
 }
 
-/// Whether something is done.
+/// Whether measurements are checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum OnOff {
+    /// Every measurement is checked.
     On,
+    /// No measurement is checked.
+    Off,
+}
+
+/// Whether the force of a hit is windowed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ForceWindowName {
+    /// The force after the pulse is set to zero.
+    On,
+    /// The force of the whole segment is used.
     Off,
 }
 
@@ -160,7 +171,7 @@ pub(crate) struct Transfer {
     pub(crate) segment: Option<usize>,
     /// Impacts: whether the force is set to zero after its pulse, which leaves out its noise. Default: on.
     #[arg(long, value_enum)]
-    pub(crate) force_window: Option<OnOff>,
+    pub(crate) force_window: Option<ForceWindowName>,
     /// Impacts: an exponential window for force and response, with its added damping in 1/s. auto (the default) applies
     /// one only if the response has not decayed at the end of the segment.
     #[arg(long, value_name = "auto|off|1/s", value_parser = exponential)]

@@ -17,7 +17,7 @@ use piezotact_report::transfer::{Page, html};
 
 use super::{outputs, read};
 use crate::advice::OptionWords;
-use crate::cli::{EstimatorName, ExcitationName, OnOff, Transfer};
+use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_merged, write_text};
 
@@ -36,8 +36,8 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         impact: ImpactConfig {
             segment: (args.segment).map_or(ImpactSegment::Fitted, ImpactSegment::Samples),
             force_window: match args.force_window {
-                Some(OnOff::Off) => ForceWindow::None,
-                Some(OnOff::On) | None => ForceWindow::OverPulse,
+                Some(ForceWindowName::Off) => ForceWindow::None,
+                Some(ForceWindowName::On) | None => ForceWindow::OverPulse,
             },
             exponential: args.exponential.unwrap_or_default(),
             ..ImpactConfig::usual()
