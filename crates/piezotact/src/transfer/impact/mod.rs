@@ -80,7 +80,7 @@ impl ImpactConfig {
     /// The usual evaluation: segments fitted to the hits, a force window, an exponential window where the response has not
     /// decayed, and a driven band in which the force spectrum lies within 10 dB of its level at low frequencies.
     ///
-    /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; decision 0052 of this
+    /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; decision 0050 of this
     /// project.
     #[must_use]
     pub fn usual() -> Self {
