@@ -128,11 +128,14 @@ pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
 }
 
 /// The transfer function that an analyser stored beside the time signals in the file at `path`; `None` where there is none,
-/// or nothing else ([`holds_transfer`]).
+/// nothing else ([`holds_transfer`]), or no file of this name, as of a recording that was ended before it was complete.
 ///
 /// # Errors
 /// As [`read_transfer`].
 pub fn stored_transfer(path: &Path) -> Result<Option<TransferDocument>, ReadError> {
+    if !path.is_file() {
+        return Ok(None);
+    }
     let mut file = Opened::open(path)?;
     match format::recognise(&TRANSFERS, &mut file)? {
         Some(format) if matches!(format.kind, TransferFormat::Matlab) => {

@@ -172,9 +172,7 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
     TransferDocument {
         drive_unit: Unit::FullScale,
         response_unit: Unit::MetrePerSecondSquared,
-        estimator: Estimator::HvAt {
-            noise_ratio: 2.5e-3,
-        },
+        estimator: Estimator::H2,
         exact_drive: false,
         identities: None,
         effective_averages: Some(37.5),
