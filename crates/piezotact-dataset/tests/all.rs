@@ -9,6 +9,7 @@ mod npy;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;
 mod sidecar;
+mod stored_functions;
 mod support;
 mod topography;
 mod topography_formats;

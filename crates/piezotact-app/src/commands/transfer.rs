@@ -12,7 +12,7 @@ use piezotact::transfer::{
     BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, Excitation, ForceWindow,
     ImpactConfig, ImpactError, ImpactSegment, TransferError, between_channels,
 };
-use piezotact_dataset::{TransferDocument, TransferFormat, read_device, write_transfer};
+use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
 use piezotact_report::transfer::{Page, html};
 
 use super::{outputs, read};
@@ -28,26 +28,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .collect();
     outputs(&[&args.recording], &written)?;
     let contents = read(&args.recording, &args.reading)?;
-    let config = BetweenConfig {
-        drive: &args.drive,
-        response: &args.response,
-        welch: WelchConfig::hann(args.segment.unwrap_or(SEGMENT)),
-        excitation: excitation(args)?,
-        impact: ImpactConfig {
-            segment: (args.segment).map_or(ImpactSegment::Fitted, ImpactSegment::Samples),
-            force_window: match args.force_window {
-                Some(ForceWindowName::Off) => ForceWindow::None,
-                Some(ForceWindowName::On) | None => ForceWindow::OverPulse,
-            },
-            exponential: args.exponential.unwrap_or_default(),
-            ..ImpactConfig::usual()
-        },
-        estimator: estimator(args)?,
-        exact_drive: args.exact_drive,
-        volts_per_full_scale: args.volts_per_full_scale.map(Volts),
-        setup: setup(args, contents.setup.as_ref())?,
-        lost_s: lost_s(&contents.recording.about.doubts),
-    };
+    let config = config(args, &contents)?;
     let found = between_channels(&contents.recording, &config);
     let mut found = found.map_err(|error| refused(args, error))?;
     let units = [found.drive_unit, found.response_unit];
@@ -70,6 +51,30 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&text(&document, found.function.response().len()))
+}
+
+/// What the options ask for of the recording in `contents`.
+fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<'a>> {
+    Ok(BetweenConfig {
+        drive: &args.drive,
+        response: &args.response,
+        welch: WelchConfig::hann(args.segment.unwrap_or(SEGMENT)),
+        excitation: excitation(args)?,
+        impact: ImpactConfig {
+            segment: (args.segment).map_or(ImpactSegment::Fitted, ImpactSegment::Samples),
+            force_window: match args.force_window {
+                Some(ForceWindowName::Off) => ForceWindow::None,
+                Some(ForceWindowName::On) | None => ForceWindow::OverPulse,
+            },
+            exponential: args.exponential.unwrap_or_default(),
+            ..ImpactConfig::usual()
+        },
+        estimator: estimator(args)?,
+        exact_drive: args.exact_drive,
+        volts_per_full_scale: args.volts_per_full_scale.map(Volts),
+        setup: setup(args, contents.setup.as_ref())?,
+        lost_s: lost_s(&contents.recording.about.doubts),
+    })
 }
 
 /// How far H2 lies above H1, as a further line of text.
