@@ -148,3 +148,34 @@ fn a_stored_function_is_read_and_checked_with_its_own_spectra() {
         "{doubts:?}"
     );
 }
+
+/// A function of half the size is compared with its own spectra, and their coherence still agrees with the stored one.
+#[test]
+fn a_function_of_another_size_is_not_called_equal() {
+    let Some(path) = shared_data::shared("data/frf/vibrationtesting/case1.mat") else {
+        return;
+    };
+    let case = case1().unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let parts: [Vec<f64>; 2] = [
+        case.h.iter().map(|h| h.re).collect(),
+        case.h.iter().map(|h| h.im).collect(),
+    ];
+    for part in parts {
+        let needle: Vec<u8> = part[..4].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let at = bytes
+            .windows(32)
+            .position(|window| window == needle)
+            .unwrap();
+        for (k, value) in part.iter().enumerate() {
+            bytes[at + 8 * k..at + 8 * k + 8].copy_from_slice(&(0.5 * value).to_le_bytes());
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let half = folder.path().join("half.mat");
+    std::fs::write(&half, bytes).unwrap();
+    let found = stored_transfer(&half).unwrap().unwrap().identities.unwrap();
+    assert!(!found.is_equal() && found.doubt().is_some());
+    assert!((found.response_difference - 0.5).abs() < 1e-6, "{found:?}");
+    assert!(found.coherence_difference.unwrap() < 1e-6, "{found:?}");
+}

@@ -152,7 +152,7 @@ fn spectrum(
         levels: vec![-test.driven_within_db],
         ..Chart::new(
             Axis::log("frequency, Hz", low, high.max(2.0 * low)),
-            Axis::new("force, dB re its level at low frequencies", -60.0, 10.0),
+            Axis::new("force level, dB", -60.0, 10.0),
             vec![Line::new("", Tone::Main, traces.force_db.clone())],
         )
     }
