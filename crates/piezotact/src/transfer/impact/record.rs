@@ -14,10 +14,6 @@ pub struct Hit {
     pub peak: f64,
     /// How long the force is above 5 % of the largest hit, s.
     pub duration_s: f64,
-    /// The level of the response at the end of the segment re its largest, 0–1, before any window; absent where it was not
-    /// judged.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub left: Option<f64>,
     /// Why it was not used; none of a hit that was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<HitFault>,
@@ -47,7 +43,11 @@ pub struct ImpactTest {
     /// The damping σ that an exponential window exp(−σt) of force and response added to every resonance, 1/s; 0 where there was
     /// none. The function is H(jω + σ).
     pub added_damping_per_s: f64,
-    /// Lines whose force lies by more than this below its level at low frequencies are not driven, dB.
+    /// The level of the response at the end of the segment re its largest, 0–1, before any window, in the octave that has
+    /// decayed least; absent in files that do not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<f64>,
+    /// Lines whose force lies by more than this below its highest level are not driven, dB.
     pub driven_within_db: f64,
 }
 
@@ -80,6 +80,6 @@ pub struct ImpactTraces {
     pub force_window: Vec<(f64, f64)>,
     /// The exponential window, 1 at the hit; none where there was none.
     pub exponential: Vec<(f64, f64)>,
-    /// The mean spectrum of the force re its level at low frequencies, dB.
+    /// The mean spectrum of the force re its highest level, dB.
     pub force_db: Vec<(f64, f64)>,
 }
