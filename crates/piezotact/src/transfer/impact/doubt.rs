@@ -136,6 +136,13 @@ doubts! {
             /// The same of the hit at the median.
             usual: f64,
         },
+        /// The response to the hit before has not come to rest, and the hits are used.
+        EarlierResponse("earlier_response") {
+            /// The number of hits.
+            hits: usize,
+            /// The largest level before a hit re the largest after it, 0–1.
+            share: f64,
+        },
         /// The response consists of short pulses, and the drive does not.
         PulsesInResponse("pulses_in_response") {
             /// How many.
@@ -246,6 +253,7 @@ impl DoubtKind for ImpactDoubt {
             Self::NotDecayed { .. } => vec![Advice::RecordLonger, Advice::ExponentialWindow],
             Self::NegativeForce { .. } => vec![Advice::Check(Subject::Polarity)],
             Self::OtherResponse { .. } => vec![Advice::Check(Subject::PointOfHits)],
+            Self::EarlierResponse { .. } => vec![Advice::HitLater],
             Self::PulsesInResponse { .. } => vec![Advice::ExchangeDriveAndResponse],
             Self::ForceDrifts { .. } => vec![Advice::Check(Subject::ForceChannel)],
             _ => Vec::new(),
@@ -317,6 +325,12 @@ impl fmt::Display for ImpactDoubt {
                     percent(*usual)
                 )
             }
+            Self::EarlierResponse { hits, share } => write!(
+                f,
+                "up to {} of the response to the hit before is left when {hits} of the hits come: the function scatters by as much from \
+                    hit to hit",
+                percent(*share)
+            ),
             Self::PulsesInResponse { hits } => write!(
                 f,
                 "the response consists of {hits} short pulse{}, which the drive does not: they look like the force of a hammer",

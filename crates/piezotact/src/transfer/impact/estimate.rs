@@ -7,7 +7,7 @@ use num_complex::Complex;
 use super::decay::Left;
 use super::pulses::Force;
 use super::record::{Hit, ImpactTest, ImpactTraces};
-use super::segments::{AT_REST, Segments, Signals, polarity};
+use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
 use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactDoubt, ImpactError};
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
@@ -141,6 +141,15 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     };
     function.about.provenance.steps.push(step(&test, estimator));
     function.about.doubts.extend(doubts(&test, left, &found));
+    let remains = used.iter().map(|i| segments.hits[*i].remains);
+    let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
+    if !remains.is_empty() {
+        let doubt = ImpactDoubt::EarlierResponse {
+            hits: remains.len(),
+            share: remains.iter().copied().fold(0.0, f64::max),
+        };
+        function.about.doubts.push(doubt.into());
+    }
     function.about.doubts.extend(undriven(&function));
     let times: Vec<f64> = used.iter().map(|i| test.hits[*i].at_s).collect();
     let band = function.driven;

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::HitFault;
 
+/// An exponential window that leaves less than exp(−100) at the end of a segment is none.
+const MOST_DAMPING: f64 = 100.0;
+
 /// One hit of an impact test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -52,6 +55,45 @@ pub struct ImpactTest {
 }
 
 impl ImpactTest {
+    /// What no impact test can have, with its value: a file that was changed by hand may hold it.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<String> {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let hits = |sound: &dyn Fn(&Hit) -> bool| self.hits.iter().find(|hit| !sound(hit));
+        if !positive(self.segment_s) {
+            return Some(format!("a segment of {} s", self.segment_s));
+        }
+        if !(0.0..self.segment_s).contains(&self.pretrigger_s) {
+            let (before, segment) = (self.pretrigger_s, self.segment_s);
+            return Some(format!(
+                "{before} s before the hit in a segment of {segment} s"
+            ));
+        }
+        if let Some(length_s) = self.force_window_s.filter(|length| !positive(*length)) {
+            return Some(format!("a force window of {length_s} s"));
+        }
+        let most = MOST_DAMPING / self.segment_s;
+        if !(0.0..=most).contains(&self.added_damping_per_s) {
+            return Some(format!(
+                "an added damping of {} 1/s over a segment of {} s",
+                self.added_damping_per_s, self.segment_s
+            ));
+        }
+        if let Some(left) = self.left.filter(|left| !(0.0..=1.0).contains(left)) {
+            return Some(format!("{left} of the response left"));
+        }
+        if let Some(hit) = hits(&|hit| hit.at_s.is_finite() && hit.at_s >= 0.0) {
+            return Some(format!("a hit at {} s", hit.at_s));
+        }
+        if let Some(hit) = hits(&|hit| hit.peak.is_finite() && hit.peak != 0.0) {
+            return Some(format!("a hit with a peak of {}", hit.peak));
+        }
+        if let Some(hit) = hits(&|hit| hit.duration_s.is_finite() && hit.duration_s >= 0.0) {
+            return Some(format!("a pulse of {} s", hit.duration_s));
+        }
+        (self.used() == 0).then(|| format!("{} hits and none used", self.hits.len()))
+    }
+
     /// How many hits were used.
     #[must_use]
     pub fn used(&self) -> usize {

@@ -23,8 +23,8 @@ const USUAL_PART: f64 = 0.5;
 pub(super) const AT_REST: f64 = 0.01;
 /// A larger share that is left at the end of a segment is that of a hit without an end: −14 dB.
 pub(super) const MOST_LEFT: f64 = 0.2;
-/// A larger share of the largest level before the hit is not rest: −26 dB.
-const MOST_BEFORE: f64 = 0.05;
+/// A larger share of the largest level before the hit is not rest: −26 dB. Up to `MOST_LEFT` it is a doubt.
+pub(super) const MOST_BEFORE: f64 = 0.05;
 /// Below this ratio to its noise a level is noise.
 const OVER_NOISE: f64 = 1.5;
 /// A response stands out when its largest sample is this many times its noise.
@@ -71,6 +71,8 @@ pub(super) struct Segments {
 pub(super) struct Segment {
     /// Where it begins; the hit itself lies `before` samples later.
     pub(super) from: usize,
+    /// The level of the response before it re its largest, 0–1, where that does not stand still.
+    pub(super) remains: f64,
     /// Why it cannot be used.
     pub(super) faults: Vec<HitFault>,
 }
@@ -206,16 +208,22 @@ impl Segments {
                 lost: &lost,
                 config,
             };
-            if !cut {
-                segments.judge(&known, i, &mut faults);
-            }
-            segments.hits.push(Segment { from, faults });
+            let remains = if cut {
+                0.0
+            } else {
+                segments.judge(&known, i, &mut faults)
+            };
+            segments.hits.push(Segment {
+                from,
+                remains,
+                faults,
+            });
         }
         Ok(segments)
     }
 
-    /// Judges the response to hit `i`.
-    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) {
+    /// Judges the response to hit `i`, and returns what remains of the response before it, re its own largest level.
+    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) -> f64 {
         let Known {
             signals,
             starts,
@@ -254,12 +262,20 @@ impl Segments {
         faults.extend(stops(known, start..cut.end, peak));
         if peak <= ANSWERS * known.noise {
             faults.push(HitFault::NoResponse);
-            return;
+            return 0.0;
         }
-        faults.extend(moved_before(known, i, self.before).or_else(|| remains(known, i)));
+        let remains = match moved_before(known, i, self.before) {
+            Some(HitFault::StillMoving { share }) => share.max(remains(known, i)),
+            Some(first) => {
+                faults.push(first);
+                0.0
+            }
+            None => remains(known, i),
+        };
+        faults.extend((remains > MOST_LEFT).then_some(HitFault::StillMoving { share: remains }));
         if start + after > last {
             faults.push(ends(seconds(after)));
-            return;
+            return remains;
         }
         // Without an end to go by, a response that has hardly fallen is that to a hit that is cut off.
         let limit = match config.exponential {
@@ -274,6 +290,7 @@ impl Segments {
             let falls = -left.min(0.99).ln() / seconds(after);
             faults.push(ends(-AT_REST.ln() / falls));
         }
+        remains
     }
 }
 
@@ -500,12 +517,13 @@ fn without_noise(level: f64, noise: f64) -> f64 {
     (level * level - noise * noise).max(0.0).sqrt()
 }
 
-/// A response to the hit before of which an octave remains, as the mean decay says.
-fn remains(known: &Known<'_>, i: usize) -> Option<HitFault> {
-    let earlier = i.checked_sub(1)?;
+/// The level that an octave of the response to the hit before still has, as the mean decay says, re the largest of this hit.
+fn remains(known: &Known<'_>, i: usize) -> f64 {
+    let Some(earlier) = i.checked_sub(1) else {
+        return 0.0;
+    };
     let left = known.decay.spoils(known.starts[i] - known.starts[earlier]);
-    let share = left * (known.peaks[earlier] / known.peaks[i]).abs();
-    (share > MOST_BEFORE).then_some(HitFault::StillMoving { share })
+    left * (known.peaks[earlier] / known.peaks[i]).abs()
 }
 
 /// A response that moves before its hit: it has not come to rest, or it begins before the hit.
