@@ -11,7 +11,7 @@ use super::drag::MovingSide;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
-use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
+use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
     Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
@@ -312,7 +312,7 @@ struct ActiveRun {
     bench: ActTouch,
     run: RunPlan,
     sliding: Sliding,
-    held: HeldForce,
+    held: SlowHand,
     haste: Wander,
     gesture: SmoothWander,
     nail: Accelerometer,

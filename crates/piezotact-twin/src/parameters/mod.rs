@@ -401,10 +401,10 @@ impl TwinParameters {
     }
 }
 
-/// The level of a rough sample that states none: rms = e^−1.32·Ra^0.10·d^0.27 with Ra and grain d in µm (*chosen*: the
-/// regression of the fourteen samples' levels).
+/// The level of a rough sample that states none: rms = e^−1.35·Ra^0.05·d^0.31 with Ra and grain d in µm (*chosen*: the
+/// regression of the levels of S1 to S13).
 fn level_of_roughness(ra_m: f64, grain_m: f64) -> f64 {
-    (-1.32f64).exp() * (ra_m * 1e6).powf(0.10) * (grain_m * 1e6).powf(0.27)
+    (-1.35f64).exp() * (ra_m * 1e6).powf(0.05) * (grain_m * 1e6).powf(0.31)
 }
 
 /// The friction of a rough sample that states none: 0.3 + 0.55·(Ra/74.6 µm)^0.4 (*chosen*, after the thirteen samples).
