@@ -95,7 +95,7 @@ pub(super) fn with_average(
                 most(averaged.iter().copied()),
                 3.0,
                 "dB",
-                "for some participant, the average gives an error above 3 dB rms",
+                "for some participant, the average gives an error above 3 dB rms: at 0.2 N people differ most in what the contact loses",
             ),
         ]),
         format!(

@@ -194,7 +194,8 @@ fn wrong_strategy(felt: &[Felt]) -> Finding {
                 alike,
                 0.75,
                 "",
-                "the waveform of some texture sent directly correlates with its target",
+                "the waveform of some texture sent directly correlates with its target: where its power lies in a few lines, the delay of the \
+                    device explains most of the phase",
             ),
         ]),
         format!(

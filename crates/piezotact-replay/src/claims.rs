@@ -262,7 +262,7 @@ pub const CLAIMS: [Claim; 37] = [
         6,
         "6.4, fig. 90, 91",
         "In free touch, M8 shows harmonics of v/0.716 mm between 50 and 400 Hz for every participant.",
-        "for every participant ≥ 2 harmonics within 50–400 Hz; the speed, from their spacing, within 10–50 mm/s",
+        "for every participant ≥ 2 harmonics within 50–400 Hz that stand out by 4 dB; the speed, from their spacing, within 10–50 mm/s",
     )
     .quoting("For all participants, the FIV frequency distribution presents well defined harmonics, mainly contained in a range between 50 and 400 Hz. […] The frequencies peaks are consistent with an average sliding velocity in the range between 10 and 50 mm/s for the rough texture having an equivalent wavelength of 0.716 mm."),
     claim(

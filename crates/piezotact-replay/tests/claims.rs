@@ -65,7 +65,6 @@ macro_rules! later {
 }
 
 claims! {
-    claim_01_shaker_bundle_max_deviation => 1,
     claim_02_deviation_falls_with_load => 2,
     claim_03_gain_rises_with_load => 3,
     claim_04_angle_makes_a_slight_difference => 4,
@@ -84,13 +83,36 @@ claims! {
     claim_17_fingerprint_at_v_over_lambda => 17,
     claim_18_active_and_passive_touch_agree => 18,
     claim_19_strokes_repeat => 19,
-    claim_20_sent_straight_comes_out_otherwise => 20,
     claim_21_rendered_overlaps_touched => 21,
-    claim_22_averaged_transfer_function_is_slightly_worse => 22,
     claim_23_exchanged_levels_keep_the_shape => 23,
     claim_29_m8_shows_harmonics_for_everybody => 29,
     claim_30_m3_is_fainter_and_higher => 30,
     claim_31_forces_of_free_touch => 31,
+}
+
+/// The bundle of this panel is 9.5 dB wide: with the loss of coupling, four panels in ten are wider than 9 dB.
+#[test]
+fn claim_01_shaker_bundle_max_deviation() {
+    not_met(1, "above 9 dB");
+}
+
+/// Level and shape come out otherwise; on M8, whose power lies in a few lines, the waveforms correlate a little too much.
+#[test]
+fn claim_20_sent_straight_comes_out_otherwise_but_for_a_correlation() {
+    not_met(20, "correlates with its target");
+    let Verdict::DoesNot { reason } = &finding(20).verdict else {
+        unreachable!("just tested")
+    };
+    assert!(
+        !reason.contains("level") && !reason.contains("shape"),
+        "{reason}"
+    );
+}
+
+/// For one of these five people the contact loses so much that the average is 4.3 dB rms off.
+#[test]
+fn claim_22_averaged_transfer_function_is_slightly_worse_for_most() {
+    not_met(22, "above 3 dB rms");
 }
 
 /// The smooth sample has none, and most people show one on the others: a comb whose peaks lie below and above the band has none in it.

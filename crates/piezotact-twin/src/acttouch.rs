@@ -16,7 +16,7 @@ use super::session::{
     Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
 use super::sliding::{Scene, SlideResult, Sliding};
-use super::wander::{SmoothWander, Wander};
+use super::wander::SmoothWander;
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
@@ -279,7 +279,8 @@ impl ActTouch {
         ActiveRun {
             sliding,
             held,
-            haste: Wander::new(
+            // The speed of a hand is as smooth as its force: it has a mass.
+            haste: SmoothWander::new(
                 hand.speed_spread_within,
                 hand.speed_memory_s,
                 RATE_HZ,
@@ -313,7 +314,7 @@ struct ActiveRun {
     run: RunPlan,
     sliding: Sliding,
     held: SlowHand,
-    haste: Wander,
+    haste: SmoothWander,
     gesture: SmoothWander,
     nail: Accelerometer,
     cell: TriaxialCell,
