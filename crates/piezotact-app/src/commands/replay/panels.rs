@@ -310,7 +310,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "too wide (2 panels): at most 9.0000 dB, missed by 1.25 dB (median), at most 2 dB",
+            "too wide (2 panels): at most 9.0000 dB, missed by 1.25 dB (median), at most 2.00 dB",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
