@@ -57,8 +57,8 @@ impl PanelFindings {
     #[must_use]
     pub fn holding(&self) -> (usize, usize) {
         let holds = |finding: &&PanelFinding| {
-            let counted = finding.criteria.iter().filter(|c| is_counted(c));
-            counted.into_iter().all(is_met)
+            let mut counted = finding.criteria.iter().filter(|c| is_counted(c));
+            counted.all(is_met)
         };
         (
             self.findings.iter().filter(holds).count(),
