@@ -1,5 +1,7 @@
 //! `piezotact replay`: the thesis' measurements again, on the digital twin.
 
+mod panels;
+
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
@@ -25,30 +27,48 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         )
     })?;
     let (report, findings) = (out.join("report.html"), out.join("findings.json"));
+    let stored = out.join("panels.json");
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
-    outputs(&read, &[&report, &findings])?;
+    outputs(&read, &[&report, &findings, &stored])?;
     let replay = Replay {
         parameters,
         seed: args.seed,
     };
-    let chapters = measured(&replay, args.chapter)?;
-    let page = page(&replay, args.twin.as_deref(), &chapters);
+    let asked: Vec<u8> = (args.chapter).map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+    // What cannot be continued is refused before anything is measured.
+    let begun = (args.panels)
+        .map(|count| panels::begun(&replay, &asked, &stored).map(|panels| (count, panels)));
+    let begun = begun.transpose()?;
+    let chapters = measured(&replay, &asked)?;
+    let count = begun
+        .map(|(count, panels)| panels::counted(&replay, &chapters, panels, count, &stored))
+        .transpose()?;
+    let mut page = page(&replay, args.twin.as_deref(), &chapters);
+    page.panels = count.as_ref().map(panels::part);
     write_text(&report, &html(&page, &OptionWords)?)?;
     let names = (name(&report), args.twin.as_deref().map(name));
-    let document = ReplayDocument::of(&replay, &chapters, (&names.0, names.1), &OptionWords);
+    let document = ReplayDocument::of(
+        &replay,
+        &chapters,
+        count.as_ref(),
+        (&names.0, names.1),
+        &OptionWords,
+    );
     let text = document_text(&document)?;
     write_text(&findings, &text)?;
     if args.json {
         return print(&text);
     }
     print(&table(&chapters))?;
+    if let Some(count) = &count {
+        print(&panels::table(count))?;
+    }
     print(&format!("report: {}", report.display()))?;
     print(&tally(all(&chapters)))
 }
 
-/// One chapter or all.
-fn measured(replay: &Replay, asked: Option<u8>) -> Outcome<Vec<Chapter>> {
-    let asked: Vec<u8> = asked.map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+/// The chapters `asked`.
+fn measured(replay: &Replay, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     let mut chapters = Vec::new();
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
@@ -128,6 +148,7 @@ fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) ->
         twin: twin.map(name),
         changes: replay.parameters.changes(),
         claims: claims.collect(),
+        panels: None,
         chapters: parts.collect(),
     }
 }
@@ -141,6 +162,7 @@ fn row<'a>(claim: &'a Claim, found: Option<&'a Finding>, otherwise: Standing) ->
         chapter: claim.chapter,
         at: claim.at,
         says: claim.says,
+        quote: claim.quote,
         holds_if: claim.holds_if,
         standing: verdict.map_or(otherwise, standing),
         is_found: found.is_some(),
