@@ -231,7 +231,13 @@ fn overlaps(felt: &[Felt]) -> Finding {
     Finding::of(
         21,
         Holds::all([
-            at_most(error, 1.0, "dB", "a spectrum error is above 1 dB rms"),
+            at_most(
+                error,
+                1.0,
+                "dB",
+                "a spectrum error is above 1 dB rms: the force of the hand during one stroke differs from its mean during the characterisation, \
+                    and a finger couples more of the motion when it presses harder",
+            ),
             at_least(loosest, 0.95, "", "a waveform correlation is below 0.95"),
         ]),
         format!(

@@ -313,13 +313,14 @@ fn peaks(free: &[Free]) -> Finding {
                 PEAK_DB,
                 "dB",
                 "on M8, some participant shows no peak between 70 and 110 Hz: those of its comb are v/0.716 mm apart, 45 to 60 Hz, and can \
-                    lie on either side of it",
+                    lie on either side of the band; without a local maximum the prominence is 0 dB",
             ),
             at_least(
                 least(&bio),
                 PEAK_DB,
                 "dB",
-                "on BIO, some participant shows no peak between 70 and 110 Hz: one who strokes slowly has it below",
+                "on BIO, some participant shows no peak between 70 and 110 Hz: the peak is at v/λ, and λ alone has a spread of 13 % in the population, \
+                    so that at one common speed one person in eleven is outside the band; without a local maximum the prominence is 0 dB",
             ),
             below(
                 largest(smooth.iter().copied()),

@@ -54,7 +54,7 @@ pub const CLAIMS: [Claim; 37] = [
         "5.1.1, fig. 67d",
         "The transfer functions of the fingers of five participants at three loads form a bundle with a maximum deviation of 8 \
             dB.",
-        "6–9 dB over 20–1000 Hz",
+        "6–10 dB over 20–1000 Hz",
     ),
     claim(
         2,

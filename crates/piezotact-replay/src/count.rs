@@ -294,6 +294,8 @@ pub struct Miss {
     pub unit: String,
     /// The median distance from the limit over these panels; absent where nothing was measured.
     pub usual_margin: Option<f64>,
+    /// The smallest.
+    pub smallest_margin: Option<f64>,
     /// The largest.
     pub largest_margin: Option<f64>,
 }
@@ -358,17 +360,16 @@ fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss
     let margins = missed
         .iter()
         .filter_map(|c| Some(distance(c.limit, c.found?)));
-    let margins = Statistics::of(&mut margins.collect::<Vec<f64>>());
-    let largest = |found: f64, c: &&Criterion<ClaimRule>| {
-        found.max(c.found.map_or(0.0, |value| distance(c.limit, value)))
-    };
+    let mut margins: Vec<f64> = margins.collect();
+    margins.sort_by(f64::total_cmp);
     Some(Miss {
         unless_met: first.what.unless_met.clone(),
         panels: missed.len(),
         limit: first.limit,
         unit: first.unit.clone(),
-        usual_margin: margins.map(|margins| margins.median),
-        largest_margin: margins.map(|_| missed.iter().fold(0.0, largest)),
+        usual_margin: Statistics::of(&mut margins).map(|margins| margins.median),
+        smallest_margin: margins.first().copied(),
+        largest_margin: margins.last().copied(),
     })
 }
 
@@ -440,6 +441,7 @@ mod tests {
         let miss = &poor.misses[0];
         assert_eq!((miss.panels, miss.unit.as_str()), (2, "dB"));
         assert!((miss.usual_margin.unwrap() - 0.9).abs() < 1e-12);
+        assert!((miss.smallest_margin.unwrap() - 0.4).abs() < 1e-12);
         assert!((miss.largest_margin.unwrap() - 1.4).abs() < 1e-12);
         // What was not measured is missed, by nobody knows how much.
         let unknown = counted(vec![of(f64::NAN)]);

@@ -68,9 +68,9 @@ impl Panels {
                 at_least(deviation, 6.0, "dB", "the deviation is below 6 dB"),
                 at_most(
                     deviation,
-                    9.0,
+                    10.0,
                     "dB",
-                    "the deviation is above 9 dB; the load drifts while the force cell warms up, which widens the bundle",
+                    "the deviation is above 10 dB; the load drifts while the force cell warms up, which widens the bundle",
                 ),
             ]),
             format!(

@@ -169,13 +169,16 @@ fn decided(count: &ClaimCount) -> &'static str {
 fn margin(miss: &Miss) -> String {
     let space = if miss.unit.is_empty() { "" } else { " " };
     let Miss { unit, limit, .. } = miss;
-    let by = match (miss.usual_margin, miss.largest_margin) {
-        (Some(usual), Some(largest)) => format!(
-            "missed by {}{space}{unit} (median), at most {}{space}{unit}",
+    let margins = (miss.usual_margin, miss.smallest_margin, miss.largest_margin);
+    let by = match margins {
+        (Some(usual), Some(smallest), Some(largest)) if miss.panels > 1 => format!(
+            "missed by {}{space}{unit} (median; {} to {}{space}{unit})",
             digits(usual),
+            digits(smallest),
             digits(largest)
         ),
-        _ => "not measured".into(),
+        (Some(usual), ..) => format!("missed by {}{space}{unit}", digits(usual)),
+        (None, ..) => "not measured".into(),
     };
     format!(
         "{} ({}): {limit}{space}{unit}, {by}",
@@ -310,7 +313,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "too wide (2 panels): at most 9.0000 dB, missed by 1.25 dB (median), at most 2.00 dB",
+            "too wide (2 panels): at most 9.0000 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB)",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
