@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow};
-use piezotact::criterion::Outcome as Judged;
+use piezotact::criterion::{Limit, Outcome as Judged};
 use piezotact::document::read;
 use piezotact_bench::StopHandle;
 use piezotact_replay::count::{
@@ -165,10 +165,19 @@ fn decided(count: &ClaimCount) -> &'static str {
     }
 }
 
+/// A limit with no more digits than were stated.
+fn limit_in_words(limit: Limit) -> String {
+    match limit {
+        Limit::AtMost { met, .. } => format!("at most {met}"),
+        Limit::AtLeast { met, .. } => format!("at least {met}"),
+        Limit::Within { reach } => format!("within ±{reach}"),
+    }
+}
+
 /// By how much the panels that miss a rule do.
 fn margin(miss: &Miss) -> String {
     let space = if miss.unit.is_empty() { "" } else { " " };
-    let Miss { unit, limit, .. } = miss;
+    let (unit, limit) = (&miss.unit, limit_in_words(miss.limit));
     let margins = (miss.usual_margin, miss.smallest_margin, miss.largest_margin);
     let by = match margins {
         (Some(usual), Some(smallest), Some(largest)) if miss.panels > 1 => format!(
@@ -234,7 +243,7 @@ pub(super) fn table(count: &PanelCount) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact::criterion::{Criterion, Limit};
+    use piezotact::criterion::Criterion;
     use piezotact_replay::count::PanelFinding;
     use piezotact_replay::{ClaimRule, Counting};
     use piezotact_twin::TwinParameters;
@@ -313,7 +322,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "too wide (2 panels): at most 9.0000 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB)",
+            "too wide (2 panels): at most 9 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB)",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
