@@ -250,9 +250,9 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         .filter(|(_, comb)| comb.harmonics < 2)
         .map(|(who, _)| format!("P{who:02}"))
         .collect();
-    let too_few = match &few[..] {
-        [] => "fewer than two harmonics stand out for some participant".into(),
-        few => format!("fewer than two harmonics stand out for {}", few.join(", ")),
+    let few = match &few[..] {
+        [] => String::new(),
+        few => format!(" (fewer than two: {})", few.join(", ")),
     };
     let clear = |found: &&SpatialPeriod| {
         let unsure =
@@ -271,7 +271,7 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
                 counts().min().map_or(f64::NAN, |least| least as f64),
                 2.0,
                 "",
-                &too_few,
+                "fewer than two harmonics stand out for some participant",
             ),
             at_least(
                 slowest * 1e3,
@@ -288,7 +288,7 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         ]),
         format!(
             "free: spacing of the comb times 0.716 mm {:.0}–{:.0} mm/s over {} participants, {} to {} harmonics within 50–400 Hz \
-                in the spectrum of each; passive, where the speed is known: {period}",
+                in the spectrum of each{few}; passive, where the speed is known: {period}",
             slowest * 1e3,
             fastest * 1e3,
             combs.len(),

@@ -114,10 +114,19 @@ pub struct PanelRow<'a> {
     pub interval: Option<[f64; 2]>,
     /// Whether that is enough.
     pub is_met: bool,
-    /// Which criteria are counted together, in words.
-    pub decided: &'a str,
-    /// What some panels miss, and by how much, in words.
-    pub misses: Vec<String>,
+    /// How its criteria are counted where that is not all of them in one panel, in words.
+    pub decided: Option<&'a str>,
+    /// What some panels miss.
+    pub misses: Vec<PanelMiss<'a>>,
+}
+
+/// What some panels miss.
+#[derive(Clone, Debug)]
+pub struct PanelMiss<'a> {
+    /// How many panels, the limit and the distances from it, in words.
+    pub by: String,
+    /// What is the case in them, and why.
+    pub why: &'a str,
 }
 
 /// A chapter that was measured again.
@@ -219,7 +228,7 @@ fn overview(page: &Page<'_>) -> Markup {
     }
 }
 
-/// How many panels meet each claim, in how many it was decided how, and what is missed by how much.
+/// How many panels meet each claim, and what is missed by how much, and why.
 fn panel_section(part: &PanelPart<'_>) -> Markup {
     let enough = part.rows.iter().filter(|row| row.is_met).count();
     let interval = |row: &PanelRow<'_>| {
@@ -231,19 +240,23 @@ fn panel_section(part: &PanelPart<'_>) -> Markup {
         section {
             h2 { "Panels" }
             p { "Everything was drawn again with " (plural(part.panels, "seed")) ", from seed " (part.first_seed) " on: other people, \
-                surfaces, movements and noise. A claim is met here when it holds in nine of ten panels; " (enough) " of "
-                (plural(part.rows.len(), "claim")) " are. The interval says what other panels may give (95 %)." }
-            table.claim-table {
-                tr { th.n { "claim" } th { "the thesis says" } th { "held" } th { "decided by" } th { "nine in ten" } th { "missed by" } }
+                surfaces, movements and noise. A claim is met here when all its criteria are met together in nine of ten panels; " (enough) " of "
+                (plural(part.rows.len(), "claim")) " are. The interval says what other panels may give (95 %). Where a panel misses a \
+                criterion, the last column has the distance from its limit." }
+            table.panel-table {
+                tr { th.n { "claim" } th { "the thesis says" } th { "panels that hold" } th { "nine in ten" } th { "what the others miss, by how much, and why" } }
                 @for row in &part.rows {
                     @let (sign, class) = if row.is_met { Standing::Holds.sign() } else { Standing::DoesNot.sign() };
                     tr {
                         td.n { a href=(format!("#claim-{}", row.number)) { (row.number) } }
                         td { (row.says) }
-                        td { (row.held) " of " (row.of) @if let Some(interval) = interval(row) { br; span.soft { (interval) } } }
-                        td { (row.decided) }
+                        td {
+                            (row.held) " of " (row.of)
+                            @if let Some(interval) = interval(row) { br; span.soft { (interval) } }
+                            @if let Some(decided) = row.decided { p.why { (decided) } }
+                        }
                         td { span.state.(class) { (sign) " " (if row.is_met { "yes" } else { "no" }) } }
-                        td { @if row.misses.is_empty() { "–" } @else { @for miss in &row.misses { p.why { (miss) } } } }
+                        td { @if row.misses.is_empty() { "–" } @else { @for miss in &row.misses { p.miss { (miss.by) br; span.why { (miss.why) } } } } }
                     }
                 }
             }

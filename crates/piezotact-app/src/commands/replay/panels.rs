@@ -14,7 +14,7 @@ use piezotact_replay::count::{
     ClaimCount, CountSettings, CountedPanels, Decided, Miss, PanelCount, PanelFindings,
 };
 use piezotact_replay::{CLAIMS, Chapter, Replay};
-use piezotact_report::replay::{PanelPart, PanelRow};
+use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
 
 use crate::failure::Outcome;
 use crate::keeping::{interrupted, stopped_by_interrupt};
@@ -157,11 +157,11 @@ fn time(left: Duration) -> String {
     }
 }
 
-/// Which rules are counted together, in words.
-fn decided(count: &ClaimCount) -> &'static str {
+/// How the rules of a claim are counted where that is not all of them in one panel, in words.
+fn decided(count: &ClaimCount) -> Option<&'static str> {
     match count.decided {
-        Decided::Together => "all criteria in one panel",
-        Decided::EachAlone => "each criterion by itself; the fewest",
+        Decided::Together => None,
+        Decided::EachAlone => Some("each criterion by itself; the fewest"),
     }
 }
 
@@ -190,15 +190,14 @@ fn margin(miss: &Miss) -> String {
         (None, ..) => "not measured".into(),
     };
     format!(
-        "{} ({}): {limit}{space}{unit}, {by}",
-        miss.unless_met,
+        "{}: {limit}{space}{unit}, {by}",
         plural(miss.panels, "panel")
     )
 }
 
 /// What the report shows of the panels.
 pub(super) fn part(count: &PanelCount) -> PanelPart<'_> {
-    let row = |of: &ClaimCount| PanelRow {
+    let rows = count.claims.iter().map(|of| PanelRow {
         number: of.claim,
         says: (CLAIMS.iter().find(|claim| claim.number == of.claim)).map_or("", |claim| claim.says),
         held: of.held,
@@ -206,37 +205,37 @@ pub(super) fn part(count: &PanelCount) -> PanelPart<'_> {
         interval: of.share.interval,
         is_met: of.share.outcome == Judged::Met,
         decided: decided(of),
-        misses: of.misses.iter().map(margin).collect(),
-    };
+        misses: (of.misses.iter())
+            .map(|miss| PanelMiss {
+                by: margin(miss),
+                why: &miss.unless_met,
+            })
+            .collect(),
+    });
     PanelPart {
         panels: count.panels,
         first_seed: count.first_seed,
-        rows: count.claims.iter().map(row).collect(),
+        rows: rows.collect(),
     }
 }
 
 /// The count as a table.
 pub(super) fn table(count: &PanelCount) -> String {
     let head = format!(
-        "\n{} from seed {}\n{:>5}  {:>8}  {:<9}  missed",
+        "\n{} from seed {}\n{:>5}  {:>8}  in 9 of 10",
         plural(count.panels, "panel"),
         count.first_seed,
         "claim",
-        "held",
-        "in 9 of 10"
+        "held"
     );
-    let line = |of: &ClaimCount| {
-        let misses: Vec<String> = of.misses.iter().map(margin).collect();
-        let line = format!(
-            "{:>5}  {:>8}  {:<10}  {}",
-            of.claim,
-            format!("{}/{}", of.held, of.of),
-            of.share.outcome.answer(),
-            misses.join("; ")
-        );
-        line.trim_end().to_owned()
-    };
-    let lines = std::iter::once(head).chain(count.claims.iter().map(line));
+    let lines = count.claims.iter().flat_map(|of| {
+        let held = format!("{}/{}", of.held, of.of);
+        let line = format!("{:>5}  {held:>8}  {}", of.claim, of.share.outcome.answer());
+        let misses = of.misses.iter();
+        let misses = misses.map(|miss| format!("{:17}{}; {}", "", margin(miss), miss.unless_met));
+        std::iter::once(line).chain(misses)
+    });
+    let lines = std::iter::once(head).chain(lines);
     lines.collect::<Vec<String>>().join("\n")
 }
 
@@ -322,7 +321,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "too wide (2 panels): at most 9 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB)",
+            "2 panels: at most 9 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB); too wide",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
