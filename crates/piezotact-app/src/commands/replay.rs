@@ -2,9 +2,10 @@
 
 mod panels;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
+use piezotact_replay::count::PanelCount;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
 use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
@@ -18,31 +19,12 @@ use crate::output::{counted, document_text, print, say, write_text};
 use crate::report::name;
 
 pub(crate) fn run(args: &cli::Replay) -> Outcome {
-    let parameters = twin_parameters(args.twin.as_deref())?;
-    let out = &args.out;
-    std::fs::create_dir_all(out).map_err(|error| {
-        anyhow!(
-            "cannot create the folder {}: {error}; check the path",
-            out.display()
-        )
-    })?;
-    let (report, findings) = (out.join("report.html"), out.join("findings.json"));
-    let stored = out.join("panels.json");
-    let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
-    outputs(&read, &[&report, &findings, &stored])?;
     let replay = Replay {
-        parameters,
+        parameters: twin_parameters(args.twin.as_deref())?,
         seed: args.seed,
     };
-    let asked: Vec<u8> = (args.chapter).map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
-    // What cannot be continued is refused before anything is measured.
-    let begun = (args.panels)
-        .map(|count| panels::begun(&replay, &asked, &stored).map(|panels| (count, panels)));
-    let begun = begun.transpose()?;
-    let chapters = measured(&replay, &asked)?;
-    let count = begun
-        .map(|(count, panels)| panels::counted(&replay, &chapters, panels, count, &stored))
-        .transpose()?;
+    let [report, findings, stored] = written(args)?;
+    let (chapters, count) = chapters_and_count(args, &replay, &stored)?;
     let mut page = page(&replay, args.twin.as_deref(), &chapters);
     page.panels = count.as_ref().map(panels::part);
     write_text(&report, &html(&page, &OptionWords)?)?;
@@ -65,6 +47,38 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
     }
     print(&format!("report: {}", report.display()))?;
     print(&tally(all(&chapters)))
+}
+
+/// The files that are written in the folder: the report, the findings, and the panels that were counted.
+fn written(args: &cli::Replay) -> Outcome<[PathBuf; 3]> {
+    let out = &args.out;
+    std::fs::create_dir_all(out).map_err(|error| {
+        anyhow!(
+            "cannot create the folder {}: {error}; check the path",
+            out.display()
+        )
+    })?;
+    let files = ["report.html", "findings.json", "panels.json"].map(|file| out.join(file));
+    let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
+    outputs(&read, &files.each_ref().map(PathBuf::as_path))?;
+    Ok(files)
+}
+
+/// What is measured with the seed, and how many panels meet each claim, where that is asked for.
+fn chapters_and_count(
+    args: &cli::Replay,
+    replay: &Replay,
+    stored: &Path,
+) -> Outcome<(Vec<Chapter>, Option<PanelCount>)> {
+    let asked: Vec<u8> = (args.chapter).map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+    let Some(count) = args.panels else {
+        return Ok((measured(replay, &asked)?, None));
+    };
+    // What cannot be continued is refused before anything is measured.
+    let begun = panels::begun(replay, &asked, stored)?;
+    let chapters = measured(replay, &asked)?;
+    let counted = panels::counted(replay, &chapters, begun, count, stored)?;
+    Ok((chapters, Some(counted)))
 }
 
 /// The chapters `asked`.
