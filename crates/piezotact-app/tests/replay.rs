@@ -3,32 +3,46 @@
 
 use crate::support::Folder;
 
-/// The claims of chapter 3 and the figures that have a counterpart.
-const CLAIMS: std::ops::RangeInclusive<u64> = 10..=19;
+/// The claims that chapter 3 speaks of, the last of which it does not measure yet, and the figures that have a counterpart.
+const CLAIMS: [u64; 11] = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 35];
 const FIGURES: [&str; 22] = [
     "27a", "27b", "29a", "30", "31", "32", "33", "34", "35a", "35b", "35c", "35", "36a", "36b",
     "36c", "37", "38a", "38b", "39a", "39b", "40a", "40b",
 ];
 
-/// One chapter, measured twice: as a table with its report, and as JSON.
+/// One chapter, measured twice: as a table with its report, and as JSON; with a count of one panel, which it is itself.
 #[test]
 fn a_chapter_is_measured_again() {
     let folder = Folder::new();
-    let replay = ["replay", "--chapter", "3", "--seed", "2", "--out"];
+    let replay = [
+        "replay",
+        "--chapter",
+        "3",
+        "--seed",
+        "2",
+        "--panels",
+        "1",
+        "--out",
+    ];
     let done = folder.run(&[&replay[..], &["new/one"]].concat());
     done.expect_success();
     let out = done.out();
     let lines: Vec<&str> = out.lines().collect();
-    assert_eq!(lines.len(), 13, "{out}");
+    assert_eq!(lines.len(), 27, "{out}");
     assert!(lines[0].contains("claim") && lines[0].contains("measured"));
     for (line, claim) in lines[1..].iter().zip(CLAIMS) {
         assert!(line.trim_start().starts_with(&claim.to_string()), "{out}");
     }
+    assert_eq!(lines[13], "1 panel from seed 2");
+    for (line, claim) in lines[15..].iter().zip(&CLAIMS[..10]) {
+        assert!(line.trim_start().starts_with(&claim.to_string()), "{out}");
+        assert!(line.contains("/1 "), "{out}");
+    }
     assert!(
-        lines[11].starts_with("report: ") && lines[11].ends_with("report.html"),
+        lines[25].starts_with("report: ") && lines[25].ends_with("report.html"),
         "{out}"
     );
-    assert!(lines[12].starts_with("10 claims: holds "), "{out}");
+    assert!(lines[26].starts_with("11 claims: holds "), "{out}");
     assert_eq!(done.err().lines().count(), 1, "{}", done.err());
 
     let findings = folder
@@ -36,9 +50,27 @@ fn a_chapter_is_measured_again() {
         .json();
     let found = findings["findings"].as_array().unwrap();
     let numbers: Vec<u64> = found.iter().filter_map(|f| f["claim"].as_u64()).collect();
-    assert_eq!(numbers, CLAIMS.collect::<Vec<u64>>());
+    assert_eq!(numbers, CLAIMS);
+    let counted = findings["panels"]["claims"].as_array().unwrap();
+    assert_eq!(counted.len(), 10);
+    for count in counted {
+        let holds =
+            found.iter().find(|f| f["claim"] == count["claim"]).unwrap()["verdict"] == "holds";
+        assert_eq!(
+            (&count["of"], &count["held"]),
+            (&1.into(), &u64::from(holds).into())
+        );
+        assert_eq!(
+            count["misses"].as_array().unwrap().is_empty(),
+            holds,
+            "{count}"
+        );
+    }
     for finding in found {
-        assert_eq!(finding["chapter"], 3);
+        assert_eq!(
+            finding["chapter"],
+            if finding["claim"] == 35 { 2 } else { 3 }
+        );
         for field in ["says", "holds_if", "measured"] {
             assert!(!finding[field].as_str().unwrap().is_empty(), "{finding}");
         }
@@ -59,7 +91,7 @@ fn a_chapter_is_measured_again() {
     assert_eq!(parsed, findings);
 
     let html = std::fs::read_to_string(folder.path("new/one/report.html")).unwrap();
-    for claim in 1..=34 {
+    for claim in 1..=37 {
         assert!(html.contains(&format!("id=\"claim-{claim}\"")), "{claim}");
     }
     for finding in found {
@@ -74,6 +106,40 @@ fn a_chapter_is_measured_again() {
     }
     assert!(html.contains("Digital twin") && html.contains("Seed 2, built-in parameters"));
     assert!(html.len() < 6_000_000, "{}", html.len());
+}
+
+/// Panels of another kind, version, seed or chapter are not gone on with, and nothing is measured first.
+#[test]
+fn stored_panels_of_another_setting_are_refused() {
+    let folder = Folder::new();
+    let settings = r#""settings":{"program":"0.0.9","claims":"0000000000000001","parameters":"0000000000000001","changes":[],"seed":1,"chapters":[3]}"#;
+    for (stored, says) in [
+        (r#"{"schema":"noise","version":1}"#.to_owned(), "noise"),
+        (
+            format!(r#"{{"schema":"replay_panels","version":99,{settings},"panels":[]}}"#),
+            "99",
+        ),
+        (
+            format!(r#"{{"schema":"replay_panels","version":1,{settings},"panels":[]}}"#),
+            "version of the program: expected",
+        ),
+        ("{".to_owned(), "replay_panels"),
+    ] {
+        std::fs::create_dir_all(folder.path("out")).unwrap();
+        std::fs::write(folder.path("out/panels.json"), &stored).unwrap();
+        let done = folder.run(&["replay", "--chapter", "3", "--panels", "2", "--out", "out"]);
+        assert_eq!(done.code(), Some(1), "{}", done.err());
+        assert!(
+            done.err().contains(says) && done.err().contains("remove the file"),
+            "{}",
+            done.err()
+        );
+        // It is left as it was.
+        assert_eq!(
+            std::fs::read_to_string(folder.path("out/panels.json")).unwrap(),
+            stored
+        );
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 
-use super::claims::{Finding, Holds, at_most, most, no_exception};
+use super::claims::{Finding, Holds, above, at_most, least, most};
 use super::figure::{Counterpart, density, frequency, line};
 use super::measured::{run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
@@ -87,15 +87,23 @@ pub(super) fn with_average(
     let finding = Finding::of(
         22,
         Holds::all([
-            no_exception(
-                1 - usize::from(worse == own.len()),
-                "for some participant, the own transfer function gives no smaller error than the average",
+            above(
+                least(
+                    own.iter()
+                        .zip(&averaged)
+                        .map(|(own, averaged)| averaged - own),
+                ),
+                0.0,
+                "dB",
+                "for some participant, the own transfer function gives no smaller error than the average: a finger close to the average gains less by its \
+                    own than the force of the hand changes from one measurement to the next",
             ),
             at_most(
                 most(averaged.iter().copied()),
                 3.0,
                 "dB",
-                "for some participant, the average gives an error above 3 dB rms",
+                "for some participant, the average gives an error above 3 dB rms: fingers differ most at 0.2 N, and the edge of a bundle of 6 to 8 dB lies \
+                    3 to 4 dB from its average",
             ),
         ]),
         format!(

@@ -4,6 +4,7 @@ use piezotact::criterion::Criterion;
 use piezotact::document::{Content, Words};
 use serde::Serialize;
 
+use crate::count::PanelCount;
 use crate::{CLAIMS, Chapter, ClaimRule, Finding, Replay, Verdict};
 
 /// A chapter of the thesis that was measured again.
@@ -34,6 +35,8 @@ pub struct FindingDocument<'a> {
     pub at: Option<&'static str>,
     /// What the thesis says.
     pub says: Option<&'static str>,
+    /// The sentence of the thesis that the criterion follows; absent where none is quoted.
+    pub quote: Option<&'static str>,
     /// What was looked at, what was found, and whether it is met.
     pub criteria: &'a [Criterion<ClaimRule>],
     /// When it holds, in words.
@@ -62,6 +65,7 @@ impl<'a> From<&'a Finding> for FindingDocument<'a> {
             chapter: claim.map(|claim| claim.chapter),
             at: claim.map(|claim| claim.at),
             says: claim.map(|claim| claim.says),
+            quote: claim.and_then(|claim| claim.quote),
             criteria: &finding.criteria,
             holds_if: claim.map(|claim| claim.holds_if),
             measured: &finding.measured,
@@ -87,6 +91,8 @@ pub struct ReplayDocument<'a> {
     pub chapters: Vec<ChapterDocument<'a>>,
     /// What was found of every claim.
     pub findings: Vec<FindingDocument<'a>>,
+    /// How many panels meet each claim; absent where one panel alone was measured.
+    pub panels: Option<&'a PanelCount>,
 }
 
 impl Content for ReplayDocument<'_> {
@@ -94,11 +100,13 @@ impl Content for ReplayDocument<'_> {
 }
 
 impl<'a> ReplayDocument<'a> {
-    /// What `chapters` found, with the parameters of the file `twin`, the report `report` beside it, and doubts in `words`.
+    /// What `chapters` found, and `panels` where several were counted, with the parameters of the file `twin`, the report `report`
+    /// beside it, and doubts in `words`.
     #[must_use]
     pub fn of(
         replay: &'a Replay,
         chapters: &'a [Chapter],
+        panels: Option<&'a PanelCount>,
         (report, twin): (&'a str, Option<String>),
         words: &dyn Words,
     ) -> Self {
@@ -120,6 +128,7 @@ impl<'a> ReplayDocument<'a> {
                 })
                 .collect(),
             findings: findings.map(FindingDocument::from).collect(),
+            panels,
         }
     }
 }

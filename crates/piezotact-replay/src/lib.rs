@@ -7,6 +7,8 @@ mod chapter4;
 mod chapter5;
 mod chapter6;
 mod claims;
+mod comb;
+pub mod count;
 pub mod document;
 mod exchange;
 mod figure;
@@ -17,7 +19,7 @@ use chapter3::chapter3;
 use chapter4::chapter4;
 use chapter5::chapter5;
 use chapter6::chapter6;
-pub use claims::{CLAIMS, Claim, ClaimRule, Finding, Verdict};
+pub use claims::{CLAIMS, Claim, ClaimRule, Counting, Finding, Verdict};
 pub use figure::Counterpart;
 
 use piezotact::compare::CompareError;

@@ -86,7 +86,7 @@ pub(super) fn take(
 }
 
 /// The features of strokes, with PSDs of segments of `segment_samples`.
-pub(super) fn analysed(
+fn analysed(
     recording: &Recording,
     segmentation: &Segmentation,
     segment_samples: usize,

@@ -8,7 +8,7 @@ use piezotact::quantity::{
 };
 use piezotact::recording::Recording;
 use piezotact::render::{
-    RenderConfig, RenderError, RenderedDrive, at_fitting_level, fitting, render, straight,
+    RenderConfig, RenderError, RenderedDrive, at_fitting_level, render, straight,
 };
 use piezotact::run::Discard;
 use piezotact::series::Series;
@@ -119,15 +119,37 @@ pub(super) fn played(
     )?)
 }
 
-/// The texture's samples sent as they are: as they stand, and turned down until nothing clips.
+/// A texture sent directly as the drive, 1 m/s² as full scale.
+pub(super) struct SentStraight {
+    /// As it stands.
+    pub(super) drive: Series<Drive>,
+    /// Turned down until nothing clips, to 1 dB below the first limit.
+    pub(super) softer: Series<Drive>,
+    /// By how much, dB; 0 where it fits as it stands.
+    pub(super) level: Decibels,
+    /// Whether it exceeds a limit as it stands.
+    pub(super) clips: bool,
+}
+
+/// The samples of `target` as the drive.
 pub(super) fn sent_straight(
     bench: &mut Bench,
     target: &Series<Acceleration>,
-) -> Result<[Series<Drive>; 2], ReplayError> {
-    let setup = bench.player.calibrate()?;
-    let drive = straight(target, bench.player.describe().rate)?;
-    let softer = fitting(&drive, setup.as_ref());
-    Ok([drive, softer])
+) -> Result<SentStraight, ReplayError> {
+    let limit = bench
+        .player
+        .calibrate()?
+        .map_or(1.0, |setup| setup.drive_limit());
+    let rate = bench.player.describe().rate;
+    let room = Decibels::from_amplitude_ratio(limit / target.peak().max(f64::MIN_POSITIVE));
+    // Turned down before it is a drive: as it stands it is cut off at the full scale of a file.
+    let level = Decibels((room.0 - 1.0).min(0.0));
+    Ok(SentStraight {
+        drive: straight(target, rate)?,
+        softer: straight(&target.clone().amplified(level), rate)?,
+        level,
+        clips: room.0 < 0.0,
+    })
 }
 
 /// How close a measurement came to its target over 30–500 Hz.
@@ -138,10 +160,15 @@ pub(super) fn compared(
 ) -> Result<Verification, ReplayError> {
     let response = measured.series::<Acceleration>(Some(ACCELERATION_CHANNEL));
     let response = response.map_err(piezotact_bench::ProcedureError::from)?;
-    let band = Band::new(Hertz(30.0), Hertz(500.0))?;
     let config = VerifyConfig {
         level,
-        ..VerifyConfig::over(band, target.rate().hz())
+        ..judged_as(target)?
     };
     Ok(verify(target, Measured::alone(&response), &config)?)
+}
+
+/// How a measurement is compared with `target`: over 30–500 Hz.
+pub(super) fn judged_as(target: &Series<Acceleration>) -> Result<VerifyConfig, ReplayError> {
+    let band = Band::new(Hertz(30.0), Hertz(500.0))?;
+    Ok(VerifyConfig::over(band, target.rate().hz()))
 }

@@ -1,4 +1,4 @@
-//! The 34 claims of the thesis on the twin, each as a test of its own, on the panel of seed 1. What is tested is what
+//! The claims of the thesis on the twin, each as a test of its own, on the panel of seed 1. What is tested is what
 //! `piezotact replay` reports; a claim that an honest twin does not meet is tested to be reported so.
 #![allow(
     clippy::expect_used,
@@ -9,6 +9,8 @@
 
 use std::sync::OnceLock;
 
+use piezotact::criterion::Outcome;
+use piezotact_replay::count::{CountSettings, CountedPanels, PanelCount, PanelFindings};
 use piezotact_replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
 use piezotact_twin::TwinParameters;
 
@@ -81,47 +83,37 @@ claims! {
     claim_16_level_rises_with_speed => 16,
     claim_17_fingerprint_at_v_over_lambda => 17,
     claim_18_active_and_passive_touch_agree => 18,
+    claim_19_strokes_repeat => 19,
     claim_21_rendered_overlaps_touched => 21,
-    claim_22_averaged_transfer_function_is_slightly_worse => 22,
     claim_23_exchanged_levels_keep_the_shape => 23,
+    claim_29_m8_shows_harmonics_for_everybody => 29,
     claim_30_m3_is_fainter_and_higher => 30,
     claim_31_forces_of_free_touch => 31,
 }
 
-/// Level and centroid repeat; the highest line of a single stroke does not.
+/// Level and shape come out otherwise; on M8, whose power lies in a few lines, the waveforms correlate a little too much.
 #[test]
-fn claim_19_strokes_repeat_but_for_their_highest_line() {
-    not_met(19, "probably random");
-    let Verdict::DoesNot { reason } = &finding(19).verdict else {
-        unreachable!("just tested")
-    };
-    assert!(!reason.contains("the level varies"), "{reason}");
-}
-
-/// S8 comes out otherwise; M8, whose power lies in a few lines, less so than the 10 dB asked for.
-#[test]
-fn claim_20_sent_straight_comes_out_otherwise_for_s8() {
-    not_met(20, "M8");
+fn claim_20_sent_straight_comes_out_otherwise_but_for_a_correlation() {
+    not_met(20, "correlates with its target");
     let Verdict::DoesNot { reason } = &finding(20).verdict else {
         unreachable!("just tested")
     };
-    assert!(!reason.contains("S8"), "{reason}");
-}
-
-/// The period and the speeds do; one person of ten shows no harmonic beyond chance.
-#[test]
-fn claim_29_m8_shows_harmonics_for_nine_of_ten() {
-    not_met(
-        29,
-        "no harmonic is three standard errors above the background for P10,",
-    );
-    let Verdict::DoesNot { reason } = &finding(29).verdict else {
-        unreachable!("just tested")
-    };
     assert!(
-        !reason.contains("period") && !reason.contains("speed outside"),
+        !reason.contains("level") && !reason.contains("shape"),
         "{reason}"
     );
+}
+
+/// For one of these five people the contact loses so much that the average is 4.3 dB rms off.
+#[test]
+fn claim_22_averaged_transfer_function_is_slightly_worse_for_most() {
+    not_met(22, "above 3 dB rms");
+}
+
+/// The smooth sample has none, and most people show one on the others: a comb whose peaks lie below and above the band has none in it.
+#[test]
+fn claim_36_a_peak_on_rough_and_biomimetic_for_most() {
+    not_met(36, "on M8");
 }
 
 later! { "comes with campaigns and their virtual participants":
@@ -133,67 +125,56 @@ later! { "comes with campaigns and their virtual participants":
     claim_32_imagery_helps_discrimination,
     claim_34_association_is_declared_over_presented,
 }
+later! { "comes with the direction of touch":
+    claim_35_transversal_touch_is_softer,
+}
 later! { "comes with the brain's answer":
     claim_33_desynchronisation_in_three_tasks,
+    claim_37_tasks_differ_over_the_sensorimotor_cortex,
 }
 
-/// How many of `panels` panels meet each claim of `chapters`, by claim: those that do, and those that were measured.
-fn counted(panels: u64, chapters: &[u8]) -> Vec<(u64, u64)> {
-    let mut counts = vec![(0, 0); 35];
-    for seed in 1..=panels {
-        for number in chapters {
-            for finding in measured(*number, seed).findings {
-                let (met, seen) = &mut counts[usize::from(finding.claim)];
-                match finding.verdict {
-                    Verdict::Holds => {
-                        *met += 1;
-                        *seen += 1;
-                    }
-                    Verdict::DoesNot { reason } => {
-                        *seen += 1;
-                        println!(
-                            "seed {seed}, claim {}: {reason}: {}",
-                            finding.claim, finding.measured
-                        );
-                    }
-                    Verdict::NotYet { .. } => {}
-                }
-            }
-        }
+/// How many of forty panels meet each claim of `chapters`.
+fn forty(chapters: &[u8]) -> PanelCount {
+    let replay = Replay {
+        parameters: TwinParameters::built_in(),
+        seed: SEED,
+    };
+    let mut counted = CountedPanels::none(CountSettings::of(&replay, chapters));
+    for seed in counted.missing(40) {
+        let measured: Vec<Chapter> = chapters.iter().map(|n| measured(*n, seed)).collect();
+        counted.add(PanelFindings::of(seed, &measured));
     }
-    for (claim, (met, seen)) in counts.iter().enumerate() {
-        if *seen > 0 {
-            println!("claim {claim}: {met} of {seen} panels");
-        }
+    let counts = counted.counts(40);
+    for claim in &counts.claims {
+        println!(
+            "claim {}: {} of {} {:?}",
+            claim.claim, claim.held, claim.of, claim.misses
+        );
     }
     counts
 }
 
-fn at_least_nine_in_ten(counts: &[(u64, u64)], claims: &[usize]) {
-    for claim in claims {
-        let (met, seen) = counts[*claim];
-        assert!(
-            met as f64 >= 0.9 * seen as f64,
-            "claim {claim}: {met} of {seen}"
-        );
+/// All but those that have less margin than a panel scatters: docs/decisions/0018 says which, by how much, and why.
+fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
+    for claim in counts
+        .claims
+        .iter()
+        .filter(|claim| !but.contains(&claim.claim))
+    {
+        assert_eq!(claim.share.outcome, Outcome::Met, "{claim:?}");
     }
 }
 
 /// How many of forty panels meet each claim that can be measured: `./x soak forty_panels`.
-///
-/// The claims that are not named have less margin than a panel scatters: docs/decisions/0018 says which and why.
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
 fn soak_forty_panels() {
-    let counts = counted(40, &[3, 4, 6]);
-    at_least_nine_in_ten(&counts, &[10, 11, 14, 15, 16, 18, 21, 23, 30, 31]);
+    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[36]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
 fn soak_forty_panels_of_chapter_5() {
-    let counts = counted(40, &[5]);
-    // 1, 2, 3 and 8 have less margin than a panel scatters: docs/decisions/0018 says how many meet them, and why.
-    at_least_nine_in_ten(&counts, &[4, 5, 6, 7, 9]);
+    at_least_nine_in_ten(&forty(&[5]), &[1]);
 }

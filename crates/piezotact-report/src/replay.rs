@@ -19,6 +19,8 @@ pub struct Page<'a> {
     pub changes: &'a [String],
     /// Every claim of the thesis.
     pub claims: Vec<ClaimRow<'a>>,
+    /// How many panels meet each claim; absent where one panel alone was measured.
+    pub panels: Option<PanelPart<'a>>,
     /// The chapters that were measured again.
     pub chapters: Vec<ChapterPart<'a>>,
 }
@@ -70,6 +72,8 @@ pub struct ClaimRow<'a> {
     pub at: &'a str,
     /// What is claimed.
     pub says: &'a str,
+    /// The sentence of the thesis that the criterion follows, where it is quoted.
+    pub quote: Option<&'a str>,
     /// What holds it, in numbers.
     pub holds_if: &'a str,
     /// What the replay says of it.
@@ -82,6 +86,47 @@ pub struct ClaimRow<'a> {
     pub why: String,
     /// What the verdict follows from, each named by what the measurements would say were it not met.
     pub criteria: Vec<Criterion<String>>,
+}
+
+/// How many panels meet each claim.
+#[derive(Clone, Debug)]
+pub struct PanelPart<'a> {
+    /// How many were counted.
+    pub panels: usize,
+    /// The seed of the first; the others follow it.
+    pub first_seed: u64,
+    /// Claim by claim.
+    pub rows: Vec<PanelRow<'a>>,
+}
+
+/// How many panels meet a claim.
+#[derive(Clone, Debug)]
+pub struct PanelRow<'a> {
+    /// Its number.
+    pub number: u8,
+    /// What is claimed.
+    pub says: &'a str,
+    /// In how many panels it holds.
+    pub held: usize,
+    /// In how many it was measured.
+    pub of: usize,
+    /// The 95 % interval of the share, 0–1.
+    pub interval: Option<[f64; 2]>,
+    /// Whether that is enough.
+    pub is_met: bool,
+    /// How its criteria are counted where that is not all of them in one panel, in words.
+    pub decided: Option<&'a str>,
+    /// What some panels miss.
+    pub misses: Vec<PanelMiss<'a>>,
+}
+
+/// What some panels miss.
+#[derive(Clone, Debug)]
+pub struct PanelMiss<'a> {
+    /// How many panels, the limit and the distances from it, in words.
+    pub by: String,
+    /// What is the case in them, and why.
+    pub why: &'a str,
 }
 
 /// A chapter that was measured again.
@@ -122,6 +167,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         h1 { (title) }
         p.soft { (bench_line(page)) }
         (overview(page))
+        @if let Some(panels) = &page.panels { (panel_section(panels)) }
         @for chapter in &chapters { (chapter) }
         (without_finding(page))
         (origin_of(page))
@@ -154,7 +200,7 @@ fn overview(page: &Page<'_>) -> Markup {
     html! {
         section {
             h2 { "Claims" }
-            p { "The statements of the thesis on its measurements are written here as " (page.claims.len()) " claims, each with a numerical criterion. The measurements were repeated on the digital twin and analysed like any other recording." }
+            p { "The statements of the thesis on its measurements are written here as " (page.claims.len()) " claims, each with a numerical criterion, and with the sentence that the criterion follows where it is quoted. The measurements were repeated on the digital twin and analysed like any other recording." }
             p { "Levels, friction, and their dependence on speed and force are inputs of the twin, set within the values of the \
                 thesis: claims about them test the analysis, not the physics. The results are those of one panel; where a claim \
                 has little margin, another seed can give a different result." }
@@ -182,6 +228,42 @@ fn overview(page: &Page<'_>) -> Markup {
     }
 }
 
+/// How many panels meet each claim, and what is missed by how much, and why.
+fn panel_section(part: &PanelPart<'_>) -> Markup {
+    let enough = part.rows.iter().filter(|row| row.is_met).count();
+    let interval = |row: &PanelRow<'_>| {
+        let percent = |share: f64| format!("{:.0}", share * 100.0);
+        row.interval
+            .map(|[low, high]| format!("{}–{} %", percent(low), percent(high)))
+    };
+    html! {
+        section {
+            h2 { "Panels" }
+            p { "Everything was drawn again with " (plural(part.panels, "seed")) ", from seed " (part.first_seed) " on: other people, \
+                surfaces, movements and noise. A claim is met here when all its criteria are met together in nine of ten panels; " (enough) " of "
+                (plural(part.rows.len(), "claim")) " are. The interval says what other panels may give (95 %). Where a panel misses a \
+                criterion, the last column has the distance from its limit." }
+            table.panel-table {
+                tr { th.n { "claim" } th { "the thesis says" } th { "panels that hold" } th { "nine in ten" } th { "what the others miss, by how much, and why" } }
+                @for row in &part.rows {
+                    @let (sign, class) = if row.is_met { Standing::Holds.sign() } else { Standing::DoesNot.sign() };
+                    tr {
+                        td.n { a href=(format!("#claim-{}", row.number)) { (row.number) } }
+                        td { (row.says) }
+                        td {
+                            (row.held) " of " (row.of)
+                            @if let Some(interval) = interval(row) { br; span.soft { (interval) } }
+                            @if let Some(decided) = row.decided { p.why { (decided) } }
+                        }
+                        td { span.state.(class) { (sign) " " (if row.is_met { "yes" } else { "no" }) } }
+                        td { @if row.misses.is_empty() { "–" } @else { @for miss in &row.misses { p.miss { (miss.by) br; span.why { (miss.why) } } } } }
+                    }
+                }
+            }
+        }
+    }
+}
+
 fn claim_heading() -> Markup {
     html! { tr { th.n { "claim" } th { "the thesis says" } th { "holds if" } th { "measured on the twin" } th { "verdict" } } }
 }
@@ -195,7 +277,10 @@ fn claim_row(claim: &ClaimRow<'_>) -> Markup {
     html! {
         tr id=(format!("claim-{}", claim.number)) {
             td.n { (claim.number) }
-            td { (claim.says) " " span.soft { "(" (claim.at) ")" } }
+            td {
+                (claim.says) " " span.soft { "(" (claim.at) ")" }
+                @if let Some(quote) = claim.quote { p.why { "“" (quote) "”" } }
+            }
             td { (claim.holds_if) }
             td { (measured) }
             td { span.state.(class) { (sign) " " (claim.standing.word()) } @if !why.is_empty() { p.why { (why) } } (criteria_of(&claim.criteria)) }

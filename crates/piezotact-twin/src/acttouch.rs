@@ -11,12 +11,12 @@ use super::drag::MovingSide;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
-use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
+use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
     Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
 use super::sliding::{Scene, SlideResult, Sliding};
-use super::wander::{SmoothWander, Wander};
+use super::wander::SmoothWander;
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
@@ -279,7 +279,8 @@ impl ActTouch {
         ActiveRun {
             sliding,
             held,
-            haste: Wander::new(
+            // The speed of a hand is as smooth as its force: it has a mass.
+            haste: SmoothWander::new(
                 hand.speed_spread_within,
                 hand.speed_memory_s,
                 RATE_HZ,
@@ -312,8 +313,8 @@ struct ActiveRun {
     bench: ActTouch,
     run: RunPlan,
     sliding: Sliding,
-    held: HeldForce,
-    haste: Wander,
+    held: SlowHand,
+    haste: SmoothWander,
     gesture: SmoothWander,
     nail: Accelerometer,
     cell: TriaxialCell,

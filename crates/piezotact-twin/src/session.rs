@@ -8,7 +8,7 @@ use piezotact::recording::{BenchKind, Condition};
 use super::RATE_HZ;
 use super::parameters::TwinParameters;
 use super::participant::Participant;
-use super::sensors::{Accelerometer, HeldForce, TriaxialCell, at_rest};
+use super::sensors::{Accelerometer, SlowHand, TriaxialCell, at_rest};
 use super::sliding::{Scene, Sliding};
 use piezotact::run::RunChunk;
 use piezotact_bench::random::Random;
@@ -36,7 +36,7 @@ pub(crate) fn nail_and_forces() -> Vec<(String, Unit)> {
 /// A finger on a sample and its sensors in one run, drawn from the streams of that run.
 pub(crate) struct Touched {
     pub(crate) sliding: Sliding,
-    pub(crate) held: HeldForce,
+    pub(crate) held: SlowHand,
     pub(crate) nail: Accelerometer,
 }
 
@@ -46,7 +46,7 @@ impl Touched {
         let hand = &scene.parameters.hand;
         Self {
             sliding: Sliding::new(scene, random("friction")),
-            held: HeldForce::new(hand, scene.load_n, RATE_HZ, random("force")),
+            held: SlowHand::new(hand, scene.load_n, RATE_HZ, random("force")),
             nail: on_nail(scene.parameters, scene.participant, random("accelerometer")),
         }
     }

@@ -12,7 +12,7 @@ use super::drag::MovingSide;
 use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
-use super::sensors::{Accelerometer, HeldForce, TriaxialCell};
+use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
     CALIBRATION, Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
@@ -219,7 +219,7 @@ struct PassiveRun {
     bench: TriboAir,
     run: RunPlan,
     sliding: Sliding,
-    held: HeldForce,
+    held: SlowHand,
     ripple: Wander,
     tremor: Wander,
     nail: Accelerometer,

@@ -14,7 +14,7 @@ use super::output::OutputStage;
 use super::parameters::TwinParameters;
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, load_possible, within};
-use super::sensors::{Accelerometer, ForceCell, HeldForce, at_rest};
+use super::sensors::{Accelerometer, ForceCell, SlowHand, at_rest};
 use super::session::{CALIBRATION, CHUNK, rate as acquisition_rate};
 use super::varying::{LoadDependent, VaryingResponse};
 use piezotact_bench::halves::{Run, World, halves};
@@ -180,7 +180,7 @@ impl World for TwinBench {
             all
         };
         let (drive, voltage) = (acquired(played), acquired(&voltage));
-        let mut held = HeldForce::new(
+        let mut held = SlowHand::new(
             &self.parameters.hand,
             run.load.map_or(0.0, |load| load.0),
             RATE_HZ,

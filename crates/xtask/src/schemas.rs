@@ -20,6 +20,7 @@ use piezotact_bench::document::{
 use piezotact_dataset::document::{
     ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
 };
+use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
 use schemars::JsonSchema;
@@ -84,6 +85,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,
         schema::<ReplayDocument<'_>>()?,
+        schema::<CountedPanels>()?,
         schema::<RoughnessDocument<'_>>()?,
         schema::<ScoreDocument<'_>>()?,
         schema::<SpectrumDocument<'_>>()?,

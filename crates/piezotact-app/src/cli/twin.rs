@@ -187,6 +187,12 @@ pub(crate) struct Replay {
     /// Seed of the random participants, surfaces, movements and noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Counts in how many of N panels each claim holds: those of the seed and of the N - 1 after it.
+    ///
+    /// A panel is everything that one seed draws, and takes minutes. Every panel is stored in panels.json in the folder when it is
+    /// complete. After an interruption the same command continues.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(crate) panels: Option<u64>,
     /// Your own parameter file (TOML): its values replace the built-in parameters of the twin.
     #[arg(long, value_name = "FILE")]
     pub(crate) twin: Option<PathBuf>,

@@ -137,7 +137,7 @@ commands! {
     Twin(cli::twin::Twin) => twin::run,
     /// Repeats the measurements of the thesis on the digital twin and reports which of its claims hold there.
     #[command(
-        after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+        after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --panels 40 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
     )]
     Replay(cli::Replay) => replay::run,
 }

@@ -1,8 +1,11 @@
 //! `piezotact replay`: the thesis' measurements again, on the digital twin.
 
-use std::path::Path;
+mod panels;
+
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
+use piezotact_replay::count::PanelCount;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
 use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
@@ -16,7 +19,38 @@ use crate::output::{counted, document_text, print, say, write_text};
 use crate::report::name;
 
 pub(crate) fn run(args: &cli::Replay) -> Outcome {
-    let parameters = twin_parameters(args.twin.as_deref())?;
+    let replay = Replay {
+        parameters: twin_parameters(args.twin.as_deref())?,
+        seed: args.seed,
+    };
+    let [report, findings, stored] = written(args)?;
+    let (chapters, count) = chapters_and_count(args, &replay, &stored)?;
+    let mut page = page(&replay, args.twin.as_deref(), &chapters);
+    page.panels = count.as_ref().map(panels::part);
+    write_text(&report, &html(&page, &OptionWords)?)?;
+    let names = (name(&report), args.twin.as_deref().map(name));
+    let document = ReplayDocument::of(
+        &replay,
+        &chapters,
+        count.as_ref(),
+        (&names.0, names.1),
+        &OptionWords,
+    );
+    let text = document_text(&document)?;
+    write_text(&findings, &text)?;
+    if args.json {
+        return print(&text);
+    }
+    print(&table(&chapters))?;
+    if let Some(count) = &count {
+        print(&panels::table(count))?;
+    }
+    print(&format!("report: {}", report.display()))?;
+    print(&tally(all(&chapters)))
+}
+
+/// The files that are written in the folder: the report, the findings, and the panels that were counted.
+fn written(args: &cli::Replay) -> Outcome<[PathBuf; 3]> {
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow!(
@@ -24,31 +58,31 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
             out.display()
         )
     })?;
-    let (report, findings) = (out.join("report.html"), out.join("findings.json"));
+    let files = ["report.html", "findings.json", "panels.json"].map(|file| out.join(file));
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
-    outputs(&read, &[&report, &findings])?;
-    let replay = Replay {
-        parameters,
-        seed: args.seed,
-    };
-    let chapters = measured(&replay, args.chapter)?;
-    let page = page(&replay, args.twin.as_deref(), &chapters);
-    write_text(&report, &html(&page, &OptionWords)?)?;
-    let names = (name(&report), args.twin.as_deref().map(name));
-    let document = ReplayDocument::of(&replay, &chapters, (&names.0, names.1), &OptionWords);
-    let text = document_text(&document)?;
-    write_text(&findings, &text)?;
-    if args.json {
-        return print(&text);
-    }
-    print(&table(&chapters))?;
-    print(&format!("report: {}", report.display()))?;
-    print(&tally(all(&chapters)))
+    outputs(&read, &files.each_ref().map(PathBuf::as_path))?;
+    Ok(files)
 }
 
-/// One chapter or all.
-fn measured(replay: &Replay, asked: Option<u8>) -> Outcome<Vec<Chapter>> {
-    let asked: Vec<u8> = asked.map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+/// What is measured with the seed, and how many panels meet each claim, where that is asked for.
+fn chapters_and_count(
+    args: &cli::Replay,
+    replay: &Replay,
+    stored: &Path,
+) -> Outcome<(Vec<Chapter>, Option<PanelCount>)> {
+    let asked: Vec<u8> = (args.chapter).map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+    let Some(count) = args.panels else {
+        return Ok((measured(replay, &asked)?, None));
+    };
+    // What cannot be continued is refused before anything is measured.
+    let begun = panels::begun(replay, &asked, stored)?;
+    let chapters = measured(replay, &asked)?;
+    let counted = panels::counted(replay, &chapters, begun, count, stored)?;
+    Ok((chapters, Some(counted)))
+}
+
+/// The chapters `asked`.
+fn measured(replay: &Replay, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     let mut chapters = Vec::new();
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
@@ -128,6 +162,7 @@ fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) ->
         twin: twin.map(name),
         changes: replay.parameters.changes(),
         claims: claims.collect(),
+        panels: None,
         chapters: parts.collect(),
     }
 }
@@ -141,6 +176,7 @@ fn row<'a>(claim: &'a Claim, found: Option<&'a Finding>, otherwise: Standing) ->
         chapter: claim.chapter,
         at: claim.at,
         says: claim.says,
+        quote: claim.quote,
         holds_if: claim.holds_if,
         standing: verdict.map_or(otherwise, standing),
         is_found: found.is_some(),

@@ -15,6 +15,7 @@ use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
 use piezotact::recording::Recording;
 use piezotact::series::Series;
 
+use super::claims::Finding;
 use super::measured::{Taken, run, take};
 use super::{Chapter, Replay, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
@@ -29,6 +30,8 @@ const ACTIVE_STROKES: usize = 15;
 /// Samples in a segment at each speed: a fingerprint's peak is as many lines wide at all of them.
 const SEGMENTS: [usize; 3] = [4_096, 2_048, 1_024];
 const SEGMENT: usize = SEGMENTS[2];
+/// The ends of the third octaves around 20 to 500 Hz, 10^1.25 and 10^2.75 Hz, rounded inwards.
+const THIRD_OCTAVES_HZ: [f64; 2] = [17.79, 562.3];
 /// The samples on which the fingerprint shows.
 const COARSE: [&str; 4] = ["S1", "S2", "S3", "S4"];
 
@@ -66,9 +69,10 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         hard_samples(&samples),
         friction(&samples),
         speed(&samples),
-        fingerprint(&samples),
+        fingerprint(&samples, replay.parameters.person.reference_ridge_m),
         active_as_passive(&samples, band(20.0, 500.0)?),
-        repeatable(&samples),
+        repeatable(&samples, band(THIRD_OCTAVES_HZ[0], THIRD_OCTAVES_HZ[1])?),
+        Finding::not_yet(35, "measurements in several directions of touch"),
     ];
     let slipped = stick_slip(&samples);
     Ok(Chapter {

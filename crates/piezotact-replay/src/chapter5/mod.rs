@@ -5,7 +5,8 @@ mod panels;
 use panels::Panels;
 use piezotact::panel::PanelDoubt;
 use piezotact::panel::{
-    Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, Panel, artefact_of, repeatability,
+    Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, PairDistances, Panel, artefact_of,
+    repeatability,
 };
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
@@ -31,11 +32,10 @@ const ON_SHAKER: u64 = 5;
 const ON_DEVICE: u64 = 20;
 /// Consecutive measurements of one placement in every condition (*thesis* 5.1.2).
 const REPEATS: u32 = 3;
-/// How long each measurement lasts: the control, one on the shaker, one on the device, one of the repeatability test.
+/// How long each measurement lasts: the control, one on the shaker, one on the device.
 const CONTROL_S: f64 = 60.0;
 const SHAKER_S: f64 = 60.0;
 const DEVICE_S: f64 = 20.0;
-const REPEATED_S: f64 = 60.0;
 /// Lines 2.4 Hz apart.
 const SEGMENT: usize = 2_048;
 
@@ -112,7 +112,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let control = control(replay)?;
     let fingers = fingers(replay)?;
     let devices = devices(replay)?;
-    let repeats = repeats(replay)?;
+    let repeats = repeats(replay, &devices)?;
     let panels = Panels::of(&fingers, &devices, replay.seed)?;
     let averaged = with_average(replay, panels.device_average())?;
     let mut figures = figures(replay, &control, &fingers, &devices, &repeats)?;
@@ -131,7 +131,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         panels.angle(),
         antiresonance(&control, &fingers),
         repeatable(&repeats)?,
-        coherent(&repeats),
+        coherent(&devices, &repeats),
         panels.widest_condition(),
         panels.average_inside(),
         averaged.finding,
@@ -160,8 +160,8 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
             ),
             format!(
                 "On the device participants 1 to {ON_DEVICE} did so at 20° and 40° for {DEVICE_S} s each time. The {REPEATS} \
-                    are averaged. Participant 1 was measured six times for {REPEATED_S} s at 20° and 0.2 N, three times without \
-                    lifting the finger and three times with the finger repositioned."
+                    are averaged. At 20° and 0.2 N everybody was measured three more times, with the finger withdrawn and \
+                    repositioned before each."
             ),
             averaged.measured,
         ],
@@ -279,22 +279,24 @@ fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
     Ok(Panel::new(all)?)
 }
 
-/// One finger measured three times without repositioning, and three times with repositioning.
-fn repeats(replay: &Replay) -> Result<Devices, ReplayError> {
-    let mut bench = device(replay, 1);
-    let lying = (1..=REPEATS).map(|repeat| (1, repeat));
-    let put_back = (2..=4).map(|placement| (placement, 1));
-    let mut all = Vec::new();
-    for (placement, repeat) in lying.chain(put_back) {
-        let asked = Asked {
-            participant: 1,
-            cell: cell(LOADS_N[0], ANGLES_DEG[0]),
-            placement,
-            repeat,
-        };
-        let seed = asked.seed(replay).wrapping_add(u64::from(placement));
-        let function = characterised(&mut bench, asked.run(), REPEATED_S, seed)?;
-        all.push(asked.filed(replay, function));
+/// Every finger at 20° and 0.2 N: the three measurements of the panel without repositioning, and three with repositioning.
+fn repeats(replay: &Replay, devices: &Devices) -> Result<Devices, ReplayError> {
+    let light = cell(LOADS_N[0], ANGLES_DEG[0]);
+    let lying = devices.entries().iter().filter(|e| e.filing.cell.is(light));
+    let mut all: Vec<Entry<Drive, Acceleration>> = lying.cloned().collect();
+    for participant in 1..=ON_DEVICE {
+        let mut bench = device(replay, participant);
+        for placement in 2..=4 {
+            let asked = Asked {
+                participant,
+                cell: light,
+                placement,
+                repeat: 1,
+            };
+            let seed = asked.seed(replay).wrapping_add(u64::from(placement));
+            let function = characterised(&mut bench, asked.run(), DEVICE_S, seed)?;
+            all.push(asked.filed(replay, function));
+        }
     }
     Ok(Panel::new(all)?)
 }
@@ -374,10 +376,12 @@ fn dips(artefact: &Artefact, fingers: &Fingers) -> Vec<(Dip, Dip)> {
 fn repeatable(repeats: &Devices) -> Result<Finding, ReplayError> {
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
     let (found, _) = repeatability(repeats, band, &[])?;
-    let largest = |pairs: Option<&piezotact::panel::PairDistances>| {
-        pairs.map_or(f64::NAN, |pairs| pairs.largest_db_rms)
+    let largest = |pairs: Option<&PairDistances>| {
+        pairs.map_or((f64::NAN, String::new()), |pairs| {
+            (pairs.largest_db_rms, pairs.largest_in.clone())
+        })
     };
-    let (lying, put_back) = (
+    let ((lying, least_steady), (put_back, moved_most)) = (
         largest(found.lying.as_ref()),
         largest(found.put_back.as_ref()),
     );
@@ -387,18 +391,28 @@ fn repeatable(repeats: &Devices) -> Result<Finding, ReplayError> {
             most([lying, put_back]),
             1.0,
             "dB",
-            "two measurements differ by more",
+            "two measurements of some participant differ by more",
         )]),
         format!(
-            "any two of three measurements without moving the finger differ by at most {lying:.2} dB rms over 20–1000 Hz, and \
-                any two with the finger repositioned by at most {put_back:.2} dB"
+            "over 20–1000 Hz and {} participants, any two of three measurements without moving the finger differ by at most \
+                {lying:.2} dB rms ({least_steady}), and any two with the finger repositioned by at most {put_back:.2} dB \
+                ({moved_most})",
+            repeats.participants().len()
         ),
     ))
 }
 
-fn coherent(repeats: &Devices) -> Finding {
+fn coherent(devices: &Devices, repeats: &Devices) -> Finding {
     let band = Band::new(Hertz(25.0), Hertz(950.0)).ok();
-    let all = || repeats.entries().iter().map(|entry| &entry.function);
+    let moved = |entry: &&Entry<Drive, Acceleration>| entry.filing.placement > 1;
+    let all = || {
+        let repositioned = repeats.entries().iter().filter(moved);
+        devices
+            .entries()
+            .iter()
+            .chain(repositioned)
+            .map(|entry| &entry.function)
+    };
     let lowest = least(all().map(|r| {
         let summary = band.and_then(|band| r.coherence_in(band));
         summary.map_or(f64::NAN, |summary| summary.lowest)
@@ -413,7 +427,11 @@ fn coherent(repeats: &Devices) -> Finding {
             above(lowest, 0.95, "", "it falls below 0.95 within 25–950 Hz"),
             below(at_5_hz, 0.9, "", "it is above 0.9 at 5 Hz"),
         ]),
-        format!("at least {lowest:.3} over 25–950 Hz, at most {at_5_hz:.2} at 5 Hz"),
+        format!(
+            "at least {lowest:.3} over 25–950 Hz, at most {at_5_hz:.2} at 5 Hz, over {} measurements on the device: all \
+                participants, loads and angles",
+            all().count()
+        ),
     )
 }
 
@@ -561,7 +579,12 @@ fn figures(
         } => format!("not moved, {repeat}"),
         Filing { placement, .. } => format!("repositioned, {}", placement - 1),
     };
-    let all = || repeats.entries().iter();
+    let all = || {
+        repeats
+            .entries()
+            .iter()
+            .filter(|e| e.filing.participant == first)
+    };
     let repeated = all().map(|e| (named(e), levels(&e.function, ALL_HZ[0], ALL_HZ[1])));
     figures.push(drawn(
         "78a",

@@ -22,7 +22,7 @@ parameters! {
 parameters! {
     /// Section `finger`.
     FingerParameters {
-        pulp_stiffness_n_m: f64, pulp_damping_n_s_m: f64, pulp_load_exponent: f64, reference_load_n: f64, least_load_n: f64, phalanx_kg: f64, joint_stiffness_n_m: f64, joint_damping_n_s_m: f64, hand_kg: f64, hand_stiffness_n_m: f64, hand_damping_n_s_m: f64, nail_kg: f64, nail_stiffness_n_m: f64, nail_damping_n_s_m: f64, coupling_light: f64, coupling_more: f64, coupling_load_n: f64, skin_kg: f64, angle_mass: f64, angle_stiffness: f64, pulp_stiffness_spread: f64, pulp_damping_spread: f64, phalanx_mass_spread: f64, joint_stiffness_spread: f64, joint_damping_spread: f64, hand_mass_spread: f64, nail_stiffness_spread: f64, skin_mass_spread: f64, gain_spread: f64, ripple_db: f64, ripple_octaves: f64, spread_load_exponent: f64,
+        pulp_stiffness_n_m: f64, pulp_damping_n_s_m: f64, pulp_load_exponent: f64, reference_load_n: f64, least_load_n: f64, phalanx_kg: f64, joint_stiffness_n_m: f64, joint_damping_n_s_m: f64, hand_kg: f64, hand_stiffness_n_m: f64, hand_damping_n_s_m: f64, nail_kg: f64, nail_stiffness_n_m: f64, nail_damping_n_s_m: f64, coupling_loss: f64, coupling_loss_load_n: f64, coupling_loss_spread: f64, coupling_loss_ripple: f64, skin_kg: f64, angle_mass: f64, angle_stiffness: f64, pulp_stiffness_spread: f64, pulp_damping_spread: f64, phalanx_mass_spread: f64, joint_stiffness_spread: f64, joint_damping_spread: f64, hand_mass_spread: f64, nail_stiffness_spread: f64, skin_mass_spread: f64, gain_spread: f64, ripple_db: f64, ripple_octaves: f64, spread_load_exponent: f64,
     }
 }
 parameters! {
@@ -40,7 +40,7 @@ parameters! {
 parameters! {
     /// Section `shaker`.
     ShakerParameters {
-        moving_mass_kg: f64, suspension_hz: f64, suspension_damping_ratio: f64, gain_m_s2_per_v: f64, most_rms_v: f64, plate_kg: f64, accelerometer_kg: f64, artefact_hz: f64, artefact_zero_damping_ratio: f64, artefact_pole_damping_ratio: f64, force_noise_n: f64, least_drift_n: f64, most_drift_n: f64, drift_s: f64, hand_hz: f64,
+        moving_mass_kg: f64, suspension_hz: f64, suspension_damping_ratio: f64, gain_m_s2_per_v: f64, most_rms_v: f64, plate_kg: f64, accelerometer_kg: f64, artefact_hz: f64, artefact_zero_damping_ratio: f64, artefact_pole_damping_ratio: f64, force_noise_n: f64, least_drift_n: f64, most_drift_n: f64, drift_s: f64,
     }
 }
 parameters! {
@@ -48,7 +48,7 @@ parameters! {
     HandParameters {
         stroke_margin_m: f64, ramp_s: f64, landing_s: f64, take_off_s: f64, lift_s: f64, lift_spread: f64,
         speed_bias: f64, speed_spread_metronome: f64, speed_spread_free: f64, speed_spread_within: f64,
-        speed_memory_s: f64, force_bias: f64, force_spread_n: f64, force_memory_s: f64, least_force_n: f64,
+        speed_memory_s: f64, force_bias: f64, force_spread_n: f64, force_memory_s: f64, force_hz: f64, least_force_n: f64,
         transient_least_m_s2: f64, transient_most_m_s2: f64, transient_hz: f64, transient_s: f64,
         gesture_least_m_s2: f64, gesture_most_m_s2: f64, gesture_hz: f64, tremor_hz: f64,
         tremor_m_s2: f64,

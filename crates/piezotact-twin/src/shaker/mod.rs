@@ -22,7 +22,7 @@ use super::noise::BandNoise;
 use super::parameters::TwinParameters;
 use super::participant::Participant;
 use super::protocol::{ANGLES_DEG, load_possible, within};
-use super::sensors::{Accelerometer, ChargeCell, HeldForce, SlowHand};
+use super::sensors::{Accelerometer, ChargeCell, SlowHand};
 use super::session::{CALIBRATION, CHUNK, Session, Stretches, Touching};
 use super::varying::VaryingResponse;
 use piezotact_bench::random::Random;
@@ -202,13 +202,12 @@ impl Run {
             rms_v, band, seed, ..
         } = bench.excitation;
         let hand = || {
-            let held = HeldForce::new(
+            SlowHand::new(
                 &bench.twin.hand,
                 run.load.map_or(0.0, |load| load.0),
                 RATE_HZ,
                 bench.random(&format!("hand {}", run.label)),
-            );
-            SlowHand::new(held, bench.twin.shaker.hand_hz, RATE_HZ)
+            )
         };
         Self {
             samples: bench.excitation.samples(),
