@@ -33,6 +33,7 @@ pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use document::EstimateDocument;
 pub use doubt::TransferDoubt;
 pub use estimator::Estimator;
+pub(crate) use impact::short_pulses;
 pub use impact::{
     Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactDoubt,
     ImpactError, ImpactEstimate, ImpactSegment, ImpactTest, ImpactTraces, Transient,
@@ -520,6 +521,8 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
     if let Some(Transient { hits, share }) = transient(drive.samples(), rate) {
         return Err(TransferError::Transient { hits, share });
     }
+    // With hum, or noise, between them they hold less of the energy: what they are is not decided.
+    let pulses = short_pulses(drive.samples(), rate);
     let lost = |cut: &Range<usize>| touches(cut, lost_s, rate);
     let of = config.cuts(drive.samples().len());
     let left_out = of.iter().filter(|cut| lost(cut)).count();
@@ -534,6 +537,11 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
         spectra.averages
     ));
     function.about.doubts.extend(left);
+    let pulses = pulses.map(|found| {
+        let (hits, energy) = (found.pulses.hits, found.energy);
+        Doubt::from(ImpactDoubt::PulsesInDrive { hits, energy })
+    });
+    function.about.doubts.extend(pulses);
     Ok(function)
 }
 

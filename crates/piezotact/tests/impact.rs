@@ -277,8 +277,8 @@ fn a_hit_at_the_very_end_is_named() {
 #[test]
 fn two_hits_closer_than_the_decay_are_named() {
     // One that a tenth of the response to the hit before remains under, and one under which more does.
-    for (at, fault) in [(0.45, false), (0.42, true)] {
-        let hits = [USUAL[0], (at, 0.0006, 100.0), USUAL[1], USUAL[2]];
+    for (at, peak, fault) in [(0.45, 100.0, false), (0.42, 40.0, true)] {
+        let hits = [USUAL[0], (at, 0.0006, peak), USUAL[1], USUAL[2]];
         let (faults, doubts) = faults(&spoiled(&hits, 3.3, |_| {}));
         assert!(
             matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - at + 0.3).abs() < 0.001)

@@ -12,8 +12,8 @@ use piezotact::quantity::{Acceleration, Force, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    BetweenConfig, Estimator, Excitation, HitFault, ImpactConfig, ImpactDoubt, TransferFunction,
-    between_channels, transient,
+    BetweenConfig, Estimator, Excitation, ExponentialWindow, HitFault, ImpactConfig, ImpactDoubt,
+    ImpactSegment, TransferFunction, between_channels, estimate, transient,
 };
 
 use crate::structure::{Golden, Noise, NoiseLevels, Pulse, Recorded, db, golden};
@@ -231,6 +231,144 @@ fn a_limit_that_hits_share_is_an_overload() {
         "{:?}",
         faults(&found)
     );
+}
+
+/// An amplifier that saturates before the converter's noise: pulses with a flat top of five samples of nine, and responses that end
+/// at one level although the hits differ.
+#[test]
+fn saturation_under_noise_is_an_overload() {
+    let golden = Golden {
+        rate_hz: 10_000.0,
+        ..golden()
+    };
+    let pulses: Vec<Pulse> = (0..7)
+        .map(|i| {
+            let i = f64::from(i);
+            (
+                0.9 + 1.3 * i + 0.000_037 * i,
+                0.001,
+                20.0 + 3.0 * (2.4 * i).sin(),
+            )
+        })
+        .collect();
+    let whole = Recorded::of(&golden, &pulses, 10.0);
+    let levels = LEVELS;
+    let clean = evaluated(&whole.clone().noisy(levels, &mut Noise(41)));
+    assert!(
+        faults(&clean).iter().all(Vec::is_empty),
+        "{:?}",
+        faults(&clean)
+    );
+    let mut saturated = whole.clone();
+    saturated.force.iter_mut().for_each(|f| *f = f.min(14.0));
+    let saturated = saturated.noisy(levels, &mut Noise(41));
+    let error = saturated.evaluated(&ImpactConfig::usual()).unwrap_err();
+    assert!(error.to_string().contains("force overloaded"), "{error}");
+    let largest = whole.response.iter().copied().fold(0.0, f64::max);
+    let mut saturated = whole.clone();
+    saturated
+        .response
+        .iter_mut()
+        .for_each(|a| *a = a.min(0.6 * largest));
+    let saturated = saturated.noisy(levels, &mut Noise(41));
+    let found = saturated.evaluated(&ImpactConfig::usual());
+    let error = found.map(|found| found.function.impact).unwrap_err();
+    assert!(error.to_string().contains("response overloaded"), "{error}");
+}
+
+/// Hum on the force holds more of its energy than five short pulses: whether they are hits is not decided, and said.
+#[test]
+fn hits_in_hum_are_not_averaged_silently() {
+    let mut hum = recorded(5);
+    let rate_hz = hum.rate_hz;
+    for (i, f) in hum.force.iter_mut().enumerate() {
+        *f += 0.85 * (TAU * 50.0 * i as f64 / rate_hz).sin();
+    }
+    let (force, response) = hum.series();
+    let found = estimate(&force, &response, &WelchConfig::hann(2048), Estimator::H1).unwrap();
+    let doubts = said(&found);
+    assert!(
+        doubts
+            .iter()
+            .any(|d| matches!(d, ImpactDoubt::PulsesInDrive { hits: 5, energy } if *energy < 0.5)),
+        "{doubts:?}"
+    );
+    assert!(faults(&evaluated(&hum)).iter().all(Vec::is_empty));
+}
+
+/// A response that is early by less than a millisecond, one whose baseline drifts, a click in a random drive, and damping that leaves
+/// nothing.
+#[test]
+fn early_drifting_and_overdamped_responses_are_named() {
+    let steady = recorded(6);
+    let mut early = steady.clone();
+    let lead = (0.000_9 * early.rate_hz) as usize;
+    early.response.rotate_left(lead);
+    let error = early.evaluated(&ImpactConfig::usual()).unwrap_err();
+    assert!(error.to_string().contains("begins"), "{error}");
+    let mut drifting = steady.clone();
+    let rate_hz = drifting.rate_hz;
+    for (i, a) in drifting.response.iter_mut().enumerate() {
+        *a += 1.0 * i as f64 / rate_hz;
+    }
+    let (a, b) = (evaluated(&steady), evaluated(&drifting));
+    assert!(faults(&b).iter().all(Vec::is_empty), "{:?}", faults(&b));
+    println!("{:.3} dB apart", apart_db(&a, &b));
+    assert!(apart_db(&a, &b) < 0.3);
+    let drifts = |d: &ImpactDoubt| matches!(d, ImpactDoubt::ResponseDrifts { .. });
+    assert!(said(&b).iter().any(drifts) && !said(&a).iter().any(drifts));
+    let mut noise = Noise(31);
+    let mut random: Vec<f64> = (0..50_000).map(|_| noise.normal()).collect();
+    random[20_000] = 400.0;
+    assert!(transient(&random, steady.rate()).is_none());
+    let config = ImpactConfig {
+        exponential: ExponentialWindow::Damping(1e4),
+        ..ImpactConfig::usual()
+    };
+    let error = steady.evaluated(&config).unwrap_err();
+    assert!(
+        error.to_string().contains("added damping of at most"),
+        "{error}"
+    );
+}
+
+/// What is left is that of the resonance, whatever the length of the blocks: one mode whose decay is known.
+#[test]
+fn what_is_left_is_what_the_damping_leaves() {
+    for (hz, damping, segment_s) in [
+        (40.0, 0.02, 0.7),
+        (113.0, 0.006, 0.7),
+        (180.0, 0.002, 1.2),
+        (300.0, 0.001, 1.2),
+    ] {
+        let mut one = slow();
+        one.modes = vec![(hz, damping, 1.0)];
+        let recorded = Recorded::of(&one, &hits(4), 6.2).noisy(
+            NoiseLevels {
+                response_m_per_s2: 0.002,
+                ..LEVELS
+            },
+            &mut Noise(37),
+        );
+        let samples = (segment_s * recorded.rate_hz) as usize;
+        let config = ImpactConfig {
+            segment: ImpactSegment::Samples(samples),
+            ..ImpactConfig::usual()
+        };
+        let test = recorded
+            .evaluated(&config)
+            .unwrap()
+            .function
+            .impact
+            .unwrap();
+        let expected = (-TAU * hz * damping * (segment_s - test.pretrigger_s)).exp();
+        let left = test.left.unwrap();
+        println!("{hz} Hz: {left:.4}, {expected:.4} expected");
+        assert!(
+            left > 0.6 * expected && left < 1.6 * expected,
+            "{hz}: {left} {expected}"
+        );
+    }
 }
 
 #[test]

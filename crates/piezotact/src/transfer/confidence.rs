@@ -6,6 +6,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::{Estimator, TransferFunction};
 use crate::quantity::Quantity;
 
+/// More degrees of freedom change no digit that is said.
+const MOST_FREEDOM: f64 = 1e6;
+
 /// What limits of a transfer function hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -61,7 +64,8 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     pub fn confidence(&self) -> Option<Confidence> {
         let n = self.effective_averages;
         let freedom = 2.0 * (n - 1.0);
-        let t = StudentsT::new(0.0, 1.0, freedom)
+        // Beyond, Student's t is the normal distribution to six digits, and its quantile is not found.
+        let t = StudentsT::new(0.0, 1.0, freedom.min(MOST_FREEDOM))
             .ok()
             .filter(|_| n >= 2.0)?
             .inverse_cdf(0.975);

@@ -25,6 +25,10 @@ const ABOVE_REST: f64 = 3.0;
 const WEAK: f64 = 0.03;
 /// An octave counts when its largest level is this many times what is taken for rest.
 const COUNTS: f64 = 5.0;
+/// The response is largest in this part of the time after the hit, or in the first three blocks.
+const EARLY: usize = 4;
+/// An octave whose neighbour has this many times its level left may show the edge of what is left there.
+const EDGE: f64 = 2.5;
 /// Independent values of a block over all frequencies, where hum and tremor count for most.
 const OF_ALL: usize = 8;
 /// The value before a hit is the mean over this part of the time.
@@ -59,6 +63,8 @@ pub(super) struct Decay {
 pub(super) struct Left {
     /// Its level re its largest, 0–1.
     pub(super) share: f64,
+    /// Its level per unit of the force.
+    pub(super) level: f64,
     /// In which octave; absent where it is over all frequencies.
     pub(super) octave_hz: Option<[f64; 2]>,
 }
@@ -114,21 +120,35 @@ impl Decay {
         self.most(after, 0.0)
     }
 
-    /// The same of the octaves that are not weak, 0–1.
-    pub(super) fn spoils(&self, after: usize) -> f64 {
+    /// The same of the octaves that are not weak.
+    pub(super) fn spoils(&self, after: usize) -> Left {
         let levels = self.octaves.iter().map(|curve| curve.largest);
-        self.most(after, WEAK * levels.fold(0.0, f64::max)).share
+        self.most(after, WEAK * levels.fold(0.0, f64::max))
     }
 
     fn most(&self, after: usize, least: f64) -> Left {
         let until = after.saturating_sub(self.pulse);
-        let octaves = self.octaves.iter().filter(|curve| curve.largest >= least);
+        // Nothing can be told of a few samples.
+        if until < LEAST_AT_REST * SHORTEST {
+            return Left {
+                share: 1.0,
+                ..Left::default()
+            };
+        }
+        let octaves = self.octaves.iter().filter(|curve| {
+            let neighbours = self.octaves.iter().filter(|other| other.borders(curve));
+            let beside = neighbours
+                .map(|other| other.level_at(until))
+                .fold(0.0, f64::max);
+            curve.tells(until) && curve.largest >= least && beside <= EDGE * curve.level_at(until)
+        });
         let whole = self
             .whole
             .iter()
             .filter(|curve| curve.left(until) > MOST_LEFT);
         let lefts = octaves.chain(whole).map(|curve| Left {
             share: curve.left(until),
+            level: curve.level_at(until),
             octave_hz: curve.octave_hz,
         });
         lefts.fold(Left::default(), |most, left| {
@@ -195,7 +215,14 @@ impl Curve {
                 above(1) * last
             }
         };
-        (largest > COUNTS * rest).then_some(Self {
+        // What is largest long after the hit is no response to it.
+        let early = offset
+            || levels
+                .iter()
+                .position(|level| *level >= largest)
+                .unwrap_or(0)
+                <= (levels.len() / EARLY).max(2);
+        (early && largest > COUNTS * rest).then_some(Self {
             octave_hz,
             levels,
             block,
@@ -204,18 +231,47 @@ impl Curve {
         })
     }
 
-    /// The level at the end of the first `until` samples re the largest, without noise.
+    /// The level of the last blocks within the first `until` samples and the place of its largest; 0 at rest.
+    fn end(&self, until: usize) -> (f64, usize) {
+        let last = (until / self.block).clamp(1, self.levels.len().max(1));
+        let last = last.min(self.levels.len());
+        let from = last.saturating_sub((last / END).max(1));
+        let end = self.levels[from..last].iter().copied().zip(from..);
+        let (level, at) = end.fold((0.0, from), |a, b| if b.0 > a.0 { b } else { a });
+        (if level <= self.rest { 0.0 } else { level }, at)
+    }
+
+    fn level_at(&self, until: usize) -> f64 {
+        self.end(until).0
+    }
+
+    /// Whether the first `until` samples hold blocks enough to tell.
+    fn tells(&self, until: usize) -> bool {
+        until / self.block.max(1) >= LEAST_AT_REST && self.levels.len() >= LEAST_AT_REST
+    }
+
+    /// The level after `until` samples re that at the beginning, 0–1: as it falls from the largest block to the last, carried on to
+    /// both ends.
     fn left(&self, until: usize) -> f64 {
-        if self.levels.len() < LEAST_AT_REST {
-            return 1.0;
+        let (level, at) = self.end(until);
+        let first = self.levels.iter().position(|level| *level >= self.largest);
+        let falls = at.saturating_sub(first.unwrap_or(0));
+        let ratio = (level / self.largest).min(1.0);
+        if falls == 0 {
+            return ratio;
         }
-        let last = (until / self.block).clamp(1, self.levels.len());
-        let end = &self.levels[last - (last / END).max(1)..last];
-        let level = end.iter().copied().fold(0.0, f64::max);
-        if level <= self.rest {
-            return 0.0;
+        ratio.powf(until as f64 / (falls * self.block) as f64)
+    }
+
+    /// Whether it is the octave above or below the other one.
+    fn borders(&self, other: &Self) -> bool {
+        match (self.octave_hz, other.octave_hz) {
+            (Some([low, _]), Some([from, _])) => {
+                let ratio = (low / from).log2().abs();
+                ratio > 0.5 && ratio < 1.5
+            }
+            _ => false,
         }
-        (level / self.largest).min(1.0)
     }
 }
 

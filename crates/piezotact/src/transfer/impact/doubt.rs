@@ -148,6 +148,18 @@ doubts! {
             /// How many.
             hits: usize,
         },
+        /// The baseline of the response drifts, and was subtracted.
+        ResponseDrifts("response_drifts") {
+            /// By how much it departs from its median at most, re the largest response.
+            share: f64,
+        },
+        /// A drive that is averaged by segments contains short pulses.
+        PulsesInDrive("pulses_in_drive") {
+            /// How many.
+            hits: usize,
+            /// Their share of the energy of the drive, 0–1.
+            energy: f64,
+        },
         /// The baseline of the force drifts, and was subtracted.
         ForceDrifts("force_drifts") {
             /// By how much it departs from its median at most, re the largest hit.
@@ -254,7 +266,9 @@ impl DoubtKind for ImpactDoubt {
             Self::NegativeForce { .. } => vec![Advice::Check(Subject::Polarity)],
             Self::OtherResponse { .. } => vec![Advice::Check(Subject::PointOfHits)],
             Self::EarlierResponse { .. } => vec![Advice::HitLater],
+            Self::PulsesInDrive { .. } => vec![Advice::EvaluateAsImpacts, Advice::LeaveOut],
             Self::PulsesInResponse { .. } => vec![Advice::ExchangeDriveAndResponse],
+            Self::ResponseDrifts { .. } => vec![Advice::Check(Subject::ChannelsAndSensor)],
             Self::ForceDrifts { .. } => vec![Advice::Check(Subject::ForceChannel)],
             _ => Vec::new(),
         }
@@ -301,10 +315,9 @@ impl fmt::Display for ImpactDoubt {
                 });
                 write!(
                     f,
-                    "{} of the response{octave} is left at the end of the segment of {segment_s:.3} s: a resonance there is \
-                        underestimated by as much ({:.2} dB) and leaks into its neighbouring lines",
-                    percent(*left),
-                    -20.0 * (1.0 - left.min(0.9)).log10()
+                    "{} of the response{octave} is left at the end of the segment of {segment_s:.3} s: what lasts there is \
+                        underestimated at its resonances, and leaks into neighbouring lines",
+                    percent(*left)
                 )
             }
             Self::NegativeForce { peak } => write!(
@@ -318,7 +331,7 @@ impl fmt::Display for ImpactDoubt {
                 write!(
                     f,
                     "the response to the hit{} at {} is not that to the others: up to {} of its energy differs from what they predict \
-                        ({} for the median hit)",
+                        ({} for the median hit); it is used all the same",
                     if times.len() == 1 { "" } else { "s" },
                     times.join(", "),
                     percent(*share),
@@ -331,10 +344,24 @@ impl fmt::Display for ImpactDoubt {
                     hit to hit",
                 percent(*share)
             ),
+            Self::PulsesInDrive { hits, energy } => write!(
+                f,
+                "the drive contains {hits} short pulse{} with {} of its energy: if {} of a hammer, an average by segments weights \
+                    each by where it lies and is wrong by any amount; if not, it is a disturbance",
+                if *hits == 1 { "" } else { "s" },
+                percent(*energy),
+                if *hits == 1 { "it is a hit" } else { "they are hits" }
+            ),
             Self::PulsesInResponse { hits } => write!(
                 f,
                 "the response consists of {hits} short pulse{}, which the drive does not: they look like the force of a hammer",
                 if *hits == 1 { "" } else { "s" }
+            ),
+            Self::ResponseDrifts { share } => write!(
+                f,
+                "the baseline of the response drifts by up to {} of its largest value; it was subtracted, and the lowest lines are \
+                    uncertain",
+                percent(*share)
             ),
             Self::ForceDrifts { share } => write!(
                 f,

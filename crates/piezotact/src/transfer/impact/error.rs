@@ -46,6 +46,19 @@ pub enum ImpactError {
         /// The segment asked for, samples.
         found: usize,
     },
+    /// An exponential window that leaves nothing of a segment.
+    #[error(
+        "expected an added damping of at most {most:.0} 1/s for a segment of {segment_s:.3} s, found {found}; state less, or a shorter \
+            segment"
+    )]
+    Overdamped {
+        /// What was found, 1/s.
+        found: f64,
+        /// The most for this segment, 1/s.
+        most: f64,
+        /// The segment, s.
+        segment_s: f64,
+    },
     /// An added damping that is none.
     #[error(
         "expected an added damping above 0 1/s, found {found}; state the damping in 1/s, or none"

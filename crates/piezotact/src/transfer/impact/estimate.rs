@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use num_complex::Complex;
 
 use super::decay::Left;
-use super::pulses::Force;
-use super::record::{Hit, ImpactTest, ImpactTraces};
+use super::pulses::{Force, without_baseline};
+use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
 use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactDoubt, ImpactError};
 use crate::doubt::Doubt;
@@ -87,9 +87,15 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         return Err(ImpactError::Damping { found }.into());
     }
     let found = Force::of(signals.force, rate);
+    let (level, drift) = without_baseline(signals.response, rate);
     let signals = Signals {
         force: &found.samples,
         recorded: force.samples(),
+        response: if drift > 0.0 {
+            &level
+        } else {
+            signals.response
+        },
         ..signals
     };
     if found.hits.is_empty() {
@@ -104,6 +110,18 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     }
     let segments = Segments::of(&signals, &found, config)?;
     let seconds = |samples: usize| rate.duration_of(samples).0;
+    if let ExponentialWindow::Damping(found) = config.exponential {
+        let segment_s = seconds(segments.length);
+        let most = MOST_DAMPING / segment_s;
+        if found > most {
+            let error = ImpactError::Overdamped {
+                found,
+                most,
+                segment_s,
+            };
+            return Err(error.into());
+        }
+    }
     let hits: Vec<Hit> = found
         .hits
         .iter()
@@ -141,6 +159,14 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     };
     function.about.provenance.steps.push(step(&test, estimator));
     function.about.doubts.extend(doubts(&test, left, &found));
+    let largest = signals
+        .response
+        .iter()
+        .fold(0.0_f64, |most, v| v.abs().max(most));
+    if drift > LEAST_DRIFT * largest {
+        let share = drift / largest;
+        (function.about.doubts).push(ImpactDoubt::ResponseDrifts { share }.into());
+    }
     let remains = used.iter().map(|i| segments.hits[*i].remains);
     let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
     if !remains.is_empty() {
@@ -290,18 +316,21 @@ impl Cut {
             let from = segments.hits[*i].from;
             // The rise of the pulse to the level of hits is not rest.
             let rest = segments.before - segments.before / 4;
-            let about = |samples: &[f64], usual: f64| match rest {
-                0..SHORTEST_TAPER => usual,
-                _ => mean(&samples[from..from + rest]),
+            let about = match rest {
+                0..SHORTEST_TAPER => 0.0,
+                _ => mean(&signals.force[from..from + rest]),
             };
-            let of = |samples: &[f64], usual: f64| -> Vec<f64> {
-                let about = about(samples, usual);
-                let segment = &samples[from..from + length];
-                segment.iter().map(|v| v - about).collect()
-            };
-            let force = of(signals.force, 0.0);
-            let before = mean(&signals.response[from..from + segments.before.max(1)]);
-            let response = of(signals.response, before);
+            let segment = &signals.force[from..from + length];
+            let force: Vec<f64> = segment.iter().map(|v| v - about).collect();
+            let end = from + rest.max(1);
+            let earlier = i.checked_sub(1).map_or(0, |earlier| {
+                let hit = segments.hits[earlier].from + segments.before;
+                hit + from.saturating_sub(hit) / 2
+            });
+            let begin = end.saturating_sub(segments.rest).max(earlier).min(from);
+            let before = mean(&signals.response[begin..end]);
+            let segment = &signals.response[from..from + length];
+            let response: Vec<f64> = segment.iter().map(|v| v - before).collect();
             let windowed = |samples: &[f64], window: &dyn Fn(usize) -> f64| -> Vec<f64> {
                 (samples.iter().enumerate())
                     .map(|(k, v)| v * window(k) * windows.exponential[k])

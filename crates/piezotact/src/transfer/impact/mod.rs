@@ -9,6 +9,7 @@ mod doubt;
 mod error;
 mod estimate;
 mod fault;
+mod overload;
 mod pulses;
 mod record;
 mod segments;
@@ -17,6 +18,7 @@ pub use doubt::ImpactDoubt;
 pub use error::ImpactError;
 pub use estimate::{ImpactEstimate, estimate_impacts};
 pub use fault::HitFault;
+pub(crate) use pulses::short_pulses;
 pub use pulses::{Transient, transient};
 pub use record::{Hit, ImpactTest, ImpactTraces};
 

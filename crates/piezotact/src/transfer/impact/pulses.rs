@@ -138,20 +138,42 @@ pub struct Transient {
 /// (0–1); `None` for noise, sweeps, multisines and bursts of them.
 ///
 /// Formula: the largest value is above 20 times the noise at rest (1.4826 times the median deviation from the median, or from a
-/// baseline of medians over 1 s where that drifts, by 30 % of the largest value or less); pulses,
+/// baseline of medians over 1 s where that drifts, by 30 % of the largest value or less); not one sample alone; pulses,
 /// which lie above 5 % of it, take 10 % of the time or less and hold half of the energy or more; most hits have 80 % of their
 /// energy in three half-waves or less.
 ///
 /// Source: decision 0050 of this project.
 #[must_use]
 pub fn transient(samples: &[f64], rate: SampleRate) -> Option<Transient> {
+    let Found {
+        pulses,
+        energy,
+        click,
+        drifts,
+    } = short_pulses(samples, rate)?;
+    (energy >= ENERGY_IN_PULSES && !click && !drifts).then_some(pulses)
+}
+
+/// Short pulses in a drive, whatever else it holds.
+pub(crate) struct Found {
+    pub(crate) pulses: Transient,
+    /// Their share of the energy, 0–1.
+    pub(crate) energy: f64,
+    /// One sample alone, which is a click as well as a hit.
+    click: bool,
+    /// A baseline that moves by more than hits leave clear.
+    drifts: bool,
+}
+
+/// The short pulses of a drive; `None` where there are none.
+pub(crate) fn short_pulses(samples: &[f64], rate: SampleRate) -> Option<Found> {
     // A signal of pulses that take a tenth of the time has a crest factor above 3.
     let energy: f64 = samples.iter().map(|v| v * v).sum();
     if samples.len() < 8 || energy <= 0.0 {
         return None;
     }
     let force = Force::of(samples, rate);
-    if force.largest < STANDS_OUT_UNASKED * force.noise || force.drift > COUNTS * force.largest {
+    if force.largest < STANDS_OUT_UNASKED * force.noise {
         return None;
     }
     let share = force.share();
@@ -161,17 +183,21 @@ pub fn transient(samples: &[f64], rate: SampleRate) -> Option<Transient> {
         .iter()
         .map(|hit| energy(&force.samples[hit.start()..hit.end()]))
         .sum();
-    let found = share <= 1.0 - RESTS
-        && in_hits >= ENERGY_IN_PULSES * energy(&force.samples)
-        && force.is_of_pulses();
-    found.then_some(Transient {
-        hits: force.hits.len(),
-        share,
+    let found = share <= 1.0 - RESTS && force.is_of_pulses();
+    found.then(|| {
+        let hits = force.hits.len();
+        let lengths = force.hits.iter().map(|hit| hit.main.at.len());
+        Found {
+            pulses: Transient { hits, share },
+            energy: in_hits / energy(&force.samples),
+            click: hits == 1 && lengths.max() == Some(1),
+            drifts: force.drift > COUNTS * force.largest,
+        }
     })
 }
 
 /// `samples` less their median, or less a baseline of medians where that drifts; and by how much it does.
-fn without_baseline(samples: &[f64], rate: SampleRate) -> (Vec<f64>, f64) {
+pub(super) fn without_baseline(samples: &[f64], rate: SampleRate) -> (Vec<f64>, f64) {
     let rest = sampled_median(samples.iter().copied());
     let mut level: Vec<f64> = samples.iter().map(|v| v - rest).collect();
     let block = ((BASELINE_S * rate.hz()) as usize).max(BASELINE_SAMPLES);

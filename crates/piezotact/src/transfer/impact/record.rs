@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::HitFault;
 
-/// An exponential window that leaves less than exp(−100) at the end of a segment is none.
-const MOST_DAMPING: f64 = 100.0;
+/// An exponential window that leaves less than exp(−300) at the end of a segment leaves nothing but its beginning.
+pub(super) const MOST_DAMPING: f64 = 300.0;
 
 /// One hit of an impact test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

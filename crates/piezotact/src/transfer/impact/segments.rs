@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use super::decay::{Decay, Judged, Left};
 use super::fault::HitFault;
+use super::overload::{
+    beyond, force_overload, impulses, limit_of, overload, shared_limit, shared_limit_in_noise,
+};
 use super::pulses::{Force, Struck};
 use super::{ExponentialWindow, ImpactConfig, ImpactError, ImpactSegment};
 use crate::clipping::step;
@@ -17,6 +20,8 @@ const SHORTEST: usize = 16;
 const BEFORE: (f64, usize, usize) = (0.005, 2, 8);
 /// Fewer samples before the hit than these are no rest.
 const LEAST_BEFORE: usize = 2;
+/// The rest before a hit is this part of the usual time between hits: long enough for hum and tremor to be nothing in its mean.
+const RESTS: usize = 4;
 /// Hits that are followed by the next in less than this part of the usual time do not shorten the segments of the others.
 const USUAL_PART: f64 = 0.5;
 /// The response is at rest when it falls to this share of its largest level: −40 dB.
@@ -35,32 +40,31 @@ const ONSET_S: f64 = 0.0005;
 const QUIET: (usize, f64) = (4, 0.1);
 /// A second pulse of a smaller share of the first is the ringing of a filter or of the hammer.
 const SECOND: f64 = 0.05;
-/// As many samples at a limit are an overload; of a pulse, also a top of more than this share of its length above 97 % of its
-/// peak (a half-sine has 0.16), when the pulse has samples enough to tell.
-const FLAT_SAMPLES: usize = 3;
-const FLAT_SHARE: f64 = 0.3;
-const FLAT_FROM: f64 = 0.97;
-const FLAT_PULSE: usize = 12;
-/// A peak that several hits share to the last digit although they differ is a limit: so many hits with a single sample there,
-/// or with a run of two; of a converter with steps finer than this part of it, on which hits meet by chance.
-const MEET: usize = 3;
-const MEET_IN_RUNS: usize = 2;
-const FINEST_STEPS: f64 = 200.0;
 /// A response that stops moving is lost where its level was so many times its noise, and this part of its peak, just before.
 const STOPS: f64 = 5.0;
 const STOPS_PART: f64 = 0.03;
 const JUST_BEFORE: Seconds = Seconds(0.005);
-/// A side of a response that reaches less than this part of the other is not limited.
-const ONE_SIDED: f64 = 0.1;
-/// Beside a limit the signal falls by more than this many steps of its converter.
-const FALLS_STEPS: f64 = 5.0;
-
+/// What remains of an earlier response is contradicted by a level this many times lower just before the hit, in an octave of which
+/// so many periods fit there.
+const JOINT: f64 = 3.0;
+const JOINT_FROM: f64 = 0.25;
+/// A response begins early that is above so many times its noise and this part of its peak, as many samples and this part of a pulse
+/// before the force.
+const EARLY_NOISE: f64 = 10.0;
+const EARLY_PART: f64 = 0.1;
+const EARLY_SAMPLES: usize = 4;
+const EARLY_PULSES: usize = 5;
+/// A pulse of as many samples that begins with a jump of more than this share of its peak is cut off by a trigger.
+const CUT_PULSE: usize = 8;
+const CUT_FROM: f64 = 0.4;
 /// The hits with their segments.
 pub(super) struct Segments {
     /// The length of a segment, samples.
     pub(super) length: usize,
     /// How many of them lie before the hit.
     pub(super) before: usize,
+    /// The rest before a hit over which the response is 0, samples.
+    pub(super) rest: usize,
     /// The level of the response that is left at the end, in the octave that has decayed least.
     pub(super) left: Left,
     /// One for each hit.
@@ -172,23 +176,28 @@ impl Segments {
         let mut segments = Self {
             length,
             before,
+            rest: usual / RESTS,
             left: decay.left(length - before),
             hits: Vec::with_capacity(starts.len()),
         };
         let peaks: Vec<f64> = found.hits.iter().map(|hit| hit.main.peak).collect();
         let polarity = polarity(found);
         let steps = [step(signals.recorded), step(signals.response)];
-        let limit = limit_of(signals.recorded, found, polarity, steps[0]);
+        let limit = limit_of(signals, found, polarity, steps[0]);
+        let impulses = impulses(signals, found);
         let lost = lost_parts(signals.response, signals.rate);
         let reached = starts.iter().map(|start| {
             let end = (start + length - before).min(samples);
             &signals.response[*start..end]
         });
         let reached: Vec<&[f64]> = reached.collect();
-        let limits = [1.0, -1.0].map(|sign| shared_limit(&reached, sign, steps[1]));
+        let limits = [1.0, -1.0].map(|sign| {
+            shared_limit(&reached, sign, steps[1])
+                .or_else(|| shared_limit_in_noise(&reached, sign, noise, &impulses))
+        });
         for (i, hit) in found.hits.iter().enumerate() {
             let mut faults = Vec::new();
-            let cut = starts[i] < LEAST_BEFORE || starts[i] < before;
+            let cut = starts[i] < LEAST_BEFORE || starts[i] < before || begins_within(signals, hit);
             faults.extend(cut.then_some(HitFault::AtTheBeginning));
             faults.extend(double(hit, signals.rate));
             faults.extend(force_overload(signals, hit, (limit, steps[0])));
@@ -270,7 +279,11 @@ impl Segments {
                 faults.push(first);
                 0.0
             }
-            None => remains(known, i),
+            None => {
+                let early = begins_early(known, start, (rest, peak));
+                faults.extend(early);
+                remains(known, i)
+            }
         };
         faults.extend((remains > MOST_LEFT).then_some(HitFault::StillMoving { share: remains }));
         if start + after > last {
@@ -284,7 +297,7 @@ impl Segments {
             }
             _ => MOST_LEFT,
         };
-        let left = known.decay.spoils(after);
+        let left = known.decay.spoils(after).share;
         if left > limit && config.segment == ImpactSegment::Fitted {
             // As far as it decays evenly from one end to the other.
             let falls = -left.min(0.99).ln() / seconds(after);
@@ -353,79 +366,12 @@ fn double(hit: &Struck, rate: SampleRate) -> Option<HitFault> {
     })
 }
 
-/// A pulse that is cut off at a limit: one that it shows itself, or the `limit` of others.
-fn force_overload(
-    signals: &Signals<'_>,
-    hit: &Struck,
-    (limit, step): (Option<f64>, f64),
-) -> Option<HitFault> {
-    let sign = hit.main.peak.signum();
-    let upright = |samples: &[f64]| -> Vec<f64> {
-        let pulse = &samples[hit.main.at.clone()];
-        pulse.iter().map(|v| sign * v).collect()
-    };
-    let pulse = upright(signals.force);
-    let top = pulse
-        .iter()
-        .filter(|v| **v >= FLAT_FROM * hit.main.peak.abs())
-        .count();
-    let broad = pulse.len() >= FLAT_PULSE && top as f64 > FLAT_SHARE * pulse.len() as f64;
-    let recorded = upright(signals.recorded);
-    let samples = if broad {
-        top
-    } else {
-        let shared = limit.map_or(0, |limit| at_level(&recorded, limit));
-        at_a_limit(&recorded, step).max(shared)
-    };
-    (samples > 0).then_some(HitFault::ForceOverload { samples })
-}
-
-/// The limit that several pulses of one `polarity` share.
-fn limit_of(recorded: &[f64], found: &Force, polarity: f64, step: f64) -> Option<f64> {
-    let pulses = found.hits.iter().map(|hit| &recorded[hit.main.at.clone()]);
-    shared_limit(&pulses.collect::<Vec<_>>(), polarity, step)
-}
-
-/// Whether a value is `level` but for rounding.
-fn meets(value: f64, level: f64) -> bool {
-    (value - level).abs() <= 1e-12 * level.abs()
-}
-
-/// How many samples stand at `level` or above.
-fn at_level(samples: &[f64], level: f64) -> usize {
-    let at = samples.iter().filter(|v| **v > level || meets(**v, level));
-    at.count()
-}
-
-/// How many samples of a response stand at the limits above and below.
-fn beyond(response: &[f64], [above, below]: [Option<f64>; 2]) -> usize {
-    let upright = above.map_or(0, |limit| at_level(response, limit));
-    let turned: Vec<f64> = response.iter().map(|v| -v).collect();
-    upright + below.map_or(0, |limit| at_level(&turned, limit))
-}
-
-/// The largest value of `parts` on one side, where several of them end there although they differ: a limit of the converter.
-fn shared_limit(parts: &[&[f64]], sign: f64, step: f64) -> Option<f64> {
-    let largest = |part: &[f64]| part.iter().map(|v| sign * v).fold(f64::MIN, f64::max);
-    let level = parts.iter().map(|part| largest(part)).fold(0.0, f64::max);
-    if level <= FINEST_STEPS * step {
-        return None;
-    }
-    let there: Vec<&&[f64]> = parts
-        .iter()
-        .filter(|part| meets(largest(part), level))
-        .collect();
-    let in_runs = there.iter().filter(|part| {
-        let mut pairs = part.windows(2);
-        pairs.any(|pair| pair.iter().all(|v| meets(sign * v, level)))
-    });
-    // Hits of a simulation without noise are all one.
-    let energy = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
-    let first = there.first().map_or(0.0, |part| energy(part));
-    let differ = there
-        .iter()
-        .any(|part| (energy(part) - first).abs() > 1e-9 * first);
-    (differ && (there.len() >= MEET || in_runs.count() >= MEET_IN_RUNS)).then_some(level)
+/// Whether a pulse begins with a jump from rest, as in a block that was recorded too late.
+fn begins_within(signals: &Signals<'_>, hit: &Struck) -> bool {
+    let (pulse, force) = (&hit.main, signals.force);
+    let start = pulse.at.start;
+    let jump = force[start] - force[start.saturating_sub(1)];
+    pulse.at.len() >= CUT_PULSE && jump / pulse.peak > CUT_FROM
 }
 
 /// A response that stops while it moves.
@@ -445,52 +391,6 @@ fn stops(known: &Known<'_>, span: Range<usize>, peak: f64) -> Option<HitFault> {
         after_s: rate.duration_of(part.from - span.start).0,
         lasts_s: rate.duration_of(part.len()).0,
     })
-}
-
-/// How many samples of a response stand at a limit above or below its value at `rest`.
-fn overload(response: &[f64], rest: f64, step: f64) -> usize {
-    let above: Vec<f64> = response.iter().map(|v| v - rest).collect();
-    let below: Vec<f64> = above.iter().map(|v| -v).collect();
-    let top = |side: &[f64]| side.iter().copied().fold(f64::MIN, f64::max);
-    let (high, low) = (top(&above), top(&below));
-    // A signal that goes to one side only rests on the other.
-    let limit = |side: &[f64], own: f64| {
-        if own >= ONE_SIDED * high.max(low) {
-            at_a_limit(side, step)
-        } else {
-            0
-        }
-    };
-    limit(&above, high) + limit(&below, low)
-}
-
-/// How many samples equal the largest one, in runs of three or more that a signal does not have of itself: it falls abruptly
-/// on a side of the run, by more than some `step`s of its converter.
-fn at_a_limit(samples: &[f64], step: f64) -> usize {
-    let largest = samples.iter().copied().fold(f64::MIN, f64::max);
-    let equal = |v: f64| (largest - v).abs() <= 1e-12 * largest.abs();
-    let falls = FALLS_STEPS * step;
-    let (mut count, mut i) = (0, 0);
-    while i < samples.len() {
-        if !equal(samples[i]) {
-            i += 1;
-            continue;
-        }
-        let from = i;
-        while i < samples.len() && equal(samples[i]) {
-            i += 1;
-        }
-        let beside = [from.checked_sub(1), Some(i)];
-        let abrupt = beside
-            .into_iter()
-            .flatten()
-            .filter_map(|k| samples.get(k))
-            .any(|v| largest - v > falls);
-        if i - from >= FLAT_SAMPLES && abrupt {
-            count += i - from;
-        }
-    }
-    count
 }
 
 /// The rms of the noise of a response in the part before the first hit; 0 where that is too short to say.
@@ -517,13 +417,42 @@ fn without_noise(level: f64, noise: f64) -> f64 {
     (level * level - noise * noise).max(0.0).sqrt()
 }
 
+/// A response that begins within the last milliseconds before its hit, when it was at rest before.
+fn begins_early(known: &Known<'_>, start: usize, (rest, peak): (f64, f64)) -> Option<HitFault> {
+    let rate = known.signals.rate;
+    let limit = (EARLY_NOISE * known.noise).max(EARLY_PART * peak);
+    let from = start.saturating_sub(rate.samples_in(JUST_BEFORE).max(SHORTEST));
+    let response = &known.signals.response[from..start];
+    let onset = from + response.iter().position(|v| (v - rest).abs() > limit)?;
+    // The force counts as a pulse a little after it begins.
+    (start - onset >= EARLY_SAMPLES.max(known.pulse / EARLY_PULSES)).then(|| {
+        HitFault::ResponseFirst {
+            lead_s: rate.duration_of(start - onset).0,
+        }
+    })
+}
+
 /// The level that an octave of the response to the hit before still has, as the mean decay says, re the largest of this hit.
 fn remains(known: &Known<'_>, i: usize) -> f64 {
     let Some(earlier) = i.checked_sub(1) else {
         return 0.0;
     };
     let left = known.decay.spoils(known.starts[i] - known.starts[earlier]);
-    left * (known.peaks[earlier] / known.peaks[i]).abs()
+    // Where the response is quieter before the hit than that, the recording was put together from blocks.
+    let (start, response) = (known.starts[i], known.signals.response);
+    let block = known.signals.rate.samples_in(JUST_BEFORE).max(SHORTEST);
+    let until = start.saturating_sub(LEAST_BEFORE);
+    let just_before = &response[until.saturating_sub(block).max(known.starts[earlier])..until];
+    let about = mean(just_before);
+    let level = rms(&just_before.iter().map(|v| v - about).collect::<Vec<_>>());
+    if left
+        .octave_hz
+        .is_some_and(|[low, _]| low > JOINT_FROM / JUST_BEFORE.0)
+        && left.level * known.peaks[earlier].abs() > JOINT * level
+    {
+        return 0.0;
+    }
+    left.share * (known.peaks[earlier] / known.peaks[i]).abs()
 }
 
 /// A response that moves before its hit: it has not come to rest, or it begins before the hit.
