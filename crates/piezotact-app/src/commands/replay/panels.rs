@@ -189,8 +189,16 @@ fn margin(miss: &Miss) -> String {
         (Some(usual), ..) => format!("by {}{space}{unit}", digits(usual)),
         (None, ..) => "with nothing measured".into(),
     };
+    let all = match (miss.mean, miss.sd) {
+        (Some(mean), Some(sd)) => format!(
+            "; all panels {} ± {}{space}{unit}",
+            digits(mean),
+            digits(sd)
+        ),
+        _ => String::new(),
+    };
     format!(
-        "{} the limit ({limit}{space}{unit}) {by}",
+        "{} the limit ({limit}{space}{unit}) {by}{all}",
         match miss.panels {
             1 => "1 panel misses".into(),
             more => format!("{more} panels miss"),
@@ -324,7 +332,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "2 panels miss the limit (at most 9 dB) by 1.25 dB (median; 0.500 to 2.00 dB): too wide",
+            "2 panels miss the limit (at most 9 dB) by 1.25 dB (median; 0.500 to 2.00 dB); all panels 9.50 ± 1.22 dB: too wide",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
