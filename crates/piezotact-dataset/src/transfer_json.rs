@@ -199,6 +199,14 @@ impl TransferDocument {
                 ));
             }
         }
+        if let Some(found) = self.impact.as_ref().and_then(ImpactTest::contradiction) {
+            return Err(ReadError::content(
+                path,
+                "an impact test that can be, in `impact`",
+                found,
+                "evaluate the recording again",
+            ));
+        }
         let lines = self.frequency_hz.len();
         let coherence = self.coherence_or_none();
         for (what, found) in [

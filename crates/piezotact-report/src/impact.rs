@@ -30,7 +30,7 @@ pub(crate) fn section<I: Quantity, O: Quantity>(
                 height of the largest pulse."))
             (figure(&response, "Response to the same hits over the segment, before any window; the exponential window, if there is \
                 one, is drawn at the height of the largest value."))
-            (figure(&spectrum, "Mean spectrum of the force re its level at low frequencies. Shaded: the band that was driven, in which \
+            (figure(&spectrum, "Mean spectrum of the force re its highest level. Shaded: the band that was driven, in which \
                 it lies above the line."))
             (table(test, &page.drive_unit))
         }
@@ -56,8 +56,14 @@ fn windows(test: &ImpactTest) -> String {
     } else {
         "There is no exponential window: no damping was added (σ = 0).".into()
     };
+    let left = test.left.map_or_else(String::new, |left| {
+        format!(
+            " At its end the response has {:.1} % of its largest level left, in the octave that has decayed least.",
+            100.0 * left
+        )
+    });
     format!(
-        "Each hit is one segment of {} s, which begins {:.2} ms before it. {force} {exponential}",
+        "Each hit is one segment of {} s, which begins {:.2} ms before it.{left} {force} {exponential}",
         digits(test.segment_s),
         test.pretrigger_s * 1e3
     )
@@ -160,17 +166,12 @@ fn spectrum(
 }
 
 fn table(test: &ImpactTest, unit: &str) -> Markup {
-    let left = |left: Option<f64>| match left {
-        Some(left) => format!("{:.1} %", 100.0 * left),
-        None => "not judged".into(),
-    };
     html! {
         table {
             tr {
                 th { "time, s" }
                 th { (format!("peak force, {unit}")) }
                 th { "duration, ms" }
-                th { "response left at the end" }
                 th { "used" }
             }
             @for hit in &test.hits {
@@ -178,7 +179,6 @@ fn table(test: &ImpactTest, unit: &str) -> Markup {
                     td { (format!("{:.4}", hit.at_s)) }
                     td { (digits(hit.peak).replace('-', "−")) }
                     td { (format!("{:.3}", hit.duration_s * 1e3)) }
-                    td { (left(hit.left)) }
                     td {
                         @if hit.is_used() { "yes" } @else {
                             "no: " (hit.faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))

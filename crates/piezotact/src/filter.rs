@@ -47,6 +47,79 @@ struct Section {
     a: [f64; 2],
 }
 
+/// The side of its cut-off that a filter passes.
+#[derive(Clone, Copy)]
+enum Side {
+    Low,
+    High,
+}
+
+impl Side {
+    /// The Butterworth sections of an even `order`.
+    fn sections(self, order: usize, cutoff: Hertz, rate: SampleRate) -> Vec<Section> {
+        let warped = (std::f64::consts::PI * cutoff.0 / rate.hz()).tan();
+        (0..order / 2)
+            .map(|pair| {
+                let turn = std::f64::consts::PI * (2 * pair + 1) as f64 / (2 * order) as f64;
+                // A pole of the low-pass prototype, and s = warped · pole or warped / pole; z = (1 + s)/(1 − s).
+                let prototype = Complex::new(-turn.sin(), turn.cos());
+                let (pole, level, middle) = match self {
+                    Self::Low => (warped * prototype, warped * warped, 2.0),
+                    Self::High => (Complex::from(warped) / prototype, 1.0, -2.0),
+                };
+                let one = Complex::from(1.0);
+                let z = (one + pole) / (one - pole);
+                let gain = level / (one - pole).norm_sqr();
+                Section {
+                    b: [gain, middle * gain, gain],
+                    a: [-2.0 * z.re, z.norm_sqr()],
+                }
+            })
+            .collect()
+    }
+}
+
+/// One sample of a signal through sections with their `states`.
+fn through(sections: &[Section], states: &mut [[f64; 2]], sample: f64) -> f64 {
+    let mut value = sample;
+    for (Section { b, a }, state) in sections.iter().zip(states) {
+        let answer = b[0] * value + state[0];
+        state[0] = b[1] * value - a[0] * answer + state[1];
+        state[1] = b[2] * value - a[1] * answer;
+        value = answer;
+    }
+    value
+}
+
+/// A causal Butterworth band-pass of one octave, which says nothing of what comes later: second order below it, fourth above.
+#[derive(Clone, Debug)]
+pub(crate) struct Octave {
+    sections: Vec<Section>,
+}
+
+impl Octave {
+    /// The octave above `low`; all above `low` where the octave would reach half the rate.
+    pub(crate) fn above(low: Hertz, rate: SampleRate) -> Self {
+        let mut sections = Side::High.sections(2, low, rate);
+        let high = Hertz(2.0 * low.0);
+        if high < rate.nyquist() {
+            sections.extend(Side::Low.sections(4, high, rate));
+        }
+        Self { sections }
+    }
+
+    /// `signal` without `rest`, filtered from rest into `filtered`.
+    pub(crate) fn run(&self, signal: &[f64], rest: f64, filtered: &mut Vec<f64>) {
+        let mut states = vec![[0.0; 2]; self.sections.len()];
+        filtered.clear();
+        filtered.extend(
+            signal
+                .iter()
+                .map(|v| through(&self.sections, &mut states, v - rest)),
+        );
+    }
+}
+
 /// A planned filter: its sections, and their state after a step has passed for ever.
 #[derive(Clone, Debug)]
 pub struct ZeroPhase {
@@ -75,20 +148,7 @@ impl ZeroPhase {
                 nyquist_hz: rate.nyquist().0,
             });
         }
-        let warped = (std::f64::consts::PI * cutoff_hz.0 / rate.hz()).tan();
-        let sections: Vec<Section> = (0..order / 2)
-            .map(|pair| {
-                let turn = std::f64::consts::PI * (2 * pair + 1) as f64 / (2 * order) as f64;
-                // s = warped / pole of the low-pass prototype; z = (1 + s)/(1 − s).
-                let pole = Complex::from(warped) / Complex::new(-turn.sin(), turn.cos());
-                let z = (Complex::from(1.0) + pole) / (Complex::from(1.0) - pole);
-                let gain = 1.0 / (Complex::from(1.0) - pole).norm_sqr();
-                Section {
-                    b: [gain, -2.0 * gain, gain],
-                    a: [-2.0 * z.re, z.norm_sqr()],
-                }
-            })
-            .collect();
+        let sections = Side::High.sections(order, cutoff_hz, rate);
         let mut level = 1.0;
         let settled = sections
             .iter()
@@ -140,14 +200,7 @@ impl ZeroPhase {
             .map(|state| state.map(|s| s * first))
             .collect();
         for sample in samples {
-            let mut value = *sample;
-            for (Section { b, a }, state) in self.sections.iter().zip(&mut states) {
-                let answer = b[0] * value + state[0];
-                state[0] = b[1] * value - a[0] * answer + state[1];
-                state[1] = b[2] * value - a[1] * answer;
-                value = answer;
-            }
-            *sample = value;
+            *sample = through(&self.sections, &mut states, *sample);
         }
     }
 }

@@ -10,6 +10,7 @@ mod doubts;
 mod golden_values;
 mod halves;
 mod impact;
+mod impact_disturbed;
 mod integrity;
 mod known_cuts;
 mod manipulate;

@@ -276,23 +276,26 @@ fn a_hit_at_the_very_end_is_named() {
 
 #[test]
 fn two_hits_closer_than_the_decay_are_named() {
-    let hits = [USUAL[0], (0.45, 0.0006, 100.0), USUAL[1], USUAL[2]];
-    let (faults, doubts) = faults(&spoiled(&hits, 3.3, |_| {}));
-    assert!(
-        matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - 0.15).abs() < 0.001)
-    );
-    assert!(matches!(faults[1][0], HitFault::StillMoving { share } if share > 0.05));
-    assert!(faults[2].is_empty() && faults[3].is_empty(), "{faults:?}");
-    assert!(
-        doubts
-            .iter()
-            .any(|d| matches!(d, ImpactDoubt::NextHitTooClose { .. }))
-    );
-    assert!(
-        doubts
-            .iter()
-            .any(|d| matches!(d, ImpactDoubt::StillMoving { .. }))
-    );
+    // One that a tenth of the response to the hit before remains under, and one under which more does.
+    for (at, fault) in [(0.45, false), (0.42, true)] {
+        let hits = [USUAL[0], (at, 0.0006, 100.0), USUAL[1], USUAL[2]];
+        let (faults, doubts) = faults(&spoiled(&hits, 3.3, |_| {}));
+        assert!(
+            matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - at + 0.3).abs() < 0.001)
+        );
+        assert!(faults[2].is_empty() && faults[3].is_empty(), "{faults:?}");
+        let close = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::NextHitTooClose { .. });
+        assert!(doubts.iter().any(|d| close(&d)));
+        if fault {
+            assert!(matches!(faults[1][..], [HitFault::StillMoving { share }] if share > 0.2));
+            let moving = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::StillMoving { .. });
+            assert!(doubts.iter().any(|d| moving(&d)));
+        } else {
+            assert!(faults[1].is_empty(), "{faults:?}");
+            let earlier = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::EarlierResponse { hits: 1, share } if (0.05..0.2).contains(share));
+            assert!(doubts.iter().any(|d| earlier(&d)), "{doubts:?}");
+        }
+    }
 }
 
 #[test]

@@ -172,8 +172,8 @@ pub(crate) struct Transfer {
     /// Impacts: whether the force is set to zero after its pulse, which leaves out its noise. Default: on.
     #[arg(long, value_enum)]
     pub(crate) force_window: Option<ForceWindowName>,
-    /// Impacts: an exponential window for force and response, with its added damping in 1/s. auto (the default) applies
-    /// one only if the response has not decayed at the end of the segment.
+    /// Impacts: an exponential window for force and response, with its added damping in 1/s; auto takes as much as
+    /// leaves 1 % of the response at the end of the segment, if more is left there. Default: off.
     #[arg(long, value_name = "auto|off|1/s", value_parser = exponential)]
     pub(crate) exponential: Option<ExponentialWindow>,
     /// The estimator of the transfer function.

@@ -9,7 +9,7 @@ use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact::transfer::StoredIdentities;
+use piezotact::transfer::{Limits, StoredIdentities};
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{
     Contents, TransferDocument, holds_transfer, read_transfer, stored_transfer,
@@ -189,6 +189,14 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
     }
     if let Some(driven) = info.driven_hz {
         let _never_fails = write!(text, "\n  driven band {driven}");
+    }
+    if let Some(limits) = info.limits {
+        text += match limits {
+            Limits::BestLinear => {
+                "\n  95 % limits of the best linear approximation: the drive is known without noise"
+            }
+            Limits::Scatter => "\n  limits of the scatter of the estimate only, without its bias",
+        };
     }
     if let Some(test) = &info.impact {
         let _never_fails = write!(

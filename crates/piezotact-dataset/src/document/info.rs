@@ -9,7 +9,9 @@ use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Secon
 use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
-use piezotact::transfer::{CoherenceSummary, Distortion, Estimator, ImpactTest, StoredIdentities};
+use piezotact::transfer::{
+    CoherenceSummary, Distortion, Estimator, ImpactTest, Limits, StoredIdentities,
+};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
@@ -192,6 +194,11 @@ pub struct TransferInfo<'a> {
     pub estimator: Estimator,
     /// How many segments were averaged.
     pub averages: usize,
+    /// Whether the drive is known without noise.
+    pub exact_drive: bool,
+    /// What its limits hold; absent where the averages are not known or of one hit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
     /// From the lowest to the highest line that was driven; absent when not known.
     pub driven_hz: Option<Band>,
     /// How it agrees with the spectra stored beside it; absent where none were.
@@ -234,6 +241,8 @@ impl<'a> TransferInfo<'a> {
             highest_hz: function.highest_hz(),
             estimator: function.estimator,
             averages: function.averages,
+            exact_drive: function.exact_drive,
+            limits: function.confidence().map(|_| function.limits()),
             driven_hz: function.driven,
             identities: document.identities.clone(),
             distortion: document.distortion.clone(),

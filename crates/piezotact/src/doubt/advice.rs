@@ -238,6 +238,8 @@ pub enum Subject {
     ShieldAndEarth,
     /// The unit or the scale.
     UnitAndScale,
+    /// Whether all hits were at one point in one direction, and the finger did not move.
+    PointOfHits,
     /// The force channel.
     ForceChannel,
     /// Which channel is the normal force.
@@ -288,6 +290,7 @@ impl fmt::Display for Subject {
             Self::Wiring => "the wiring and the names of the channels",
             Self::ShieldAndEarth => "shield and earth",
             Self::UnitAndScale => "its unit and scale",
+            Self::PointOfHits => "that all hits were at one point in one direction, and that nothing moved between them",
             Self::ForceChannel => "the force channel",
             Self::ForceAxes => "which channel is the normal force",
             Self::ForceCell => "the zero of the force cell, and any weight on it",

@@ -194,6 +194,14 @@ fn measured(unit: &Unit) -> bool {
     !commanded(unit) && !matches!(unit, Unit::FullScale)
 }
 
+/// The parts of `samples` in which one value is held or the signal is at its floor, in the order of time.
+pub(crate) fn lost_parts(samples: &[f64], rate: SampleRate) -> Vec<Span> {
+    let level::Lost { frozen, mut gaps } = level::lost(samples, rate);
+    gaps.extend(frozen);
+    gaps.sort_unstable_by_key(|span| span.from);
+    gaps
+}
+
 /// The doubts about all channels of `recording`, of each and of pairs, that it does not carry yet. `limit_fraction`
 /// is the largest drive that can be played, of full scale.
 ///

@@ -6,6 +6,7 @@ use super::{
     TransferDoubt, TransferError, TransferFunction, Transient, estimate_impacts, estimate_without,
     prepared, transient,
 };
+use crate::clipping::ClippingDoubt;
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::doubt::Doubt;
 use crate::integrity::{Pair, SignalDoubt, never_changes, said_of_a_pair, transfer_doubts};
@@ -137,7 +138,11 @@ pub fn between_channels(
             let said = doubt.kind();
             matches!(
                 said,
-                Some(SignalDoubt::Copied { .. } | SignalDoubt::DriveBeyondLimit { .. })
+                Some(
+                    SignalDoubt::Copied { .. }
+                        | SignalDoubt::DriveBeyondLimit { .. }
+                        | SignalDoubt::MainsHum { .. }
+                )
             )
         });
     }
@@ -197,6 +202,13 @@ fn estimated(
         &missing_s,
     )?;
     function.about.doubts.extend(clocks);
+    if config.excitation == Excitation::Found {
+        let pulses = transient(response.samples(), response.rate());
+        (function.about.doubts).extend(
+            pulses
+                .map(|Transient { hits, .. }| Doubt::from(ImpactDoubt::PulsesInResponse { hits })),
+        );
+    }
     Ok((function, None))
 }
 
@@ -279,7 +291,15 @@ fn describe(
     function.about.provenance.steps.extend(estimated);
     function.about.condition = about.condition.clone();
     function.drive.clone_from(&config.setup);
-    // What the transfer function says of its two channels is not said again of each.
-    let more = (about.doubts.iter()).filter(|doubt| !said_of_a_pair(doubt, broken));
+    // What the transfer function says of its two channels is not said again of each. Hits at a limit are found hit by hit, and
+    // a force at rest is not one.
+    let by_hit = |doubt: &Doubt| match doubt.kind() {
+        Some(ClippingDoubt::Clipped { what, .. }) => {
+            function.impact.is_some() && (what == config.drive || what == config.response)
+        }
+        _ => false,
+    };
+    let more =
+        (about.doubts.iter()).filter(|doubt| !said_of_a_pair(doubt, broken) && !by_hit(doubt));
     function.about.doubts.extend(more.cloned());
 }

@@ -38,6 +38,8 @@ doubts! {
         NotDecayed("response_not_decayed") {
             /// Its level there re its largest, 0–1.
             left: f64,
+            /// In which octave, the one that has decayed least, Hz; absent where it is over all frequencies.
+            octave_hz: Option<[f64; 2]>,
             /// The length of a segment, s.
             segment_s: f64,
         },
@@ -116,6 +118,41 @@ doubts! {
             /// When, s.
             at_s: f64,
         },
+        /// A hit whose response drops out, which was left out.
+        ResponseStops("response_drops_out") {
+            /// When, s.
+            at_s: f64,
+            /// How long after the hit, s.
+            after_s: f64,
+            /// For how long, s.
+            lasts_s: f64,
+        },
+        /// Some hits have another response than the others.
+        OtherResponse("hits_differ") {
+            /// When, s.
+            at_s: Vec<f64>,
+            /// The largest part of the energy of their response that the others do not predict, re all of it.
+            share: f64,
+            /// The same of the hit at the median.
+            usual: f64,
+        },
+        /// The response to the hit before has not come to rest, and the hits are used.
+        EarlierResponse("earlier_response") {
+            /// The number of hits.
+            hits: usize,
+            /// The largest level before a hit re the largest after it, 0–1.
+            share: f64,
+        },
+        /// The response consists of short pulses, and the drive does not.
+        PulsesInResponse("pulses_in_response") {
+            /// How many.
+            hits: usize,
+        },
+        /// The baseline of the force drifts, and was subtracted.
+        ForceDrifts("force_drifts") {
+            /// By how much it departs from its median at most, re the largest hit.
+            share: f64,
+        },
         /// A hit with lost samples, which was left out.
         SamplesLost("hit_lost_samples") {
             /// When, s.
@@ -151,6 +188,11 @@ impl ImpactDoubt {
             HitFault::Opposite => Self::OppositeHit { at_s },
             HitFault::NoResponse => Self::NoResponse { at_s },
             HitFault::LostSamples => Self::SamplesLost { at_s },
+            HitFault::ResponseStops { after_s, lasts_s } => Self::ResponseStops {
+                at_s,
+                after_s,
+                lasts_s,
+            },
         })
     }
 
@@ -182,6 +224,11 @@ impl ImpactDoubt {
             Self::OppositeHit { at_s } => (at_s, HitFault::Opposite),
             Self::NoResponse { at_s } => (at_s, HitFault::NoResponse),
             Self::SamplesLost { at_s } => (at_s, HitFault::LostSamples),
+            Self::ResponseStops {
+                at_s,
+                after_s,
+                lasts_s,
+            } => (at_s, HitFault::ResponseStops { after_s, lasts_s }),
             _ => return None,
         })
     }
@@ -205,6 +252,10 @@ impl DoubtKind for ImpactDoubt {
             Self::AddedDamping { .. } => vec![Advice::SubtractDamping, Advice::RecordLonger],
             Self::NotDecayed { .. } => vec![Advice::RecordLonger, Advice::ExponentialWindow],
             Self::NegativeForce { .. } => vec![Advice::Check(Subject::Polarity)],
+            Self::OtherResponse { .. } => vec![Advice::Check(Subject::PointOfHits)],
+            Self::EarlierResponse { .. } => vec![Advice::HitLater],
+            Self::PulsesInResponse { .. } => vec![Advice::ExchangeDriveAndResponse],
+            Self::ForceDrifts { .. } => vec![Advice::Check(Subject::ForceChannel)],
             _ => Vec::new(),
         }
     }
@@ -240,17 +291,55 @@ impl fmt::Display for ImpactDoubt {
                 digits(damping_per_s / PI),
                 percent(*left)
             ),
-            Self::NotDecayed { left, segment_s } => write!(
-                f,
-                "{} of the response remain at the end of the segment of {segment_s:.3} s: resonances leak into their neighbouring \
-                    lines and are underestimated",
-                percent(*left)
-            ),
+            Self::NotDecayed {
+                left,
+                octave_hz,
+                segment_s,
+            } => {
+                let octave = octave_hz.map_or_else(String::new, |[low, high]| {
+                    format!(" between {low:.0} and {high:.0} Hz")
+                });
+                write!(
+                    f,
+                    "{} of the response{octave} is left at the end of the segment of {segment_s:.3} s: a resonance there is \
+                        underestimated by as much ({:.2} dB) and leaks into its neighbouring lines",
+                    percent(*left),
+                    -20.0 * (1.0 - left.min(0.9)).log10()
+                )
+            }
             Self::NegativeForce { peak } => write!(
                 f,
                 "the force is negative in the hits (peak {}), although a hammer pushes: either it hit against the direction of the \
                     sensor, or the sign of the force is reversed and the phase is off by 180°",
                 digits(*peak)
+            ),
+            Self::OtherResponse { at_s, share, usual } => {
+                let times: Vec<String> = at_s.iter().map(|at_s| format!("{at_s:.3} s")).collect();
+                write!(
+                    f,
+                    "the response to the hit{} at {} is not that to the others: up to {} of its energy differs from what they predict \
+                        ({} for the median hit)",
+                    if times.len() == 1 { "" } else { "s" },
+                    times.join(", "),
+                    percent(*share),
+                    percent(*usual)
+                )
+            }
+            Self::EarlierResponse { hits, share } => write!(
+                f,
+                "up to {} of the response to the hit before is left when {hits} of the hits come: the function scatters by as much from \
+                    hit to hit",
+                percent(*share)
+            ),
+            Self::PulsesInResponse { hits } => write!(
+                f,
+                "the response consists of {hits} short pulse{}, which the drive does not: they look like the force of a hammer",
+                if *hits == 1 { "" } else { "s" }
+            ),
+            Self::ForceDrifts { share } => write!(
+                f,
+                "the baseline of the force drifts by up to {} of the largest hit; it was subtracted",
+                percent(*share)
             ),
             _ => Ok(()),
         }

@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use num_complex::Complex;
 
+use super::decay::Left;
 use super::pulses::Force;
 use super::record::{Hit, ImpactTest, ImpactTraces};
-use super::segments::{AT_REST, Segments, Signals, polarity};
+use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
 use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactDoubt, ImpactError};
 use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
@@ -25,10 +26,14 @@ const RECOMMENDED_HITS: usize = 3;
 const ENDED: (f64, f64) = (0.01, 3.0);
 /// The shortest taper of the force window, samples.
 const SHORTEST_TAPER: usize = 8;
-/// The level at low frequencies is that of lines up to this part of the reciprocal of the pulse's length, where the spectrum
-/// of a half-sine has fallen by 0.2 dB; as many lines at least.
-const LOW_PART: f64 = 0.1;
-const LOW_LINES: usize = 3;
+/// The highest level of the force is the highest median of so many lines.
+const MEDIAN_LINES: usize = 3;
+/// So many hits tell which of them differs: by this part of the energy of its response, and this many times that of the median hit.
+const LEAST_TO_COMPARE: usize = 3;
+const OTHER: f64 = 0.25;
+const OTHER_RATIO: f64 = 3.0;
+/// A drift of the force is stated from this share of the largest hit on.
+const LEAST_DRIFT: f64 = 0.01;
 /// How much of the force is drawn after the pulse, in lengths of the force window.
 const DRAWN: usize = 2;
 
@@ -82,6 +87,11 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         return Err(ImpactError::Damping { found }.into());
     }
     let found = Force::of(signals.force, rate);
+    let signals = Signals {
+        force: &found.samples,
+        recorded: force.samples(),
+        ..signals
+    };
     if found.hits.is_empty() {
         return Err(ImpactError::NoHit {
             largest: found.largest,
@@ -89,7 +99,7 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         }
         .into());
     }
-    if !found.is_of_pulses(signals.force) {
+    if !found.is_of_pulses() {
         return Err(ImpactError::NoPulses.into());
     }
     let segments = Segments::of(&signals, &found, config)?;
@@ -102,7 +112,6 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
             at_s: seconds(hit.start()),
             peak: hit.main.peak,
             duration_s: seconds(hit.main.at.len()),
-            left: segment.left,
             faults: segment.faults.clone(),
         })
         .collect();
@@ -114,27 +123,37 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         }
         .into());
     }
-    let lefts = used.iter().filter_map(|i| hits[*i].left);
-    let left = lefts.fold(0.0, f64::max);
-    let windows = Windows::of(&signals, &found, (&segments, &used), config, left);
-    let cut = Cut::of(&signals, &found, (&segments, &used), &windows);
+    let left = segments.left;
+    let windows = Windows::of(&signals, &found, (&segments, &used), config);
+    let cut = Cut::of(&signals, (&segments, &used), &windows);
     let spectra: CrossSpectra<I, O> = cut.spectra(rate)?;
     let mut function = function_of(&spectra, estimator, rate, &cut.energies)?;
-    let mut pulse: Vec<f64> = used.iter().map(|i| hits[*i].duration_s).collect();
-    let pulse_s = median(&mut pulse).unwrap_or(0.0);
-    let low = low_level(&spectra, pulse_s);
-    function.driven = driven(&spectra, low, config.driven_within_db);
+    let highest = highest(&spectra);
+    function.driven = driven(&spectra, highest, config.driven_within_db);
     let test = ImpactTest {
         segment_s: seconds(segments.length),
         pretrigger_s: seconds(segments.before),
         force_window_s: windows.force_length.map(seconds),
         added_damping_per_s: windows.damping_per_s,
+        left: Some(left.share),
         driven_within_db: config.driven_within_db,
         hits,
     };
     function.about.provenance.steps.push(step(&test, estimator));
     function.about.doubts.extend(doubts(&test, left, &found));
+    let remains = used.iter().map(|i| segments.hits[*i].remains);
+    let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
+    if !remains.is_empty() {
+        let doubt = ImpactDoubt::EarlierResponse {
+            hits: remains.len(),
+            share: remains.iter().copied().fold(0.0, f64::max),
+        };
+        function.about.doubts.push(doubt.into());
+    }
     function.about.doubts.extend(undriven(&function));
+    let times: Vec<f64> = used.iter().map(|i| test.hits[*i].at_s).collect();
+    let band = function.driven;
+    (function.about.doubts).extend(band.and_then(|band| cut.others(band, rate, &times)));
     if test.used() > 1 {
         function.about.doubts.extend(judge::weak(&function));
         let related = spectra.relation().filter(|relation| !relation.is_shown());
@@ -149,7 +168,7 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     }
     function.about.doubts.extend(copied(force, response));
     function.impact = Some(test);
-    let traces = cut.traces(&windows, (&segments, rate), (&spectra, low));
+    let traces = cut.traces(&windows, (&segments, rate), (&spectra, highest.0));
     Ok(ImpactEstimate { function, traces })
 }
 
@@ -176,6 +195,7 @@ fn same_clock<'a, I: Quantity, O: Quantity>(
     }
     Ok(Signals {
         force: x,
+        recorded: x,
         response: y,
         rate: force.rate(),
         lost_s,
@@ -188,8 +208,8 @@ impl Windows {
         found: &Force,
         (segments, used): (&Segments, &[usize]),
         config: &ImpactConfig,
-        left: f64,
     ) -> Self {
+        let left = segments.left.share;
         let length = segments.length;
         let after_s = signals.rate.duration_of(length - segments.before).0;
         let damping_per_s = match config.exponential {
@@ -212,7 +232,7 @@ impl Windows {
         let ends = used.iter().map(|i| {
             let (from, pulse) = (segments.hits[*i].from, &found.hits[*i].main);
             let limit = (ENDED.0 * pulse.peak.abs()).max(ENDED.1 * found.noise);
-            let moving = |at: usize| (signals.force[at] - found.rest).abs() > limit;
+            let moving = |at: usize| signals.force[at].abs() > limit;
             // At rest for as long as the taper.
             let calm = pulse.at.len().max(SHORTEST_TAPER);
             let (mut end, mut at) = (pulse.at.end, pulse.at.end);
@@ -253,7 +273,6 @@ struct Cut {
 impl Cut {
     fn of(
         signals: &Signals<'_>,
-        found: &Force,
         (segments, used): (&Segments, &[usize]),
         windows: &Windows,
     ) -> Self {
@@ -280,7 +299,7 @@ impl Cut {
                 let segment = &samples[from..from + length];
                 segment.iter().map(|v| v - about).collect()
             };
-            let force = of(signals.force, found.rest);
+            let force = of(signals.force, 0.0);
             let before = mean(&signals.response[from..from + segments.before.max(1)]);
             let response = of(signals.response, before);
             let windowed = |samples: &[f64], window: &dyn Fn(usize) -> f64| -> Vec<f64> {
@@ -320,11 +339,51 @@ impl Cut {
         Ok(spectra)
     }
 
+    /// The doubt about hits, whose `times` in s are those of the segments, with another response than the others have.
+    ///
+    /// Of each hit the part of the energy of the response in the driven band that H1 of the other hits does not predict.
+    fn others(&self, band: Band, rate: SampleRate, times: &[f64]) -> Option<Doubt> {
+        if self.x.len() < LEAST_TO_COMPARE {
+            return None;
+        }
+        let step_hz = rate.hz() / self.length as f64;
+        let lines = (band.low().0 / step_hz).ceil() as usize
+            ..=((band.high().0 / step_hz) as usize).min(self.length / 2);
+        let mut unpredicted = vec![0.0; self.x.len()];
+        let mut energy = vec![0.0; self.x.len()];
+        for k in lines {
+            let xx: f64 = self.x.iter().map(|x| x[k].norm_sqr()).sum();
+            let xy: Complex<f64> = (self.x.iter().zip(&self.y))
+                .map(|(x, y)| x[k].conj() * y[k])
+                .sum();
+            for (i, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
+                let rest = xx - x[k].norm_sqr();
+                if rest > 0.0 {
+                    let by_others = (xy - x[k].conj() * y[k]) / rest;
+                    unpredicted[i] += (y[k] - by_others * x[k]).norm_sqr();
+                    energy[i] += y[k].norm_sqr();
+                }
+            }
+        }
+        let shares: Vec<f64> = (unpredicted.iter().zip(&energy))
+            .map(|(part, all)| part / all.max(f64::MIN_POSITIVE))
+            .collect();
+        let usual = median(&mut shares.clone())?;
+        let limit = OTHER.max(OTHER_RATIO * usual);
+        let (at_s, found): (Vec<f64>, Vec<f64>) = (times.iter().zip(&shares))
+            .filter(|(_, share)| **share > limit)
+            .unzip();
+        (!at_s.is_empty()).then(|| {
+            let share = found.iter().copied().fold(0.0, f64::max);
+            ImpactDoubt::OtherResponse { at_s, share, usual }.into()
+        })
+    }
+
     fn traces<I: Quantity, O: Quantity>(
         &self,
         windows: &Windows,
         (segments, rate): (&Segments, SampleRate),
-        (spectra, low): (&CrossSpectra<I, O>, f64),
+        (spectra, level): (&CrossSpectra<I, O>, f64),
     ) -> ImpactTraces {
         let time = |k: usize| (k as f64 - segments.before as f64) / rate.hz();
         let drawn = windows.force_length.unwrap_or(4 * segments.before) * DRAWN;
@@ -351,7 +410,7 @@ impl Cut {
             .enumerate()
             .skip(1)
             .map(|(k, power)| {
-                let ratio = (power / low).max(1e-12);
+                let ratio = (power / level).max(1e-12);
                 (k as f64 * spectra.resolution_hz, 10.0 * ratio.log10())
             });
         ImpactTraces {
@@ -406,27 +465,35 @@ fn function_of<I: Quantity, O: Quantity>(
     Ok(function)
 }
 
-/// The level of the force at low frequencies, in its unit squared per Hz.
-fn low_level<I: Quantity, O: Quantity>(spectra: &CrossSpectra<I, O>, pulse_s: f64) -> f64 {
-    let last = LOW_PART / (pulse_s * spectra.resolution_hz).max(f64::MIN_POSITIVE);
-    let last = (last as usize)
-        .max(LOW_LINES)
-        .min(spectra.drive_power.len() - 1);
-    let mut low = spectra.drive_power[1..=last].to_vec();
-    median(&mut low).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+/// The highest level of the force, in its unit squared per Hz, and its line: of medians of some lines, over which one line does
+/// not count.
+fn highest<I: Quantity, O: Quantity>(spectra: &CrossSpectra<I, O>) -> (f64, usize) {
+    let medians = spectra.drive_power[1..]
+        .windows(MEDIAN_LINES)
+        .filter_map(|lines| median(&mut lines.to_vec()));
+    let centres = (1 + MEDIAN_LINES / 2..).zip(medians);
+    centres.fold((f64::MIN_POSITIVE, 1), |(highest, at), (line, level)| {
+        if level > highest {
+            (level, line)
+        } else {
+            (highest, at)
+        }
+    })
 }
 
-/// From the first line to the last one before the force falls by more than `within_db` below its `low` level.
+/// The lines about the `highest` level in which the force does not fall by more than `within_db` below it.
 fn driven<I: Quantity, O: Quantity>(
     spectra: &CrossSpectra<I, O>,
-    low: f64,
+    (level, at): (f64, usize),
     within_db: f64,
 ) -> Option<Band> {
-    let least = low * 10f64.powf(-0.1 * within_db);
-    let powers = spectra.drive_power.iter().skip(1);
-    let lines = powers.take_while(|power| **power >= least).count();
+    let least = level * 10f64.powf(-0.1 * within_db);
+    let (below, above) = spectra.drive_power.split_at(at);
+    let above = above.iter().take_while(|power| **power >= least).count();
+    let below = below[1..].iter().rev();
+    let below = below.take_while(|power| **power >= least).count();
     let hz = |line: usize| Hertz(line as f64 * spectra.resolution_hz);
-    Band::new(hz(1), hz(lines)).ok()
+    Band::new(hz(at - below), hz(at + above.max(1) - 1)).ok()
 }
 
 /// The doubt about the lines above those that are driven.
@@ -436,7 +503,7 @@ fn undriven<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Opti
 }
 
 /// What limits the test.
-fn doubts(test: &ImpactTest, left: f64, found: &Force) -> Vec<Doubt> {
+fn doubts(test: &ImpactTest, left: Left, found: &Force) -> Vec<Doubt> {
     let hits = test.hits.iter();
     let mut doubts: Vec<Doubt> = hits
         .flat_map(|hit| {
@@ -460,15 +527,24 @@ fn doubts(test: &ImpactTest, left: f64, found: &Force) -> Vec<Doubt> {
         doubts.push(
             ImpactDoubt::AddedDamping {
                 damping_per_s: test.added_damping_per_s,
-                left,
+                left: left.share,
             }
             .into(),
         );
-    } else if left > AT_REST {
+    } else if left.share > AT_REST {
         doubts.push(
             ImpactDoubt::NotDecayed {
-                left,
+                left: left.share,
+                octave_hz: left.octave_hz,
                 segment_s: test.segment_s,
+            }
+            .into(),
+        );
+    }
+    if found.drift > LEAST_DRIFT * found.largest {
+        doubts.push(
+            ImpactDoubt::ForceDrifts {
+                share: found.drift / found.largest,
             }
             .into(),
         );
@@ -511,7 +587,7 @@ fn step(test: &ImpactTest, estimator: Estimator) -> String {
     };
     format!(
         "transfer function {estimator} of {} of {} hits, segments of {:.4} s from {:.2} ms before each, {force}, {exponential}, \
-            driven where the force is within {} dB of its level at low frequencies",
+            driven where the force is within {} dB of its highest level",
         test.used(),
         test.hits.len(),
         test.segment_s,

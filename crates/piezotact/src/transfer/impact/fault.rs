@@ -61,6 +61,13 @@ pub enum HitFault {
     NoResponse,
     /// Samples were lost within its segment.
     LostSamples,
+    /// The response stops while it moves, as when a cable has no contact.
+    ResponseStops {
+        /// How long after the hit, s.
+        after_s: f64,
+        /// For how long, s.
+        lasts_s: f64,
+    },
 }
 
 impl HitFault {
@@ -68,6 +75,7 @@ impl HitFault {
     pub(super) fn advice(self) -> Vec<Advice> {
         match self {
             Self::Double { .. } | Self::LostSamples => vec![Advice::MeasureAgain],
+            Self::ResponseStops { .. } => vec![Advice::Check(Subject::CableAndRange)],
             Self::ForceOverload { .. } | Self::ResponseOverload { .. } => {
                 vec![Advice::Check(Subject::CableAndRange), Advice::MeasureAgain]
             }
@@ -131,6 +139,12 @@ impl fmt::Display for HitFault {
             }
             Self::NoResponse => f.write_str("the response does not stand out of its noise"),
             Self::LostSamples => f.write_str("samples were lost"),
+            Self::ResponseStops { after_s, lasts_s } => write!(
+                f,
+                "the response drops out {} after the hit, for {}",
+                time(*after_s),
+                time(*lasts_s)
+            ),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! the response to it is not, and the estimate is wrong by any amount. A segment that begins just before the hit and ends
 //! when the response has decayed needs no window.
 
+mod decay;
 mod doubt;
 mod error;
 mod estimate;
@@ -54,11 +55,11 @@ pub enum ForceWindow {
 /// The exponential window of force and response.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExponentialWindow {
-    /// Where the response has not decayed at the end of the segment: as much as brings it to 1 % there.
-    #[default]
-    WhereNeeded,
     /// None.
+    #[default]
     None,
+    /// Where the response has not decayed at the end of the segment: as much as brings it to 1 % there.
+    WhereNeeded,
     /// With this damping σ, 1/s.
     Damping(f64),
 }
@@ -72,13 +73,13 @@ pub struct ImpactConfig {
     pub force_window: ForceWindow,
     /// The exponential window.
     pub exponential: ExponentialWindow,
-    /// Lines whose force lies by more than this below its level at low frequencies are not driven, dB.
+    /// Lines whose force lies by more than this below its highest level are not driven, dB.
     pub driven_within_db: f64,
 }
 
 impl ImpactConfig {
-    /// The usual evaluation: segments fitted to the hits, a force window, an exponential window where the response has not
-    /// decayed, and a driven band in which the force spectrum lies within 10 dB of its level at low frequencies.
+    /// The usual evaluation: segments fitted to the hits, a force window, no exponential window, and a driven band in which the
+    /// force spectrum lies within 10 dB of its highest level.
     ///
     /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; decision 0050 of this
     /// project.

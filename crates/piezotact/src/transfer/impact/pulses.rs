@@ -18,6 +18,11 @@ const JOINED_SAMPLES: usize = 4;
 const BOUNCES_WITHIN_S: f64 = 0.1;
 /// Noise is estimated from at most this many samples, evenly over the recording.
 const SAMPLED: usize = 16_384;
+/// The baseline is that of medians over this time, s, of at least so many samples; it is followed where it departs from its
+/// median by more than this many times the noise.
+const BASELINE_S: f64 = 1.0;
+const BASELINE_SAMPLES: usize = 64;
+const DRIFTS: f64 = 1.0;
 
 /// A drive consists of pulses when it rests this share of the time at least, when the pulses hold this share of its energy at
 /// least, and when most hits have 80 % of their energy in so many half-waves.
@@ -62,8 +67,10 @@ impl Struck {
 /// What is found in a force.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Force {
-    /// Its value at rest.
-    pub(super) rest: f64,
+    /// The force re rest; a baseline that drifts is subtracted.
+    pub(super) samples: Vec<f64>,
+    /// By how much the baseline departs from its median at most, 0 where it does not drift.
+    pub(super) drift: f64,
     /// The standard deviation of its noise at rest.
     pub(super) noise: f64,
     /// Its largest magnitude re rest.
@@ -75,17 +82,19 @@ pub(super) struct Force {
 impl Force {
     /// The hits in `samples`.
     pub(super) fn of(samples: &[f64], rate: SampleRate) -> Self {
-        let (rest, noise) = rest_and_noise(samples);
-        let largest = largest(samples, rest);
+        let (samples, drift) = without_baseline(samples, rate);
+        let noise = noise(&samples);
+        let largest = samples.iter().fold(0.0_f64, |most, v| v.abs().max(most));
         let hits = if largest > STANDS_OUT * noise && largest > 0.0 {
             let level = (ABOVE_NOISE * noise).max(ABOVE_REST * largest);
             let within = (BOUNCES_WITHIN_S * rate.hz()) as usize;
-            struck(pulses(samples, rest, level), within)
+            struck(pulses(&samples, level), within)
         } else {
             Vec::new()
         };
         Self {
-            rest,
+            samples,
+            drift,
             noise,
             largest,
             hits,
@@ -93,7 +102,7 @@ impl Force {
     }
 
     /// Whether most hits are pulses of a few half-waves, and not bursts of an oscillation.
-    pub(super) fn is_of_pulses(&self, samples: &[f64]) -> bool {
+    pub(super) fn is_of_pulses(&self) -> bool {
         let counting: Vec<&Struck> = self
             .hits
             .iter()
@@ -101,18 +110,18 @@ impl Force {
             .collect();
         let short = counting
             .iter()
-            .filter(|hit| half_waves(&samples[hit.start()..hit.end()], self.rest) <= HALF_WAVES)
+            .filter(|hit| half_waves(&self.samples[hit.start()..hit.end()]) <= HALF_WAVES)
             .count();
         !counting.is_empty() && 2 * short >= counting.len()
     }
 
-    /// The share of the recording of `samples` that the pulses take.
-    pub(super) fn share(&self, samples: usize) -> f64 {
+    /// The share of the recording that the pulses take.
+    fn share(&self) -> f64 {
         let pulses = self
             .hits
             .iter()
             .flat_map(|hit| std::iter::once(&hit.main).chain(&hit.others));
-        pulses.map(|pulse| pulse.at.len()).sum::<usize>() as f64 / samples.max(1) as f64
+        pulses.map(|pulse| pulse.at.len()).sum::<usize>() as f64 / self.samples.len().max(1) as f64
     }
 }
 
@@ -128,7 +137,8 @@ pub struct Transient {
 /// The hits of a drive that consists of short pulses and is at rest between them: their number, and their share of the time
 /// (0–1); `None` for noise, sweeps, multisines and bursts of them.
 ///
-/// Formula: the largest value is above 20 times the noise at rest (1.4826 times the median deviation from the median); pulses,
+/// Formula: the largest value is above 20 times the noise at rest (1.4826 times the median deviation from the median, or from a
+/// baseline of medians over 1 s where that drifts, by 30 % of the largest value or less); pulses,
 /// which lie above 5 % of it, take 10 % of the time or less and hold half of the energy or more; most hits have 80 % of their
 /// energy in three half-waves or less.
 ///
@@ -140,62 +150,95 @@ pub fn transient(samples: &[f64], rate: SampleRate) -> Option<Transient> {
     if samples.len() < 8 || energy <= 0.0 {
         return None;
     }
-    let (rest, noise) = rest_and_noise(samples);
-    if largest(samples, rest) < STANDS_OUT_UNASKED * noise {
+    let force = Force::of(samples, rate);
+    if force.largest < STANDS_OUT_UNASKED * force.noise || force.drift > COUNTS * force.largest {
         return None;
     }
-    let force = Force::of(samples, rate);
-    let share = force.share(samples.len());
-    let energy = |part: &[f64]| -> f64 { part.iter().map(|v| (v - rest).powi(2)).sum() };
+    let share = force.share();
+    let energy = |part: &[f64]| -> f64 { part.iter().map(|v| v * v).sum() };
     let in_hits: f64 = force
         .hits
         .iter()
-        .map(|hit| energy(&samples[hit.start()..hit.end()]))
+        .map(|hit| energy(&force.samples[hit.start()..hit.end()]))
         .sum();
     let found = share <= 1.0 - RESTS
-        && in_hits >= ENERGY_IN_PULSES * energy(samples)
-        && force.is_of_pulses(samples);
+        && in_hits >= ENERGY_IN_PULSES * energy(&force.samples)
+        && force.is_of_pulses();
     found.then_some(Transient {
         hits: force.hits.len(),
         share,
     })
 }
 
-/// The median, and the standard deviation of Gaussian noise with the same median deviation from it.
-fn rest_and_noise(samples: &[f64]) -> (f64, f64) {
+/// `samples` less their median, or less a baseline of medians where that drifts; and by how much it does.
+fn without_baseline(samples: &[f64], rate: SampleRate) -> (Vec<f64>, f64) {
+    let rest = sampled_median(samples.iter().copied());
+    let mut level: Vec<f64> = samples.iter().map(|v| v - rest).collect();
+    let block = ((BASELINE_S * rate.hz()) as usize).max(BASELINE_SAMPLES);
+    let blocks = level.chunks_exact(block);
+    let medians: Vec<f64> = blocks
+        .map(|part| sampled_median(part.iter().copied()))
+        .collect();
+    if medians.len() < 2 {
+        return (level, 0.0);
+    }
+    // A line through two medians, beyond the first and the last centre too.
+    let at = |i: usize| {
+        let place = i as f64 / block as f64 - 0.5;
+        let k = (place.max(0.0) as usize).min(medians.len() - 2);
+        medians[k] + (place - k as f64) * (medians[k + 1] - medians[k])
+    };
+    let about = noise_of((0..level.len()).map(|i| level[i] - at(i)), level.len());
+    let drift = medians.iter().fold(0.0_f64, |most, v| v.abs().max(most));
+    if drift <= DRIFTS * about {
+        return (level, 0.0);
+    }
+    for (i, v) in level.iter_mut().enumerate() {
+        *v -= at(i);
+    }
+    (level, drift)
+}
+
+/// The median of some of the values.
+fn sampled_median(samples: impl ExactSizeIterator<Item = f64>) -> f64 {
     // An odd step does not keep pace with a periodic signal.
     let step = samples.len().div_ceil(SAMPLED) | 1;
-    let mut some: Vec<f64> = samples.iter().copied().step_by(step).collect();
-    let rest = median(&mut some).unwrap_or(0.0);
-    some.iter_mut().for_each(|v| *v = (*v - rest).abs());
-    (rest, 1.4826 * median(&mut some).unwrap_or(0.0))
+    median(&mut samples.step_by(step).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
-fn largest(samples: &[f64], rest: f64) -> f64 {
-    samples
-        .iter()
-        .fold(0.0, |most, v| (v - rest).abs().max(most))
+/// The standard deviation of Gaussian noise with the same median deviation from 0 as `count` values.
+fn noise_of(samples: impl Iterator<Item = f64>, count: usize) -> f64 {
+    let step = count.div_ceil(SAMPLED) | 1;
+    let mut some: Vec<f64> = samples.step_by(step).map(f64::abs).collect();
+    1.4826 * median(&mut some).unwrap_or(0.0)
 }
 
-/// The parts of `samples` above `level`.
-fn pulses(samples: &[f64], rest: f64, level: f64) -> Vec<Pulse> {
+/// The noise of a force re rest.
+fn noise(samples: &[f64]) -> f64 {
+    noise_of(samples.iter().copied(), samples.len())
+}
+
+/// The parts of one sign of a force re rest whose magnitude is above `level`.
+fn pulses(samples: &[f64], level: f64) -> Vec<Pulse> {
     let mut found: Vec<Pulse> = Vec::new();
-    for (i, v) in samples.iter().enumerate() {
-        let value = v - rest;
+    for (i, value) in samples.iter().copied().enumerate() {
         if value.abs() <= level {
             continue;
         }
-        match found.last_mut() {
-            Some(last) if i <= last.at.end + JOINED_SAMPLES => {
-                last.at.end = i + 1;
-                if value.abs() > last.peak.abs() {
-                    last.peak = value;
-                }
+        // A filter that rings, or drains, has another sign in between.
+        let last = found.iter_mut().rev().take(2);
+        let mut last =
+            last.filter(|last| i <= last.at.end + JOINED_SAMPLES && last.peak * value > 0.0);
+        if let Some(last) = last.next() {
+            last.at.end = i + 1;
+            if value.abs() > last.peak.abs() {
+                last.peak = value;
             }
-            _ => found.push(Pulse {
+        } else {
+            found.push(Pulse {
                 at: i..i + 1,
                 peak: value,
-            }),
+            });
         }
     }
     found
@@ -223,10 +266,10 @@ fn struck(pulses: Vec<Pulse>, within: usize) -> Vec<Struck> {
 }
 
 /// How many half-waves hold 80 % of the energy.
-fn half_waves(samples: &[f64], rest: f64) -> usize {
+fn half_waves(samples: &[f64]) -> usize {
     let mut energies: Vec<f64> = samples
-        .chunk_by(|a, b| (*a > rest) == (*b > rest))
-        .map(|half| half.iter().map(|v| (v - rest).powi(2)).sum())
+        .chunk_by(|a, b| (*a > 0.0) == (*b > 0.0))
+        .map(|half| half.iter().map(|v| v * v).sum())
         .collect();
     energies.sort_by(|a, b| b.total_cmp(a));
     let all: f64 = energies.iter().sum();

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::HitFault;
 
+/// An exponential window that leaves less than exp(−100) at the end of a segment is none.
+const MOST_DAMPING: f64 = 100.0;
+
 /// One hit of an impact test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -14,10 +17,6 @@ pub struct Hit {
     pub peak: f64,
     /// How long the force is above 5 % of the largest hit, s.
     pub duration_s: f64,
-    /// The level of the response at the end of the segment re its largest, 0–1, before any window; absent where it was not
-    /// judged.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub left: Option<f64>,
     /// Why it was not used; none of a hit that was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<HitFault>,
@@ -47,11 +46,54 @@ pub struct ImpactTest {
     /// The damping σ that an exponential window exp(−σt) of force and response added to every resonance, 1/s; 0 where there was
     /// none. The function is H(jω + σ).
     pub added_damping_per_s: f64,
-    /// Lines whose force lies by more than this below its level at low frequencies are not driven, dB.
+    /// The level of the response at the end of the segment re its largest, 0–1, before any window, in the octave that has
+    /// decayed least; absent in files that do not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<f64>,
+    /// Lines whose force lies by more than this below its highest level are not driven, dB.
     pub driven_within_db: f64,
 }
 
 impl ImpactTest {
+    /// What no impact test can have, with its value: a file that was changed by hand may hold it.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<String> {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let hits = |sound: &dyn Fn(&Hit) -> bool| self.hits.iter().find(|hit| !sound(hit));
+        if !positive(self.segment_s) {
+            return Some(format!("a segment of {} s", self.segment_s));
+        }
+        if !(0.0..self.segment_s).contains(&self.pretrigger_s) {
+            let (before, segment) = (self.pretrigger_s, self.segment_s);
+            return Some(format!(
+                "{before} s before the hit in a segment of {segment} s"
+            ));
+        }
+        if let Some(length_s) = self.force_window_s.filter(|length| !positive(*length)) {
+            return Some(format!("a force window of {length_s} s"));
+        }
+        let most = MOST_DAMPING / self.segment_s;
+        if !(0.0..=most).contains(&self.added_damping_per_s) {
+            return Some(format!(
+                "an added damping of {} 1/s over a segment of {} s",
+                self.added_damping_per_s, self.segment_s
+            ));
+        }
+        if let Some(left) = self.left.filter(|left| !(0.0..=1.0).contains(left)) {
+            return Some(format!("{left} of the response left"));
+        }
+        if let Some(hit) = hits(&|hit| hit.at_s.is_finite() && hit.at_s >= 0.0) {
+            return Some(format!("a hit at {} s", hit.at_s));
+        }
+        if let Some(hit) = hits(&|hit| hit.peak.is_finite() && hit.peak != 0.0) {
+            return Some(format!("a hit with a peak of {}", hit.peak));
+        }
+        if let Some(hit) = hits(&|hit| hit.duration_s.is_finite() && hit.duration_s >= 0.0) {
+            return Some(format!("a pulse of {} s", hit.duration_s));
+        }
+        (self.used() == 0).then(|| format!("{} hits and none used", self.hits.len()))
+    }
+
     /// How many hits were used.
     #[must_use]
     pub fn used(&self) -> usize {
@@ -80,6 +122,6 @@ pub struct ImpactTraces {
     pub force_window: Vec<(f64, f64)>,
     /// The exponential window, 1 at the hit; none where there was none.
     pub exponential: Vec<(f64, f64)>,
-    /// The mean spectrum of the force re its level at low frequencies, dB.
+    /// The mean spectrum of the force re its highest level, dB.
     pub force_db: Vec<(f64, f64)>,
 }

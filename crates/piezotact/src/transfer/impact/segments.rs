@@ -1,13 +1,14 @@
 //! The segments of an impact test: how long they are, and which hits have one that can be used.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
+use super::decay::{Decay, Judged, Left};
 use super::fault::HitFault;
 use super::pulses::{Force, Struck};
 use super::{ExponentialWindow, ImpactConfig, ImpactError, ImpactSegment};
 use crate::clipping::step;
-use crate::quantity::SampleRate;
+use crate::integrity::{Span, lost_parts};
+use crate::quantity::{SampleRate, Seconds};
 use crate::statistics::{mean, median, rms};
 
 /// The shortest segment, samples.
@@ -21,20 +22,13 @@ const USUAL_PART: f64 = 0.5;
 /// The response is at rest when it falls to this share of its largest level: −40 dB.
 pub(super) const AT_REST: f64 = 0.01;
 /// A larger share that is left at the end of a segment is that of a hit without an end: −14 dB.
-const MOST_LEFT: f64 = 0.2;
-/// A larger share of the largest level before the hit is not rest: −26 dB.
-const MOST_BEFORE: f64 = 0.05;
-/// The level of the response is that of blocks of this part of a segment.
-const BLOCKS: usize = 50;
-/// Below this ratio to its noise a level is noise: of the response, and of its integral, whose noise is slow.
-const OVER_NOISE: [f64; 2] = [1.5, 3.0];
-/// The corner of the leaky integral: this many times the reciprocal of the usual time between hits, and at most so many Hz.
-const CORNER: f64 = 20.0;
-const HIGHEST_CORNER_HZ: f64 = 20.0;
+pub(super) const MOST_LEFT: f64 = 0.2;
+/// A larger share of the largest level before the hit is not rest: −26 dB. Up to `MOST_LEFT` it is a doubt.
+pub(super) const MOST_BEFORE: f64 = 0.05;
+/// Below this ratio to its noise a level is noise.
+const OVER_NOISE: f64 = 1.5;
 /// A response stands out when its largest sample is this many times its noise.
 const ANSWERS: f64 = 5.0;
-/// The samples before a hit whose mean is rest.
-const REST_SAMPLES: usize = 64;
 /// The blocks in which a response is looked for before its hit, s.
 const ONSET_S: f64 = 0.0005;
 /// So many of them in a row at this share of the level before the hit, or in the noise, are rest.
@@ -47,6 +41,15 @@ const FLAT_SAMPLES: usize = 3;
 const FLAT_SHARE: f64 = 0.3;
 const FLAT_FROM: f64 = 0.97;
 const FLAT_PULSE: usize = 12;
+/// A peak that several hits share to the last digit although they differ is a limit: so many hits with a single sample there,
+/// or with a run of two; of a converter with steps finer than this part of it, on which hits meet by chance.
+const MEET: usize = 3;
+const MEET_IN_RUNS: usize = 2;
+const FINEST_STEPS: f64 = 200.0;
+/// A response that stops moving is lost where its level was so many times its noise, and this part of its peak, just before.
+const STOPS: f64 = 5.0;
+const STOPS_PART: f64 = 0.03;
+const JUST_BEFORE: Seconds = Seconds(0.005);
 /// A side of a response that reaches less than this part of the other is not limited.
 const ONE_SIDED: f64 = 0.1;
 /// Beside a limit the signal falls by more than this many steps of its converter.
@@ -58,6 +61,8 @@ pub(super) struct Segments {
     pub(super) length: usize,
     /// How many of them lie before the hit.
     pub(super) before: usize,
+    /// The level of the response that is left at the end, in the octave that has decayed least.
+    pub(super) left: Left,
     /// One for each hit.
     pub(super) hits: Vec<Segment>,
 }
@@ -66,37 +71,40 @@ pub(super) struct Segments {
 pub(super) struct Segment {
     /// Where it begins; the hit itself lies `before` samples later.
     pub(super) from: usize,
-    /// The level of the response at the end re its largest, 0–1; absent where it was not judged.
-    pub(super) left: Option<f64>,
+    /// The level of the response before it re its largest, 0–1, where that does not stand still.
+    pub(super) remains: f64,
     /// Why it cannot be used.
     pub(super) faults: Vec<HitFault>,
-}
-
-/// A motion that has to decay: the response, and its integral, in which low frequencies count for more.
-struct Motion<'a> {
-    samples: &'a [f64],
-    noise: f64,
-    /// Below this ratio to its noise a level is noise.
-    over: f64,
 }
 
 /// What hits are judged by.
 #[derive(Clone, Copy)]
 struct Known<'a> {
     signals: &'a Signals<'a>,
-    kinds: &'a [Motion<'a>],
-    /// Where the hits begin.
+    /// The rms of the noise of the response.
+    noise: f64,
+    /// Where the hits begin, and their peaks.
     starts: &'a [usize],
+    peaks: &'a [f64],
+    /// How the response decays.
+    decay: &'a Decay,
     /// The length of a pulse, samples.
     pulse: usize,
     /// The step of the converter of the response.
     step: f64,
+    /// The limits of the response above and below that several hits share.
+    limits: [Option<f64>; 2],
+    /// Where the response is lost.
+    lost: &'a [Span],
     config: &'a ImpactConfig,
 }
 
 /// What a recording of an impact test holds.
 pub(super) struct Signals<'a> {
+    /// The force re rest.
     pub(super) force: &'a [f64],
+    /// The force as it was recorded.
+    pub(super) recorded: &'a [f64],
     pub(super) response: &'a [f64],
     pub(super) rate: SampleRate,
     pub(super) lost_s: &'a [[f64; 2]],
@@ -122,38 +130,33 @@ impl Segments {
         let usual = usual_span(&spans, &sound);
         let share = (BEFORE.0 * usual as f64) as usize;
         let before = share.max(BEFORE.1 * pulse).max(BEFORE.2).min(first);
-        let quiet = ..first.saturating_sub(pulse / 2);
-        let keeps = (-TAU
-            * (CORNER / usual.max(1) as f64).min(HIGHEST_CORNER_HZ / signals.rate.hz()))
-        .exp();
-        let integral = integral(signals.response, keeps);
-        let white = noise_before(&signals.response[quiet]);
-        // What the integral of white noise is; a short part before the hit does not hold it all.
-        let least = [white, white / (1.0 - keeps * keeps).sqrt()];
-        let both = [signals.response, integral.as_slice()];
-        let kinds: Vec<Motion<'_>> = both
-            .into_iter()
-            .zip(OVER_NOISE.into_iter().zip(least))
-            .map(|(samples, (over, least))| Motion {
-                samples,
-                noise: noise_before(&samples[quiet]).max(least),
-                over,
-            })
-            .collect();
+        let quiet = 0..first.saturating_sub(pulse / 2);
+        let noise = noise_before(&signals.response[quiet.clone()]);
+        let long = |reach: usize| -> Vec<(usize, f64)> {
+            let long = (0..spans.len()).filter(|i| sound[*i] && spans[*i] >= reach);
+            long.map(|i| (starts[i], found.hits[i].main.peak)).collect()
+        };
+        let mut reach = usual;
+        if let ImpactSegment::Samples(length) = config.segment
+            && !long(length.saturating_sub(before)).is_empty()
+        {
+            reach = reach.max(length.saturating_sub(before));
+        }
+        let decay = Decay::of(&Judged {
+            response: signals.response,
+            rate: signals.rate,
+            hits: &long(reach),
+            reach,
+            pulse,
+            quiet,
+        });
         let length = match config.segment {
             ImpactSegment::Samples(length) => length,
             ImpactSegment::Fitted => {
-                let long = (0..spans.len()).filter(|i| sound[*i] && spans[*i] >= usual);
-                let decays = long
-                    .flat_map(|i| {
-                        let span = starts[i]..starts[i] + spans[i];
-                        kinds
-                            .iter()
-                            .map(move |kind| decay(kind, span.clone(), pulse))
-                    })
-                    .max();
                 // A segment may reach up to the next hit's own beginning.
-                let length = usual.min(before + 2 * decays.unwrap_or(usual));
+                let length = usual.min(before + 2 * decay.until_rest().unwrap_or(usual));
+                // A hit that ends the recording leaves less; its fault says so.
+                let length = length.max(SHORTEST.max(before + pulse).next_multiple_of(2));
                 // Lengths with small factors are transformed faster.
                 let step = if length >= 4096 { 64 } else { 2 };
                 length / step * step
@@ -169,40 +172,58 @@ impl Segments {
         let mut segments = Self {
             length,
             before,
+            left: decay.left(length - before),
             hits: Vec::with_capacity(starts.len()),
         };
+        let peaks: Vec<f64> = found.hits.iter().map(|hit| hit.main.peak).collect();
         let polarity = polarity(found);
-        let steps = [step(signals.force), step(signals.response)];
+        let steps = [step(signals.recorded), step(signals.response)];
+        let limit = limit_of(signals.recorded, found, polarity, steps[0]);
+        let lost = lost_parts(signals.response, signals.rate);
+        let reached = starts.iter().map(|start| {
+            let end = (start + length - before).min(samples);
+            &signals.response[*start..end]
+        });
+        let reached: Vec<&[f64]> = reached.collect();
+        let limits = [1.0, -1.0].map(|sign| shared_limit(&reached, sign, steps[1]));
         for (i, hit) in found.hits.iter().enumerate() {
             let mut faults = Vec::new();
             let cut = starts[i] < LEAST_BEFORE || starts[i] < before;
             faults.extend(cut.then_some(HitFault::AtTheBeginning));
             faults.extend(double(hit, signals.rate));
-            faults.extend(force_overload(signals.force, hit, (found.rest, steps[0])));
+            faults.extend(force_overload(signals, hit, (limit, steps[0])));
             if hit.main.peak.signum() != polarity {
                 faults.push(HitFault::Opposite);
             }
             let from = starts[i].saturating_sub(before);
             let known = Known {
                 signals,
-                kinds: &kinds,
+                noise,
                 starts: &starts,
+                peaks: &peaks,
+                decay: &decay,
                 pulse,
                 step: steps[1],
+                limits,
+                lost: &lost,
                 config,
             };
-            let left = if cut {
-                None
+            let remains = if cut {
+                0.0
             } else {
                 segments.judge(&known, i, &mut faults)
             };
-            segments.hits.push(Segment { from, left, faults });
+            segments.hits.push(Segment {
+                from,
+                remains,
+                faults,
+            });
         }
         Ok(segments)
     }
 
-    /// Judges the response to hit `i`, and returns its level at the end of the segment.
-    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) -> Option<f64> {
+    /// Judges the response to hit `i`, and returns what remains of the response before it, re its own largest level.
+    fn judge(&self, known: &Known<'_>, i: usize, faults: &mut Vec<HitFault>) -> f64 {
         let Known {
             signals,
             starts,
@@ -231,32 +252,31 @@ impl Segments {
         }
         let answer = &signals.response[start..cut.end];
         let rest = mean(&signals.response[cut.start..start.max(cut.start + 1)]);
-        let clipped = overload(answer, rest, known.step);
+        let clipped = overload(answer, rest, known.step).max(beyond(answer, known.limits));
         if clipped > 0 {
             faults.push(HitFault::ResponseOverload { samples: clipped });
         }
         let peak = answer
             .iter()
             .fold(0.0_f64, |peak, v| peak.max((v - rest).abs()));
-        if peak <= ANSWERS * known.kinds[0].noise {
+        faults.extend(stops(known, start..cut.end, peak));
+        if peak <= ANSWERS * known.noise {
             faults.push(HitFault::NoResponse);
-            return None;
+            return 0.0;
         }
-        let moved = known
-            .kinds
-            .iter()
-            .find_map(|kind| moved_before(kind, known, i, self.before));
-        faults.extend(moved);
+        let remains = match moved_before(known, i, self.before) {
+            Some(HitFault::StillMoving { share }) => share.max(remains(known, i)),
+            Some(first) => {
+                faults.push(first);
+                0.0
+            }
+            None => remains(known, i),
+        };
+        faults.extend((remains > MOST_LEFT).then_some(HitFault::StillMoving { share: remains }));
         if start + after > last {
             faults.push(ends(seconds(after)));
-            return None;
+            return remains;
         }
-        let span = start..cut.end;
-        let lefts = known
-            .kinds
-            .iter()
-            .map(|kind| left(kind, span.clone(), known.pulse));
-        let left = lefts.fold(0.0, f64::max);
         // Without an end to go by, a response that has hardly fallen is that to a hit that is cut off.
         let limit = match config.exponential {
             ExponentialWindow::Damping(damping_per_s) => {
@@ -264,12 +284,13 @@ impl Segments {
             }
             _ => MOST_LEFT,
         };
+        let left = known.decay.spoils(after);
         if left > limit && config.segment == ImpactSegment::Fitted {
             // As far as it decays evenly from one end to the other.
             let falls = -left.min(0.99).ln() / seconds(after);
             faults.push(ends(-AT_REST.ln() / falls));
         }
-        Some(left)
+        remains
     }
 }
 
@@ -319,7 +340,8 @@ pub(super) fn polarity(found: &Force) -> f64 {
 /// The second pulse of a hit.
 fn double(hit: &Struck, rate: SampleRate) -> Option<HitFault> {
     let main = &hit.main;
-    let counts = |other: &&super::pulses::Pulse| other.peak.abs() >= SECOND * main.peak.abs();
+    // A hammer pushes: what has the other sign is a filter that rings or drains.
+    let counts = |other: &&super::pulses::Pulse| other.peak / main.peak >= SECOND;
     let second = hit
         .others
         .iter()
@@ -331,22 +353,98 @@ fn double(hit: &Struck, rate: SampleRate) -> Option<HitFault> {
     })
 }
 
-/// A pulse that is cut off at a limit.
-fn force_overload(force: &[f64], hit: &Struck, (rest, step): (f64, f64)) -> Option<HitFault> {
-    let pulse = &force[hit.main.at.clone()];
+/// A pulse that is cut off at a limit: one that it shows itself, or the `limit` of others.
+fn force_overload(
+    signals: &Signals<'_>,
+    hit: &Struck,
+    (limit, step): (Option<f64>, f64),
+) -> Option<HitFault> {
     let sign = hit.main.peak.signum();
-    let upright: Vec<f64> = pulse.iter().map(|v| sign * (v - rest)).collect();
-    let top = upright
+    let upright = |samples: &[f64]| -> Vec<f64> {
+        let pulse = &samples[hit.main.at.clone()];
+        pulse.iter().map(|v| sign * v).collect()
+    };
+    let pulse = upright(signals.force);
+    let top = pulse
         .iter()
         .filter(|v| **v >= FLAT_FROM * hit.main.peak.abs())
         .count();
     let broad = pulse.len() >= FLAT_PULSE && top as f64 > FLAT_SHARE * pulse.len() as f64;
+    let recorded = upright(signals.recorded);
     let samples = if broad {
         top
     } else {
-        at_a_limit(&upright, step)
+        let shared = limit.map_or(0, |limit| at_level(&recorded, limit));
+        at_a_limit(&recorded, step).max(shared)
     };
     (samples > 0).then_some(HitFault::ForceOverload { samples })
+}
+
+/// The limit that several pulses of one `polarity` share.
+fn limit_of(recorded: &[f64], found: &Force, polarity: f64, step: f64) -> Option<f64> {
+    let pulses = found.hits.iter().map(|hit| &recorded[hit.main.at.clone()]);
+    shared_limit(&pulses.collect::<Vec<_>>(), polarity, step)
+}
+
+/// Whether a value is `level` but for rounding.
+fn meets(value: f64, level: f64) -> bool {
+    (value - level).abs() <= 1e-12 * level.abs()
+}
+
+/// How many samples stand at `level` or above.
+fn at_level(samples: &[f64], level: f64) -> usize {
+    let at = samples.iter().filter(|v| **v > level || meets(**v, level));
+    at.count()
+}
+
+/// How many samples of a response stand at the limits above and below.
+fn beyond(response: &[f64], [above, below]: [Option<f64>; 2]) -> usize {
+    let upright = above.map_or(0, |limit| at_level(response, limit));
+    let turned: Vec<f64> = response.iter().map(|v| -v).collect();
+    upright + below.map_or(0, |limit| at_level(&turned, limit))
+}
+
+/// The largest value of `parts` on one side, where several of them end there although they differ: a limit of the converter.
+fn shared_limit(parts: &[&[f64]], sign: f64, step: f64) -> Option<f64> {
+    let largest = |part: &[f64]| part.iter().map(|v| sign * v).fold(f64::MIN, f64::max);
+    let level = parts.iter().map(|part| largest(part)).fold(0.0, f64::max);
+    if level <= FINEST_STEPS * step {
+        return None;
+    }
+    let there: Vec<&&[f64]> = parts
+        .iter()
+        .filter(|part| meets(largest(part), level))
+        .collect();
+    let in_runs = there.iter().filter(|part| {
+        let mut pairs = part.windows(2);
+        pairs.any(|pair| pair.iter().all(|v| meets(sign * v, level)))
+    });
+    // Hits of a simulation without noise are all one.
+    let energy = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
+    let first = there.first().map_or(0.0, |part| energy(part));
+    let differ = there
+        .iter()
+        .any(|part| (energy(part) - first).abs() > 1e-9 * first);
+    (differ && (there.len() >= MEET || in_runs.count() >= MEET_IN_RUNS)).then_some(level)
+}
+
+/// A response that stops while it moves.
+fn stops(known: &Known<'_>, span: Range<usize>, peak: f64) -> Option<HitFault> {
+    let Signals { response, rate, .. } = *known.signals;
+    let before = rate.samples_in(JUST_BEFORE).max(SHORTEST);
+    let least = (STOPS * known.noise).max(STOPS_PART * peak);
+    let mut parts = known.lost.iter().filter(|part| {
+        let within = span.contains(&part.from);
+        within && {
+            let moving = &response[part.from.saturating_sub(before).max(span.start)..part.from];
+            let about = mean(moving);
+            rms(&moving.iter().map(|v| v - about).collect::<Vec<_>>()) > least
+        }
+    });
+    parts.next().map(|part| HitFault::ResponseStops {
+        after_s: rate.duration_of(part.from - span.start).0,
+        lasts_s: rate.duration_of(part.len()).0,
+    })
 }
 
 /// How many samples of a response stand at a limit above or below its value at `rest`.
@@ -411,81 +509,27 @@ fn noise_before(response: &[f64]) -> f64 {
     levels.get(levels.len() / 4).copied().unwrap_or(0.0)
 }
 
-/// The levels of `blocks` of a response about its value at `rest`.
-fn levels(response: &[f64], rest: f64, block: usize) -> Vec<f64> {
-    response
-        .chunks(block.max(1))
-        .filter(|part| 2 * part.len() >= block)
-        .map(|part| {
-            (part.iter().map(|v| (v - rest).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
-        })
-        .collect()
-}
-
-impl Motion<'_> {
-    /// Its mean just before `start`.
-    fn rest(&self, start: usize) -> f64 {
-        mean(&self.samples[start.saturating_sub(REST_SAMPLES)..start.max(1)])
+/// A level without its `noise`; 0 where it is noise.
+fn without_noise(level: f64, noise: f64) -> f64 {
+    if level <= OVER_NOISE * noise {
+        return 0.0;
     }
-
-    /// A level without its noise; 0 where it is noise.
-    fn without_noise(&self, level: f64) -> f64 {
-        if level <= self.over * self.noise {
-            return 0.0;
-        }
-        (level * level - self.noise * self.noise).max(0.0).sqrt()
-    }
+    (level * level - noise * noise).max(0.0).sqrt()
 }
 
-/// After how many samples the motion that begins with the hit is at rest.
-fn decay(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> usize {
-    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
-    let block = (answer.len() / (4 * BLOCKS)).max(SHORTEST);
-    let levels = levels(answer, motion.rest(span.start), block);
-    let largest = levels.iter().copied().fold(0.0, f64::max);
-    let moving = levels
-        .iter()
-        .rposition(|level| motion.without_noise(*level) > AT_REST * largest);
-    pulse + moving.map_or(block, |last| (last + 1) * block)
-}
-
-/// The level of the motion at the end of its segment re its largest after the pulse, 0–1.
-fn left(motion: &Motion<'_>, span: Range<usize>, pulse: usize) -> f64 {
-    let answer = &motion.samples[(span.start + pulse).min(span.end)..span.end];
-    let block = (answer.len() / BLOCKS).max(SHORTEST);
-    let levels = levels(answer, motion.rest(span.start), block);
-    let largest = levels.iter().copied().fold(0.0, f64::max);
-    let [.., before, end] = levels.as_slice() else {
-        return 1.0;
+/// The level that an octave of the response to the hit before still has, as the mean decay says, re the largest of this hit.
+fn remains(known: &Known<'_>, i: usize) -> f64 {
+    let Some(earlier) = i.checked_sub(1) else {
+        return 0.0;
     };
-    if largest > 0.0 {
-        motion.without_noise(before.max(*end)) / largest
-    } else {
-        0.0
-    }
+    let left = known.decay.spoils(known.starts[i] - known.starts[earlier]);
+    left * (known.peaks[earlier] / known.peaks[i]).abs()
 }
 
-/// The integral of a response without its mean, of which a sample `keeps` a part to the next: a velocity, in which modes of low
-/// frequency stand beside those of high frequency.
-fn integral(response: &[f64], keeps: f64) -> Vec<f64> {
-    let about = mean(response);
-    let mut sum = 0.0;
-    let integrated = response.iter().map(|v| {
-        sum = keeps * sum + (v - about);
-        sum
-    });
-    integrated.collect()
-}
-
-/// A motion before its hit: it has not come to rest, or it begins before the hit.
-fn moved_before(
-    motion: &Motion<'_>,
-    known: &Known<'_>,
-    i: usize,
-    before: usize,
-) -> Option<HitFault> {
+/// A response that moves before its hit: it has not come to rest, or it begins before the hit.
+fn moved_before(known: &Known<'_>, i: usize, before: usize) -> Option<HitFault> {
     let (starts, rate) = (known.starts, known.signals.rate);
-    let (start, samples) = (starts[i], motion.samples);
+    let (start, samples) = (starts[i], known.signals.response);
     let block = ((ONSET_S * rate.hz()) as usize).max(SHORTEST / 2);
     let earlier = if i == 0 { 0 } else { starts[i - 1] };
     // The rise of the pulse up to the level that counts as a hit is no time before it.
@@ -503,7 +547,7 @@ fn moved_before(
             .sum();
         (squares / part.len().max(1) as f64).sqrt()
     };
-    let level = motion.without_noise(level_of(from..until));
+    let level = without_noise(level_of(from..until), known.noise);
     let next = starts.get(i + 1).copied().unwrap_or(samples.len());
     let after = (start + known.pulse).min(next);
     let end = (after + 20 * window).min(next);
@@ -516,7 +560,7 @@ fn moved_before(
         return None;
     }
     // Back to where it was at rest for a while.
-    let limit = (motion.over * motion.noise).max(QUIET.1 * level);
+    let limit = (OVER_NOISE * known.noise).max(QUIET.1 * level);
     let (mut at, mut onset, mut quiet) = (until, until, 0);
     while at >= earlier + block && quiet < QUIET.0 {
         if level_of(at - block..at) > limit {
