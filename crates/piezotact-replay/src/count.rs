@@ -363,8 +363,8 @@ fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss
     let all: Vec<&Criterion<ClaimRule>> = rule.collect();
     let missed: Vec<&&Criterion<ClaimRule>> = all.iter().filter(|c| !is_met(c)).collect();
     let first = missed.first()?;
-    // Where a rule is not met, its words may name whom it was not met by in that one panel.
-    let general = all.iter().find(|c| is_met(c)).unwrap_or(first);
+    // In the words of the first panel, which is that of the report.
+    let words = all.first().map_or(&first.what, |panel| &panel.what);
     let found: Vec<f64> = all.iter().filter_map(|c| c.found).collect();
     let margins = missed
         .iter()
@@ -372,7 +372,7 @@ fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss
     let mut margins: Vec<f64> = margins.collect();
     margins.sort_by(f64::total_cmp);
     Some(Miss {
-        unless_met: general.what.unless_met.clone(),
+        unless_met: words.unless_met.clone(),
         panels: missed.len(),
         limit: first.limit,
         unit: first.unit.clone(),

@@ -91,7 +91,7 @@ claims! {
     claim_31_forces_of_free_touch => 31,
 }
 
-/// Level and shape come out otherwise; on M8, whose power lies in a few lines, the waveforms correlate a little too much.
+/// Level and shape come out otherwise; on S8, whose spectrum is broad, the waveforms correlate a little too much.
 #[test]
 fn claim_20_sent_straight_comes_out_otherwise_but_for_a_correlation() {
     not_met(20, "correlates with its target");
