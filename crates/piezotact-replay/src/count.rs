@@ -5,6 +5,7 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::document::Content;
 use piezotact::feature::Statistics;
 use piezotact::panel::share_interval;
+use piezotact::statistics::{mean, standard_deviation};
 use piezotact_twin::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
@@ -298,6 +299,10 @@ pub struct Miss {
     pub smallest_margin: Option<f64>,
     /// The largest.
     pub largest_margin: Option<f64>,
+    /// The mean of what was found over all panels, those that meet the rule too; absent where nothing was measured.
+    pub mean: Option<f64>,
+    /// Its standard deviation over these panels; absent for fewer than two.
+    pub sd: Option<f64>,
 }
 
 fn claim_count(number: u8, panels: &[&PanelFindings]) -> Option<ClaimCount> {
@@ -355,21 +360,27 @@ fn claim_count(number: u8, panels: &[&PanelFindings]) -> Option<ClaimCount> {
 
 /// What panels miss of one rule; `None` where all meet it.
 fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss> {
-    let missed: Vec<&Criterion<ClaimRule>> = rule.filter(|c| !is_met(c)).collect();
+    let all: Vec<&Criterion<ClaimRule>> = rule.collect();
+    let missed: Vec<&&Criterion<ClaimRule>> = all.iter().filter(|c| !is_met(c)).collect();
     let first = missed.first()?;
+    // In the words of the first panel, which is that of the report.
+    let words = all.first().map_or(&first.what, |panel| &panel.what);
+    let found: Vec<f64> = all.iter().filter_map(|c| c.found).collect();
     let margins = missed
         .iter()
         .filter_map(|c| Some(distance(c.limit, c.found?)));
     let mut margins: Vec<f64> = margins.collect();
     margins.sort_by(f64::total_cmp);
     Some(Miss {
-        unless_met: first.what.unless_met.clone(),
+        unless_met: words.unless_met.clone(),
         panels: missed.len(),
         limit: first.limit,
         unit: first.unit.clone(),
         usual_margin: Statistics::of(&mut margins).map(|margins| margins.median),
         smallest_margin: margins.first().copied(),
         largest_margin: margins.last().copied(),
+        mean: (!found.is_empty()).then(|| mean(&found)),
+        sd: (found.len() > 1).then(|| standard_deviation(&found)),
     })
 }
 
@@ -442,10 +453,14 @@ mod tests {
         assert_eq!((miss.panels, miss.unit.as_str()), (2, "dB"));
         assert!((miss.usual_margin.unwrap() - 0.9).abs() < 1e-12);
         assert!((miss.smallest_margin.unwrap() - 0.4).abs() < 1e-12);
+        // Eight of 0.5 dB, 1.4 and 2.4 dB.
+        assert!((miss.mean.unwrap() - 0.78).abs() < 1e-12);
+        assert!((miss.sd.unwrap() - 0.603).abs() < 1e-3);
         assert!((miss.largest_margin.unwrap() - 1.4).abs() < 1e-12);
         // What was not measured is missed, by nobody knows how much.
         let unknown = counted(vec![of(f64::NAN)]);
         assert_eq!((unknown.held, unknown.misses[0].largest_margin), (0, None));
+        assert_eq!(unknown.misses[0].mean, None);
     }
 
     /// Rules that count by themselves may miss in different panels; a rule about the report's panel does not count.

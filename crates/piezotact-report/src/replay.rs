@@ -242,7 +242,7 @@ fn panel_section(part: &PanelPart<'_>) -> Markup {
             p { "Everything was drawn again with " (plural(part.panels, "seed")) ", from seed " (part.first_seed) " on: other people, \
                 surfaces, movements and noise. A claim is met here when all its criteria are met together in nine of ten panels; " (enough) " of "
                 (plural(part.rows.len(), "claim")) " are. The interval says what other panels may give (95 %). Where a panel misses a \
-                criterion, the last column has the distance from its limit." }
+                criterion, the last column has the distance from its limit, and the mean and standard deviation over all panels." }
             table.panel-table {
                 tr { th.n { "claim" } th { "the thesis says" } th { "panels that hold" } th { "nine in ten" } th { "what the others miss, by how much, and why" } }
                 @for row in &part.rows {

@@ -64,7 +64,7 @@ pub(super) fn broad_and_similar(samples: &[Touched], within: Band) -> Finding {
                 share,
                 0.9,
                 "",
-                "less than 90 % of the power is within 10–600 Hz",
+                "less than 90 % of the power is within 10–600 Hz: the gesture of the hand, below 10 Hz, remains where a texture is faint",
             ),
             at_most(
                 apart,
@@ -164,7 +164,12 @@ pub(super) fn hard_samples(samples: &[Touched]) -> Finding {
         14,
         Holds::all([
             below(loudest, 0.7, "m/s²", "one of S10–S13 has a higher level"),
-            above(softest, 0.7, "m/s²", "one of S1–S8 has a lower level"),
+            above(
+                softest,
+                0.7,
+                "m/s²",
+                "one of S1–S8 has a lower level: S8, the lowest, has a margin of about one standard deviation between panels",
+            ),
         ]),
         format!("S10–S13 at most {loudest:.3} m/s², S1–S8 at least {softest:.3} m/s²"),
     )

@@ -70,7 +70,7 @@ impl Panels {
                     deviation,
                     10.0,
                     "dB",
-                    "the deviation is above 10 dB; the load drifts while the force cell warms up, which widens the bundle",
+                    "the deviation is above 10 dB; the load drifts while the force cell warms up, which widens the bundle, and five participants are few for a maximum",
                 ),
             ]),
             format!(

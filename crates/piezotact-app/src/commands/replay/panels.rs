@@ -181,17 +181,28 @@ fn margin(miss: &Miss) -> String {
     let margins = (miss.usual_margin, miss.smallest_margin, miss.largest_margin);
     let by = match margins {
         (Some(usual), Some(smallest), Some(largest)) if miss.panels > 1 => format!(
-            "missed by {}{space}{unit} (median; {} to {}{space}{unit})",
+            "by {}{space}{unit} (median; {} to {}{space}{unit})",
             digits(usual),
             digits(smallest),
             digits(largest)
         ),
-        (Some(usual), ..) => format!("missed by {}{space}{unit}", digits(usual)),
-        (None, ..) => "not measured".into(),
+        (Some(usual), ..) => format!("by {}{space}{unit}", digits(usual)),
+        (None, ..) => "with nothing measured".into(),
+    };
+    let all = match (miss.mean, miss.sd) {
+        (Some(mean), Some(sd)) => format!(
+            "; all panels {} ± {}{space}{unit}",
+            digits(mean),
+            digits(sd)
+        ),
+        _ => String::new(),
     };
     format!(
-        "{}: {limit}{space}{unit}, {by}",
-        plural(miss.panels, "panel")
+        "{} the limit ({limit}{space}{unit}) {by}{all}",
+        match miss.panels {
+            1 => "1 panel misses".into(),
+            more => format!("{more} panels miss"),
+        }
     )
 }
 
@@ -232,7 +243,7 @@ pub(super) fn table(count: &PanelCount) -> String {
         let held = format!("{}/{}", of.held, of.of);
         let line = format!("{:>5}  {held:>8}  {}", of.claim, of.share.outcome.answer());
         let misses = of.misses.iter();
-        let misses = misses.map(|miss| format!("{:17}{}; {}", "", margin(miss), miss.unless_met));
+        let misses = misses.map(|miss| format!("{:17}{}: {}", "", margin(miss), miss.unless_met));
         std::iter::once(line).chain(misses)
     });
     let lines = std::iter::once(head).chain(lines);
@@ -321,7 +332,7 @@ mod tests {
             "3 panels from seed 1",
             "1/3",
             "no",
-            "2 panels: at most 9 dB, missed by 1.25 dB (median; 0.500 to 2.00 dB); too wide",
+            "2 panels miss the limit (at most 9 dB) by 1.25 dB (median; 0.500 to 2.00 dB); all panels 9.50 ± 1.22 dB: too wide",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
