@@ -13,6 +13,8 @@ use crate::{CLAIMS, Chapter, ClaimRule, Counting, Replay};
 
 /// A claim holds over panels when it does in this share of them.
 pub const LEAST_SHARE: f64 = 0.9;
+/// Fewer panels decide nothing: of two that hold, half of all panels may not.
+pub const LEAST_PANELS: usize = 20;
 
 /// What a panel said of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -255,7 +257,7 @@ pub struct ClaimCount {
     pub of: usize,
     /// Which rules are counted together.
     pub decided: Decided,
-    /// The share of panels, with its 95 % interval; met at nine in ten.
+    /// The share of panels, with its 95 % interval; met at nine in ten, not decided below 20 panels.
     pub share: Criterion<ShareOfPanels>,
     /// What was not met in some panels.
     pub misses: Vec<Miss>,
@@ -332,7 +334,6 @@ fn claim_count(number: u8, panels: &[&PanelFindings]) -> Option<ClaimCount> {
         held.push(met(&together));
     }
     let held = held.into_iter().min()?;
-    let share = held as f64 / measured.len() as f64;
     Some(ClaimCount {
         claim: number,
         held,
@@ -342,20 +343,27 @@ fn claim_count(number: u8, panels: &[&PanelFindings]) -> Option<ClaimCount> {
             false => Decided::EachAlone,
         },
         // The panels that were counted decide; the interval says what others may give.
-        share: Criterion {
-            interval: Some(share_interval(held, measured.len())),
-            ..Criterion::new(
-                ShareOfPanels::ShareOfPanels,
-                "",
-                share,
-                None,
-                Limit::at_least(LEAST_SHARE),
-            )
-        },
+        share: of_panels(held, measured.len()),
         misses: (0..rules)
             .filter_map(|place| miss(measured.iter().map(|panel| &panel[place])))
             .collect(),
     })
+}
+
+/// The share of panels; not decided for a few.
+fn of_panels(held: usize, of: usize) -> Criterion<ShareOfPanels> {
+    let share = held as f64 / of as f64;
+    let limit = Limit::at_least(LEAST_SHARE);
+    let judged = Criterion::new(ShareOfPanels::ShareOfPanels, "", share, None, limit);
+    let outcome = match of {
+        0..LEAST_PANELS => Outcome::NotDecided,
+        _ => judged.outcome,
+    };
+    Criterion {
+        interval: Some(share_interval(held, of)),
+        outcome,
+        ..judged
+    }
 }
 
 /// What panels miss of one rule; `None` where all meet it.
@@ -429,26 +437,28 @@ mod tests {
         counted.counts(count).claims.remove(0)
     }
 
-    /// Nine of ten are enough, eight are not; the distances from the limit are those of the panels that miss it.
+    /// Nine of ten are enough, eight are not, and a few decide nothing; the distances from the limit are those of the panels that
+    /// miss it.
     #[test]
     fn nine_panels_in_ten_decide() {
         let of = |db: f64| vec![at_most(db, 1.0, "dB", "apart")];
-        let good = counted(
-            (0..10)
-                .map(|i| of(if i == 3 { 1.4 } else { 0.5 }))
-                .collect(),
-        );
+        let panels = |count: usize, missed: usize| {
+            let db = |i: usize| if i < missed { 1.4 + i as f64 } else { 0.5 };
+            counted((0..count).map(|i| of(db(i))).collect())
+        };
+        let good = panels(20, 2);
         assert_eq!(
             (good.held, good.of, good.share.outcome),
-            (9, 10, Outcome::Met)
+            (18, 20, Outcome::Met)
         );
         assert_eq!(good.misses.len(), 1);
-        let poor = counted(
-            (0..10)
-                .map(|i| of(if i < 2 { 1.4 + f64::from(i) } else { 0.5 }))
-                .collect(),
-        );
-        assert_eq!((poor.held, poor.share.outcome), (8, Outcome::NotMet));
+        assert_eq!(panels(20, 3).share.outcome, Outcome::NotMet);
+        for (count, missed) in [(2, 0), (19, 0), (19, 19)] {
+            let few = panels(count, missed);
+            assert_eq!(few.share.outcome, Outcome::NotDecided, "{count}");
+        }
+        let poor = panels(10, 2);
+        assert_eq!(poor.held, 8);
         let miss = &poor.misses[0];
         assert_eq!((miss.panels, miss.unit.as_str()), (2, "dB"));
         assert!((miss.usual_margin.unwrap() - 0.9).abs() < 1e-12);

@@ -169,7 +169,7 @@ fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
 fn soak_forty_panels() {
-    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[14, 20, 21, 36]);
+    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 36]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.

@@ -112,8 +112,8 @@ pub struct PanelRow<'a> {
     pub of: usize,
     /// The 95 % interval of the share, 0–1.
     pub interval: Option<[f64; 2]>,
-    /// Whether that is enough.
-    pub is_met: bool,
+    /// Whether that is enough; not decided by a few panels.
+    pub enough: Outcome,
     /// How its criteria are counted where that is not all of them in one panel, in words.
     pub decided: Option<&'a str>,
     /// What some panels miss.
@@ -230,7 +230,11 @@ fn overview(page: &Page<'_>) -> Markup {
 
 /// How many panels meet each claim, and what is missed by how much, and why.
 fn panel_section(part: &PanelPart<'_>) -> Markup {
-    let enough = part.rows.iter().filter(|row| row.is_met).count();
+    let enough = part
+        .rows
+        .iter()
+        .filter(|row| row.enough == Outcome::Met)
+        .count();
     let interval = |row: &PanelRow<'_>| {
         let percent = |share: f64| format!("{:.0}", share * 100.0);
         row.interval
@@ -240,13 +244,17 @@ fn panel_section(part: &PanelPart<'_>) -> Markup {
         section {
             h2 { "Panels" }
             p { "Everything was drawn again with " (plural(part.panels, "seed")) ", from seed " (part.first_seed) " on: other people, \
-                surfaces, movements and noise. A claim is met here when all its criteria are met together in nine of ten panels; " (enough) " of "
+                surfaces, movements and noise. A claim is met here when all its criteria are met together in nine of ten panels, which fewer than 20 do not decide; " (enough) " of "
                 (plural(part.rows.len(), "claim")) " are. The interval says what other panels may give (95 %). Where a panel misses a \
                 criterion, the last column has the distance from its limit, and the mean and standard deviation over all panels." }
             table.panel-table {
                 tr { th.n { "claim" } th { "the thesis says" } th { "panels that hold" } th { "nine in ten" } th { "what the others miss, by how much, and why" } }
                 @for row in &part.rows {
-                    @let (sign, class) = if row.is_met { Standing::Holds.sign() } else { Standing::DoesNot.sign() };
+                    @let (sign, class) = match row.enough {
+                        Outcome::Met => Standing::Holds.sign(),
+                        Outcome::NotMet => Standing::DoesNot.sign(),
+                        Outcome::NotDecided => Standing::NotYet.sign(),
+                    };
                     tr {
                         td.n { a href=(format!("#claim-{}", row.number)) { (row.number) } }
                         td { (row.says) }
@@ -255,7 +263,7 @@ fn panel_section(part: &PanelPart<'_>) -> Markup {
                             @if let Some(interval) = interval(row) { br; span.soft { (interval) } }
                             @if let Some(decided) = row.decided { p.why { (decided) } }
                         }
-                        td { span.state.(class) { (sign) " " (if row.is_met { "yes" } else { "no" }) } }
+                        td { span.state.(class) { (sign) " " (match row.enough { Outcome::Met => "yes", Outcome::NotMet => "no", Outcome::NotDecided => "not decided" }) } }
                         td { @if row.misses.is_empty() { "–" } @else { @for miss in &row.misses { p.miss { (miss.by) br; span.why { (miss.why) } } } } }
                     }
                 }

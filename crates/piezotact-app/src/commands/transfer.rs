@@ -89,6 +89,8 @@ pub(crate) fn bias_text(bias: Option<&Bias>) -> String {
         return String::new();
     };
     let largest = largest_db.map_or_else(|| "unlimited".into(), |db| format!("{db:.1} dB"));
+    // Rounding may put H2 below H1 by 1e-16.
+    let median_db = median_db.max(0.0);
     format!(
         "\nH2 is above H1 by {median_db:.2} dB at the median line and at most by {largest} (at {largest_at_hz:.0} Hz) over {band_hz}"
     )

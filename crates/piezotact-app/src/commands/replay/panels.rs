@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow};
-use piezotact::criterion::{Limit, Outcome as Judged};
+use piezotact::criterion::Limit;
 use piezotact::document::read;
 use piezotact_bench::StopHandle;
 use piezotact_replay::count::{
@@ -214,7 +214,7 @@ pub(super) fn part(count: &PanelCount) -> PanelPart<'_> {
         held: of.held,
         of: of.of,
         interval: of.share.interval,
-        is_met: of.share.outcome == Judged::Met,
+        enough: of.share.outcome,
         decided: decided(of),
         misses: (of.misses.iter())
             .map(|miss| PanelMiss {

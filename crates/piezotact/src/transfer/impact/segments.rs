@@ -484,7 +484,8 @@ fn moved_before(known: &Known<'_>, i: usize, before: usize) -> Option<HitFault> 
         .step_by(window)
         .map(|at| level_of(at..(at + window).min(end)))
         .fold(0.0, f64::max);
-    let share = level / largest.max(f64::MIN_POSITIVE);
+    // Nothing after it tells nothing of it.
+    let share = if largest > 0.0 { level / largest } else { 0.0 };
     if share <= MOST_BEFORE {
         return None;
     }
