@@ -1,6 +1,7 @@
 //! Clipping: the share of a signal at a limit of a sensor, a converter or a drive.
 
 mod doubt;
+mod histogram;
 mod limit;
 
 use crate::doubt::Doubt;
