@@ -7,6 +7,7 @@ mod commands;
 mod failure;
 mod keeping;
 mod manipulations;
+mod memory;
 mod output;
 mod report;
 

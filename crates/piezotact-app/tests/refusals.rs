@@ -390,3 +390,46 @@ fn cuts_beside_a_recording_are_never_replaced() {
             .expect_failure(1, &["found"]);
     }
 }
+
+/// What does not fit into memory is refused with both figures before it is computed; where there is enough, it is computed.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed() {
+    let folder = Folder::new();
+    for name in ["a.wav", "b.wav"] {
+        folder.write(name, wav(noise(4_000_000).map(|v| v * 0.01), 48_000));
+    }
+    let score = "score a.wav b.wav --scale '1 m/s2'";
+    let verify = "verify --target a.wav --measured b.wav --scale '1 m/s2'";
+    let within = |kilobytes: usize, command: &str| {
+        let limited = format!(
+            "ulimit -v {kilobytes}; {} {command}",
+            env!("CARGO_BIN_EXE_piezotact")
+        );
+        let output = std::process::Command::new("bash")
+            .args(["-c", &limited])
+            .current_dir(folder.path(""))
+            .output();
+        let output = output.unwrap();
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+    for (command, said) in [
+        (
+            score,
+            "the score: 4000000 samples take about 0.4 GB of memory, and 0.1",
+        ),
+        (
+            verify,
+            "the verification: 4000000 samples take about 1.0 GB of memory, and 0.1",
+        ),
+    ] {
+        let (code, err) = within(300_000, command);
+        assert_eq!(code, Some(1), "{err}");
+        assert!(err.contains(said), "{err}");
+    }
+    let (code, err) = within(1_500_000, score);
+    assert_eq!(code, Some(0), "{err}");
+}

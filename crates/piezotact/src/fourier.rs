@@ -5,30 +5,25 @@ use std::sync::Arc;
 use num_complex::Complex;
 use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
 
-/// The transforms of real signals of one length, planned once, with their scratch memory.
+/// The transforms of real signals of one length. Each direction is planned at its first use, as the plan and the scratch memory of
+/// a long signal are larger than the signal.
 #[derive(Clone)]
 pub(crate) struct RealTransform {
     length: usize,
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
+    forward: Option<Arc<dyn RealToComplex<f64>>>,
+    inverse: Option<Arc<dyn ComplexToReal<f64>>>,
     scratch: Vec<Complex<f64>>,
     input: Vec<f64>,
 }
 
 impl RealTransform {
     pub(crate) fn new(length: usize) -> Self {
-        let mut planner = RealPlanner::new();
-        let (forward, inverse) = (
-            planner.plan_fft_forward(length),
-            planner.plan_fft_inverse(length),
-        );
-        let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
         Self {
             length,
-            input: vec![0.0; length],
-            scratch: vec![Complex::default(); scratch],
-            forward,
-            inverse,
+            forward: None,
+            inverse: None,
+            scratch: Vec::new(),
+            input: Vec::new(),
         }
     }
 
@@ -38,14 +33,23 @@ impl RealTransform {
 
     /// The n/2 + 1 bins of `x`, which is cut or filled with zeros to the length; not scaled.
     pub(crate) fn forward(&mut self, x: &[f64]) -> Vec<Complex<f64>> {
-        let kept = x.len().min(self.length);
-        self.input[..kept].copy_from_slice(&x[..kept]);
-        self.input[kept..].fill(0.0);
-        let mut output = self.forward.make_output_vec();
+        self.forward_about(x, 0.0)
+    }
+
+    /// As [`Self::forward`], of `x` less `mean`.
+    pub(crate) fn forward_about(&mut self, x: &[f64], mean: f64) -> Vec<Complex<f64>> {
+        let length = self.length;
+        let plan =
+            (self.forward).get_or_insert_with(|| RealPlanner::new().plan_fft_forward(length));
+        self.input.clear();
+        let kept = x.iter().take(length).map(|value| value - mean);
+        self.input.extend(kept);
+        self.input.resize(length, 0.0);
+        let needed = plan.get_scratch_len().max(self.scratch.len());
+        self.scratch.resize(needed, Complex::default());
+        let mut output = plan.make_output_vec();
         // The only error is a wrong length, and every buffer has the plan's.
-        let done =
-            self.forward
-                .process_with_scratch(&mut self.input, &mut output, &mut self.scratch);
+        let done = plan.process_with_scratch(&mut self.input, &mut output, &mut self.scratch);
         debug_assert!(done.is_ok());
         output
     }
@@ -53,15 +57,18 @@ impl RealTransform {
     /// The signal with the given n/2 + 1 bins, scaled by 1/n. The imaginary parts of the bins that must be
     /// real (0 Hz, and Nyquist for even n) are dropped.
     pub(crate) fn inverse(&mut self, mut bins: Vec<Complex<f64>>) -> Vec<f64> {
-        bins.resize(self.length / 2 + 1, Complex::default());
+        let length = self.length;
+        let plan =
+            (self.inverse).get_or_insert_with(|| RealPlanner::new().plan_fft_inverse(length));
+        bins.resize(length / 2 + 1, Complex::default());
         bins[0].im = 0.0;
-        if self.length.is_multiple_of(2) {
-            bins[self.length / 2].im = 0.0;
+        if length.is_multiple_of(2) {
+            bins[length / 2].im = 0.0;
         }
-        let mut output = self.inverse.make_output_vec();
-        let done = self
-            .inverse
-            .process_with_scratch(&mut bins, &mut output, &mut self.scratch);
+        let needed = plan.get_scratch_len().max(self.scratch.len());
+        self.scratch.resize(needed, Complex::default());
+        let mut output = plan.make_output_vec();
+        let done = plan.process_with_scratch(&mut bins, &mut output, &mut self.scratch);
         debug_assert!(done.is_ok());
         let scale = 1.0 / self.length as f64;
         for value in &mut output {

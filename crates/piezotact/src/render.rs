@@ -117,6 +117,11 @@ pub struct RenderedDrive {
     pub coverage: Coverage,
 }
 
+/// What [`render`] takes in memory at most beside its target, in bytes for each sample of it.
+///
+/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+pub const MEMORY_BYTES_A_SAMPLE: usize = 220;
+
 /// The drive (full scale = 1) to which the device responds with `target`, in the SI unit of `O`.
 ///
 /// The target, its mean taken away, is faded at both ends, put between `modelling_delay` and `tail` of silence, divided by the

@@ -17,6 +17,7 @@ use super::{inspected, outputs, rate_option, read, texture};
 use crate::advice::OptionWords;
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
+use crate::memory::fits;
 use crate::output::{print, print_document, say_doubts, write_text};
 use crate::report;
 
@@ -95,6 +96,8 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
         ("the reference", reference.vibration.clone()),
         ("the test", test.vibration.clone()),
     )?;
+    let samples = a.samples().len().max(b.samples().len());
+    fits("the score", samples, score::MEMORY_BYTES_A_SAMPLE)?;
     let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
         level_jnd: felt.level_jnd,

@@ -30,6 +30,7 @@ use super::{inspected, manipulate, outputs, rate_option, read, texture};
 use crate::advice::{OptionWords, text};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
+use crate::memory::fits;
 use crate::output::{difference_db, print, print_document, say, say_doubts, write_text};
 use crate::report;
 
@@ -282,6 +283,8 @@ fn judge(
     require_measurement(path, &measured)?;
     let channel = args.measured_channel.as_deref();
     let response = texture(path, &measured.recording, channel)?;
+    let samples = response.samples().len().max(asked.wanted.samples().len());
+    fits("the verification", samples, verify::MEMORY_BYTES_A_SAMPLE)?;
     let rendering = stated.or(measured.rendering.as_ref());
     let limit = measured.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let drive = recorded_drive(&measured.recording, channel);

@@ -210,6 +210,11 @@ pub struct Score {
     pub doubts: Doubts,
 }
 
+/// What [`score`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
+///
+/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
+
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
 /// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)

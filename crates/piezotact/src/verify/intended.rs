@@ -1,6 +1,8 @@
 //! The intended target (with the fades and band of its rendering), and the measurement aligned to its time and clock.
 
-use super::align::{Aligned, align, in_band, in_bands};
+use std::borrow::Cow;
+
+use super::align::{Aligned, align, first, in_band, in_bands};
 use super::clock::{self, Clock};
 use super::lines::Floor;
 use super::{FOLLOWS, VerifyConfig, VerifyError, nmse_db};
@@ -20,17 +22,15 @@ pub(super) fn intended_target<Q: Quantity>(
     let mut samples: Vec<f64> = asked.samples().iter().map(|x| x - about).collect();
     fade_ends(&mut samples, rate.samples_in(config.fade));
     if let Some(kept) = config.rendered {
-        let count = samples.len();
+        let (count, rate_hz) = (samples.len(), rate.hz());
         let n = fast_length(2 * count);
-        let mut transform = RealTransform::new(n);
-        let mut bins = transform.forward(&samples);
+        let mut bins = RealTransform::new(n).forward(&samples);
         for (k, bin) in bins.iter_mut().enumerate() {
-            *bin *= kept
-                .band
-                .weight(k as f64 * rate.hz() / n as f64, kept.edge_ratio);
+            let hz = k as f64 * rate_hz / n as f64;
+            *bin *= kept.band.weight(hz, kept.edge_ratio);
         }
-        samples = transform.inverse(bins);
-        samples.truncate(count);
+        drop(samples);
+        samples = first(count, RealTransform::new(n).inverse(bins));
     }
     Ok(Series::new(samples, rate)?)
 }
@@ -221,18 +221,15 @@ pub(super) fn floor<Q: Quantity>(
 }
 
 /// Target and measurement, aligned in time and limited to the judged bands.
-pub(super) fn judged_waveforms(
-    aligned: &Aligned,
+pub(super) fn judged_waveforms<'a>(
+    aligned: &'a Aligned,
     judged: &[Band],
     rate: SampleRate,
     band: Band,
-) -> [Vec<f64>; 2] {
-    if judged == [band] {
-        return [
-            aligned.target_in_band.clone(),
-            aligned.measured_in_band.clone(),
-        ];
-    }
-    [&aligned.target_in_band, &aligned.measured_in_band]
-        .map(|samples| in_bands(samples, rate, judged))
+) -> [Cow<'a, [f64]>; 2] {
+    let both = [&aligned.target_in_band, &aligned.measured_in_band];
+    both.map(|samples| match judged == [band] {
+        true => Cow::Borrowed(&samples[..]),
+        false => Cow::Owned(in_bands(samples, rate, judged)),
+    })
 }

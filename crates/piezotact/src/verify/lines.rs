@@ -95,6 +95,7 @@ impl Pair {
             tapered(&target[..n], &mut transform),
             tapered(&measured[..n], &mut transform),
         );
+        drop(transform);
         let mut sums = vec![Sums::default(); welch.segment / 2 + 1];
         for (i, (a, b)) in a.iter().zip(&b).enumerate() {
             let hz = i as f64 * rate.hz() / n as f64;
@@ -111,6 +112,7 @@ impl Pair {
         let bins = Bins::of(&a, &b, |i| {
             (i as f64 * rate.hz() / n as f64 / resolution_hz).round() as usize
         });
+        drop((a, b));
         let varies = [varies(&target[..n], welch)?, varies(&measured[..n], welch)?];
         // The taper takes a little of the power.
         let mut window = vec![1.0; n];

@@ -221,6 +221,11 @@ const DOUBT_UNJUDGED_SHARE: f64 = 0.05;
 /// A doubt is raised when the power on lines without target exceeds this share of the target's power.
 const DOUBT_ADDED_POWER: f64 = 0.01;
 
+/// What [`verify`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
+///
+/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+pub const MEMORY_BYTES_A_SAMPLE: usize = 260;
+
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
 /// The target is compared as it was intended to be played: mean removed, at its level, with the fades and the band of its
@@ -273,8 +278,10 @@ pub fn verify<Q: Quantity>(
     let level_error_db = Decibels::from_amplitude_ratio(level_measured / level_target).0;
     let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
     let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
-    let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
-    let waveform_nmse_db = nmse_db(rms(&missed), level_target);
+    let waveform_nmse_db = {
+        let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
+        nmse_db(rms(&missed), level_target)
+    };
 
     let mut plan = WelchPlan::new(&config.welch, rate)?;
     // PSDs of the band-limited signals: content outside the band was not rendered and must not leak in.

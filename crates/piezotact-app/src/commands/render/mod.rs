@@ -29,6 +29,7 @@ use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{self, Purpose, go_on, runs_of};
+use crate::memory::fits;
 use crate::output::{print, say_doubts};
 use crate::report::name;
 use batch::Batch;
@@ -392,6 +393,8 @@ impl Asked<'_> {
         &self,
         texture: &Series<Acceleration>,
     ) -> Outcome<(f64, (RenderedDrive, Option<Corrected>))> {
+        let samples = texture.samples().len();
+        fits("the rendering", samples, render::MEMORY_BYTES_A_SAMPLE)?;
         let (level_db, done) = match self.args.level {
             Level::Stated(level_db) => (level_db, self.at(texture, level_db)),
             Level::Fit => {
