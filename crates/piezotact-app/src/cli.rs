@@ -28,6 +28,7 @@ pub(crate) use twin::Replay;
 /// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.
 #[derive(Debug, Parser)]
 #[command(
+    name = "piezotact",
     version,
     after_help = "Start here:\n  piezotact demo\n\nExit codes: 0 done (a verification: passed); 1 error in the data or the device; 2 invalid command;\nverification: 3 not passed, 4 passed in part, 5 not decided."
 )]

@@ -9,7 +9,7 @@
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::support::{BENCH, Folder, RENDER, noise, prepared, wav};
+use crate::support::{BENCH, COMMANDS, Folder, RENDER, noise, prepared, wav};
 
 #[test]
 fn the_demo_ends_with_a_report_and_a_verdict() {
@@ -658,4 +658,35 @@ fn every_command_has_help_with_an_example_and_json() {
             "{command}: {help}"
         );
     }
+}
+
+#[test]
+fn the_program_has_one_name_completions_and_man_pages() {
+    let folder = Folder::new();
+    let version = folder.run(&["--version"]).out();
+    let expected = concat!("piezotact ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(version.trim_end(), expected);
+    folder.run(&["manual", "."]).expect_success();
+    let read = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
+    for name in ["piezotact.bash", "piezotact.fish", "_piezotact"] {
+        let script = read(&format!("completions/{name}"));
+        for word in ["characterise", "noise-ratio"] {
+            assert!(script.contains(word), "{name} does not complete {word}");
+        }
+    }
+    for command in COMMANDS {
+        let name = format!("man/piezotact-{}.1", command.replace(' ', "-"));
+        let page = read(&name);
+        assert!(
+            page.starts_with(".ie") && page.contains("SYNOPSIS"),
+            "{name}"
+        );
+    }
+    let refused = folder.run(&["manual", "man/piezotact.1"]);
+    assert_eq!(refused.code(), Some(1));
+    assert!(
+        refused.err().contains("man/piezotact.1"),
+        "{}",
+        refused.err()
+    );
 }

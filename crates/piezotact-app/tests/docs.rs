@@ -7,7 +7,6 @@
 
 use std::path::Path;
 
-use crate::known_cuts::{Kind, Random, recorded, table};
 use crate::support::{COMMANDS, Folder, noise, wav};
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::resample::resample;
@@ -15,25 +14,6 @@ use piezotact_dataset::{ReadOptions, read_recording};
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-}
-
-#[test]
-fn the_readme_s_tour_works() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let folder = Folder::new();
-    let mut ran = 0;
-    for line in readme
-        .lines()
-        .filter_map(|line| line.strip_prefix("$ piezotact "))
-    {
-        let arguments: Vec<&str> = line.split_whitespace().collect();
-        folder.run(&arguments).expect_success();
-        ran += 1;
-    }
-    assert!(ran >= 8, "the tour has only {ran} commands");
-    for name in ["psd.svg", "report.html", "measured.parquet"] {
-        assert!(folder.path(name).exists(), "the tour leaves no {name}");
-    }
 }
 
 /// A line of shell as words, with what stands in quotes kept together.
@@ -50,77 +30,61 @@ fn words(line: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The commands for a device of one's own, with a device that is known: 3 m/s² a volt.
-#[test]
-fn the_readme_s_commands_for_one_s_own_device_work() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let folder = Folder::new();
+/// The files of the README that come from a user's own hardware, of a device that is known: 3 m/s² a volt.
+fn own_files(folder: &Folder) {
     folder.write("texture.wav", wav(noise(20_000).map(|v| v * 0.01), 5_000));
     let rows = noise(60_000)
         .enumerate()
         .map(|(i, v)| format!("{},{},{}\n", i as f64 / 5000.0, v, 3.0 * v));
+    let rows: String = rows.collect();
     folder.write(
         "bench.csv",
-        format!(
-            "time (s),drive (V),nail (m/s2)\n{}",
-            rows.collect::<String>()
-        ),
+        format!("time (s),drive (V),nail (m/s2)\n{rows}"),
     );
     folder.write("hits.csv", crate::impact::four_hits());
-    let (_, section) = readme
-        .split_once("## With your own recordings and device")
-        .unwrap();
+}
+
+/// What that device answers to `own-drive.wav`, as `own.csv`.
+fn own_measurement(folder: &Folder) {
+    let drive = read_recording(&folder.path("own-drive.wav"), &ReadOptions::default());
+    let drive = drive.unwrap().recording.series::<Drive>(None).unwrap();
+    let felt = resample(&drive, SampleRate::new(5000.0).unwrap()).unwrap();
+    let rows = felt.samples().iter().enumerate();
+    let rows = rows.map(|(i, v)| format!("{},{:.9}\n", i as f64 / 5000.0, 3.0 * 1.41 * v));
+    let rows: String = rows.collect();
+    folder.write("own.csv", format!("time (s),nail (m/s2)\n{rows}"));
+}
+
+/// Every command of the README runs, in its order, in one folder that is empty at first. Only what a user measures with hardware
+/// of his own is put there.
+#[test]
+fn the_readme_runs_from_top_to_bottom_on_an_empty_folder() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let folder = Folder::new();
     let mut ran = 0;
-    for line in section
-        .lines()
-        .filter_map(|line| line.strip_prefix("piezotact "))
-    {
-        if line.starts_with("verify") {
-            let drive = read_recording(&folder.path("drive.wav"), &ReadOptions::default())
-                .unwrap()
-                .recording;
-            let drive = drive.series::<Drive>(None).unwrap();
-            let felt = resample(&drive, SampleRate::new(5000.0).unwrap()).unwrap();
-            let rows = felt.samples().iter().enumerate();
-            let rows = rows.map(|(i, v)| format!("{},{:.9}\n", i as f64 / 5000.0, 3.0 * 1.41 * v));
-            folder.write(
-                "own.csv",
-                format!("time (s),nail (m/s2)\n{}", rows.collect::<String>()),
-            );
+    for line in readme.lines() {
+        if line == "## With your own recordings and device" {
+            own_files(&folder);
+        }
+        let shown = line.strip_prefix("$ ").unwrap_or(line);
+        let Some(line) = shown.strip_prefix("piezotact ") else {
+            continue;
+        };
+        if line.contains("own.csv") {
+            own_measurement(&folder);
         }
         folder.run(&words(line)).expect_success();
         ran += 1;
     }
-    assert_eq!(ran, 4);
-}
-
-/// The commands for recordings, with recordings of touch that are made here.
-#[test]
-fn the_readme_s_commands_for_recordings_work() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, section) = readme.split_once("## Analysis of recordings").unwrap();
-    let (section, _) = section.split_once("\n## ").unwrap();
-    let folder = Folder::new();
-    let plain = |seed| recorded(&mut Random::new(seed), &[Kind::Plain; 4]);
-    for (seed, name) in [(1, "S4_active.csv"), (2, "S8_active.csv")] {
-        folder.write(name, table(&plain(seed)));
-    }
-    for (seed, speed) in [(3, 10), (4, 20), (5, 30)] {
-        folder.write(&format!("S4_{speed}mmps.csv"), table(&plain(seed)));
-    }
-    let heights =
-        (0..8000).map(|i| format!("{}\t{}\n", f64::from(i) * 1e-3, (f64::from(i) * 0.05).sin()));
-    folder.write("S4_profile.txt", heights.collect::<String>());
-    let mut ran = 0;
-    for line in section
-        .lines()
-        .filter_map(|line| line.strip_prefix("piezotact "))
-    {
-        folder.run(&words(line)).expect_success();
-        ran += 1;
-    }
-    assert_eq!(ran, 4);
-    for name in ["cuts.html", "strokes.html", "strokes.csv", "roughness.html"] {
+    assert!(ran >= 35, "the README has only {ran} commands");
+    for name in [
+        "psd.svg",
+        "report.html",
+        "measured.parquet",
+        "cuts.html",
+        "strokes.csv",
+        "speeds.html",
+    ] {
         assert!(folder.path(name).exists(), "the commands leave no {name}");
     }
 }

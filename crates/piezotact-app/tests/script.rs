@@ -200,3 +200,82 @@ fn soak_runs_the_ignored_tests_of_its_names() {
         "{said}"
     );
 }
+
+/// The script on a system without Rust, which has the commands `has`, each a script of its own; HOME is empty.
+fn without_rust(has: &[(&str, &str)], arguments: &[&str]) -> (bool, String) {
+    let checkouts = Checkouts::new();
+    checkouts.checkout("one", "first");
+    let commands = checkouts.path("commands");
+    std::fs::create_dir_all(&commands).unwrap();
+    std::fs::create_dir_all(checkouts.path("home")).unwrap();
+    let plain = [
+        "bash", "sed", "sort", "head", "cut", "dirname", "mktemp", "rm", "cat", "printf", "env",
+        "mkdir", "chmod", "ls", "grep", "stat",
+    ];
+    for name in plain {
+        let found = ["/usr/bin", "/bin"].map(|folder| Path::new(folder).join(name));
+        if let Some(place) = found.iter().find(|place| place.exists()) {
+            std::os::unix::fs::symlink(place, commands.join(name)).unwrap();
+        }
+    }
+    for (name, script) in has {
+        let path = commands.join(name);
+        std::fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
+        let runs = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        std::fs::set_permissions(&path, runs).unwrap();
+    }
+    let output = Command::new(commands.join("bash"))
+        .arg("./x")
+        .args(arguments)
+        .current_dir(checkouts.path("one"))
+        .env_clear()
+        .env("PATH", &commands)
+        .env("HOME", checkouts.path("home"))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    (
+        output.status.success(),
+        String::from_utf8(output.stderr).unwrap(),
+    )
+}
+
+/// A compiler of C with its headers, or what the script takes for them, and the installer of Rust, which leaves a cargo that says
+/// so and a rustc that is new.
+const COMPILER: (&str, &str) = ("cc", "exit 0");
+const INSTALLER: (&str, &str) = (
+    "curl",
+    "cat <<'END'\nmkdir -p \"$HOME/.cargo/bin\"\n\
+     printf '#!/bin/sh\\necho built >&2\\n' > \"$HOME/.cargo/bin/cargo\"\n\
+     printf '#!/bin/sh\\necho rustc 1.99.0\\n' > \"$HOME/.cargo/bin/rustc\"\n\
+     chmod +x \"$HOME/.cargo/bin/cargo\" \"$HOME/.cargo/bin/rustc\"\nEND",
+);
+
+#[test]
+fn where_rust_is_missing_the_official_installer_runs_only_after_a_yes() {
+    if !Path::new("/usr/include/stdlib.h").exists() {
+        return;
+    }
+    let has = [COMPILER, INSTALLER, ("sh", "exec bash \"$@\"")];
+    let (done, said) = without_rust(&has, &["build"]);
+    assert!(!done);
+    assert!(said.contains("    curl --proto"), "{said}");
+    assert!(said.contains("./x --yes build, which runs it"), "{said}");
+    let (done, said) = without_rust(&has, &["--yes", "build"]);
+    assert!(said.contains("built"), "{said}");
+    assert!(done, "{said}");
+}
+
+#[test]
+fn where_there_is_no_apt_the_command_of_the_system_is_named() {
+    for (manager, named) in [
+        ("dnf", "sudo dnf install gcc"),
+        ("pacman", "sudo pacman -S --needed gcc"),
+        ("brew", "xcode-select --install"),
+        ("true", "the package is called gcc on Debian"),
+    ] {
+        let (done, said) = without_rust(&[(manager, "exit 0")], &["build"]);
+        assert!(!done);
+        assert!(said.contains(named), "{manager}: {said}");
+    }
+}

@@ -5,6 +5,7 @@ mod demo;
 mod export;
 mod info;
 pub(crate) mod manipulate;
+mod manual;
 mod noise;
 pub(crate) mod panel;
 mod play;
@@ -140,6 +141,9 @@ commands! {
         after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --panels 40 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
     )]
     Replay(cli::Replay) => replay::run,
+    /// Writes completions for the shells and man pages into a folder, as `./x build` does.
+    #[command(hide = true, after_help = "Example:\n  piezotact manual .")]
+    Manual(manual::Arguments) => manual::run,
 }
 
 /// A rate given in Hz on the command line.
