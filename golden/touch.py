@@ -41,6 +41,17 @@ def power(low, high):
     return float(psd[(f >= low) & (f < high)].sum() * step)
 
 
+def level_db(low, high, threshold_db_um):
+    """Power over the squared threshold, straight lines through the four-channel model of Bolanowski et al. (1988)."""
+    inside = (f >= low) & (f < high)
+    threshold = 1e-6 * 10 ** (threshold_db_um(f[inside]) / 20) * (2 * np.pi * f[inside]) ** 2 / np.sqrt(2)
+    return float(10 * np.log10((psd[inside] / threshold**2).sum() * step))
+
+
+# The band of the analysis begins at 10 Hz.
+meissner = level_db(10, 40, lambda f: np.clip(28 - 6 * np.log2(f / 3), 6, 28))
+pacini = level_db(40, 500, lambda f: -20 + np.where(f < 250, 12 * np.log2(250 / f), 10 * np.log2(f / 250)))
+
 band = (f >= 10) & (f < 1000)
 centroid = (f[band] * psd[band]).sum() / psd[band].sum()
 spread = np.sqrt((f[band] ** 2 * psd[band]).sum() / psd[band].sum() - centroid**2)
@@ -83,6 +94,7 @@ print(
             centroid_hz=float(centroid),
             spread_hz=float(spread),
             receptor_power=[power(2, 16), power(3, 40), power(40, 500), power(100, 500)],
+            receptor_level_db=[meissner, pacini],
             friction=[float(ratio.mean()), float(ratio.std(ddof=1)), float(np.median(ratio))],
             force=[float(fz.mean()), float(fz.std(ddof=1))],
             fft_55_hz=float(fft[round(55.0 * N / RATE)]),

@@ -25,6 +25,7 @@ struct Golden {
     centroid_hz: f64,
     spread_hz: f64,
     receptor_power: [f64; 4],
+    receptor_level_db: [f64; 2],
     friction: [f64; 3],
     force: [f64; 2],
     fft_55_hz: f64,
@@ -158,6 +159,10 @@ fn features_are_those_of_scipy() {
     check("spread", stroke.spread_hz, golden.spread_hz, 1e-9);
     for (found, expected) in stroke.receptor_power.iter().zip(golden.receptor_power) {
         check("receptor power", *found, expected, 1e-8);
+    }
+    let levels = [stroke.meissner_level_db, stroke.pacini_level_db];
+    for (found, expected) in levels.into_iter().zip(golden.receptor_level_db) {
+        check("level re threshold", found.unwrap(), expected, 1e-8);
     }
     let friction = stroke.friction_coefficient.unwrap();
     check("friction, mean", friction.mean, golden.friction[0], 1e-12);

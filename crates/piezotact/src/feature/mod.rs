@@ -130,6 +130,13 @@ pub struct StrokeFeatures {
     /// Power weighted by the detection threshold; for accelerations only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_power: Option<f64>,
+    /// The power in the band of Meissner's corpuscles re their threshold, dB: above 0 they detect a steady vibration; for
+    /// accelerations only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meissner_level_db: Option<f64>,
+    /// The same for Pacinian corpuscles, dB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pacini_level_db: Option<f64>,
 }
 
 /// A number of a stroke, as tables and reports have it.
@@ -183,6 +190,9 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("detection_power", |s| s.detection_power),
     StrokeColumn::of("kurtosis", |s| Some(s.kurtosis)).shown("kurtosis"),
     StrokeColumn::of("level_spread_db", |s| s.level_spread_db).shown("spread of levels, dB"),
+    StrokeColumn::of("meissner_level_db", |s| s.meissner_level_db)
+        .shown("Meissner, dB re threshold"),
+    StrokeColumn::of("pacini_level_db", |s| s.pacini_level_db).shown("Pacini, dB re threshold"),
 ];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.

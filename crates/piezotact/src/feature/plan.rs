@@ -10,6 +10,8 @@ use crate::stroke::{Interval, Segmentation, Signals, Stroke, stroke_speed_m_s};
 
 /// Levels are compared over windows of this length, as scores and verifications do.
 const SHORT_TIME: Seconds = Seconds(0.1);
+/// A level re the threshold of a receptor is given where the analysis holds at least this share of the receptor's band.
+const LEAST_OF_A_BAND: f64 = 0.5;
 /// What is silent counts as so much less than the mean power.
 const SILENT: f64 = 0.01;
 
@@ -50,6 +52,9 @@ pub struct FeaturePlan {
     /// What every line's density is multiplied by for the Pacinian and the detection-threshold power; absent for a
     /// vibration that is no acceleration.
     weights: Option<[Vec<f64>; 2]>,
+    /// The same for the levels re the thresholds of Meissner's and Pacinian corpuscles, each over its own band; absent where the
+    /// band of the analysis holds less than half of it.
+    channels: [Option<Vec<f64>>; 2],
     ratio: Vec<f64>,
     force: Vec<f64>,
 }
@@ -68,7 +73,15 @@ impl FeaturePlan {
             [Weighting::Pacinian, Weighting::DetectionThreshold]
                 .map(|weighting| weighting.line_weights(bins, resolution_hz, config.band))
         });
+        let channel = |receptor: Receptor| {
+            let (weighting, own) = (receptor.weighting()?, receptor.band().ok()?);
+            let common = own.common(config.band)?;
+            let width_hz = |band: Band| band.high().0 - band.low().0;
+            let enough = width_hz(common) >= LEAST_OF_A_BAND * width_hz(own);
+            (felt && enough).then(|| weighting.line_weights(bins, resolution_hz, common))
+        };
         Ok(Self {
+            channels: [Receptor::Meissner, Receptor::Pacini].map(channel),
             welch: WelchPlan::new(&config.welch, rate).map_err(FeatureError::Estimate)?,
             config: config.clone(),
             rate,
@@ -133,6 +146,12 @@ impl FeaturePlan {
             Some(psd.iter().zip(weights).map(|(p, w)| p * w).sum())
         };
         let (pacinian_power, detection_power) = (weighted(0), weighted(1));
+        let level_db = |which: usize| {
+            let weights = self.channels[which].as_ref()?;
+            let power: f64 = psd.iter().zip(weights).map(|(p, w)| p * w).sum();
+            (power > 0.0).then(|| Decibels::from_power(power).0)
+        };
+        let [meissner_level_db, pacini_level_db] = [0, 1].map(level_db);
         let mut receptor_power = [0.0; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
             let band = receptor.band().map_err(FeatureError::Quantity)?;
@@ -159,6 +178,8 @@ impl FeaturePlan {
             }),
             pacinian_power,
             detection_power,
+            meissner_level_db,
+            pacini_level_db,
         };
         Ok((features, psd))
     }

@@ -34,6 +34,16 @@ impl Receptor {
         }
     }
 
+    /// The threshold that is known of it as an acceleration at the frequencies of textures; `None` for the slowly adapting ones.
+    #[must_use]
+    pub fn weighting(self) -> Option<Weighting> {
+        match self {
+            Self::Meissner => Some(Weighting::RapidlyAdapting),
+            Self::Pacini => Some(Weighting::Pacinian),
+            Self::Merkel | Self::Ruffini => None,
+        }
+    }
+
     /// The band it answers to (L. Felicetti's thesis, 2024, Table 1), Hz: Merkel 2–16, Meissner 3–40, Pacini 40–500, Ruffini 100–500. They overlap.
     ///
     /// # Errors
@@ -56,6 +66,8 @@ impl Receptor {
 pub enum Weighting {
     /// The Pacinian channel alone.
     Pacinian,
+    /// The rapidly adapting channel of Meissner's corpuscles alone.
+    RapidlyAdapting,
     /// The most sensitive of the channels at each frequency: what is detected at all.
     DetectionThreshold,
 }
@@ -67,6 +79,9 @@ impl Weighting {
         match self {
             Self::Pacinian => {
                 "power over the squared threshold of the Pacinian channel (thresholds after Bolanowski et al. 1988; use as a predictor of roughness: Bensmaïa & Hollins 2003)"
+            }
+            Self::RapidlyAdapting => {
+                "power over the squared threshold of the rapidly adapting channel of Meissner's corpuscles (after Bolanowski et al. 1988)"
             }
             Self::DetectionThreshold => {
                 "power over the squared detection threshold of the most sensitive of the Pacinian, rapidly adapting and slowly adapting I channels (after Bolanowski et al. 1988)"
@@ -90,12 +105,11 @@ impl Weighting {
         } else {
             -20.0 + 10.0 * (f / 250.0).log2()
         };
+        let rapid_db = (28.0 - 6.0 * (f / 3.0).log2()).clamp(6.0, 28.0);
         let level_db = match self {
             Self::Pacinian => pacinian_db,
-            Self::DetectionThreshold => {
-                let rapid_db = (28.0 - 6.0 * (f / 3.0).log2()).clamp(6.0, 28.0);
-                pacinian_db.min(rapid_db)
-            }
+            Self::RapidlyAdapting => rapid_db,
+            Self::DetectionThreshold => pacinian_db.min(rapid_db),
         };
         let displacement_m = 1e-6 * 10f64.powf(level_db / 20.0);
         displacement_m * (std::f64::consts::TAU * f).powi(2) / 2f64.sqrt()

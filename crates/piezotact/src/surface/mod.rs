@@ -13,6 +13,7 @@ mod description;
 mod distribution;
 mod document;
 mod doubt;
+mod duplex;
 mod filter;
 mod form;
 mod parameters;
@@ -27,6 +28,7 @@ pub use distribution::{
 };
 pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
 pub use doubt::SurfaceDoubt;
+pub use duplex::{Duplex, PeriodBasis, TextureClass, mean_particle_m};
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use form::{Form, remove_map_form, remove_profile_form};
 pub use parameters::Parameter;
