@@ -252,6 +252,23 @@ def areal_by_surfalize(surface):
     )
 
 
+def stratified(points):
+    """A plateau with valleys: noise, its depths three times as deep."""
+    heights = 1e-7 * np.array(noise(points, 13))
+    return np.where(heights < -5e-8, 3 * heights + 1e-7, heights)
+
+
+def material_ratio(heights):
+    profile = surfalize.Profile((heights - np.mean(heights)) * 1e6, 1.0)
+    return dict(
+        rk_m=profile.Rk() * 1e-6,
+        rpk_m=profile.Rpk() * 1e-6,
+        rvk_m=profile.Rvk() * 1e-6,
+        mr1=profile.Rmrk1() / 100,
+        mr2=profile.Rmrk2() / 100,
+    )
+
+
 def second_opinions():
     _, _, measured = np.loadtxt(sys.argv[1], delimiter=",").T
     measured = surfalize.Surface(measured.reshape(101, 101), 5.0, 5.0).level()
@@ -271,6 +288,7 @@ def second_opinions():
             rsk=profile.Rsk(),
             rku=profile.Rku(),
         ),
+        surfalize_material_ratio=[material_ratio(heights) for heights in (rough_profile(5000), stratified(5000))],
         surfalize_map=areal_by_surfalize(surface),
         surfalize_nanovea=areal_by_surfalize(measured),
         surface_topography_map=dict(

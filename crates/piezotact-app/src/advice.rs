@@ -24,6 +24,8 @@ fn option(advice: &Advice) -> Option<String> {
         Advice::TakeStroke => "--stroke N",
         Advice::StateHighPass { at_hz } => return Some(format!("--high-pass {at_hz}")),
         Advice::StateCutoff => "--cutoff",
+        Advice::LeaveUnfiltered => "--filter none",
+        Advice::StateStep => "--step",
         Advice::ShorterSegments { .. } | Advice::LongerSegments => "--segment",
         Advice::ExchangeDriveAndResponse => "--drive and --response",
         Advice::NarrowBand | Advice::WidenBand => "--band",

@@ -304,8 +304,12 @@ pub(crate) enum FilterName {
 
 #[derive(Debug, Args)]
 pub(crate) struct Roughness {
-    #[arg(help = format!("A profile or a height map ({})", topography_formats()))]
-    pub(crate) file: PathBuf,
+    #[arg(
+        required = true,
+        value_name = "FILE",
+        help = format!("Profiles or height maps ({}); several are ordered by Ra", topography_formats())
+    )]
+    pub(crate) files: Vec<PathBuf>,
     /// The standard that defines the averages along a profile; default iso4287.
     #[arg(long, value_enum)]
     pub(crate) standard: Option<StandardName>,
@@ -317,9 +321,10 @@ pub(crate) struct Roughness {
     /// planed and other periodic profiles.
     #[arg(long, conflicts_with = "cutoff")]
     pub(crate) periodic: bool,
-    /// The filter that separates roughness from waviness.
-    #[arg(long, value_enum, default_value = "gauss")]
-    pub(crate) filter: FilterName,
+    /// The filter that separates roughness from waviness. Default: gauss, and none for a roughness profile that the
+    /// instrument has filtered (.tx2 with its .tx3).
+    #[arg(long, value_enum)]
+    pub(crate) filter: Option<FilterName>,
     /// The form that is removed first: mean, level (least-squares line or plane) or poly2 … poly10. Default: level,
     /// or mean with --filter none.
     #[arg(long, value_parser = form)]
@@ -337,8 +342,9 @@ pub(crate) struct Roughness {
     /// The spacing of the points in a text file without coordinates, such as 0.5um.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     pub(crate) step: Option<f64>,
-    /// Writes the primary profile, its mean line and its roughness profile as a table.
-    #[arg(long, value_name = "PROFILE.csv")]
+    /// Writes the primary profile, its mean line and its roughness profile as a table; of several files, a table of their
+    /// parameters.
+    #[arg(long, value_name = "TABLE.csv")]
     pub(crate) csv: Option<PathBuf>,
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]

@@ -1,9 +1,13 @@
 //! How a command ends when it does not succeed: one sentence, and an exit code that means something.
 
+use std::path::Path;
 use std::process::ExitCode;
 
+use anyhow::anyhow;
+use piezotact::document::FailedFile;
+
 use crate::advice::options_for;
-use crate::output::say;
+use crate::output::{message, say};
 
 /// Why a command did not do what it was asked.
 pub(crate) enum Failure {
@@ -69,4 +73,67 @@ pub(crate) fn sentence(error: &anyhow::Error) -> String {
         }
         sentence
     })
+}
+
+/// The files of a command of several that failed: the others go on.
+pub(crate) struct Failures {
+    files: Vec<FailedFile>,
+    all: usize,
+}
+
+impl Failures {
+    /// Of a command of so many files.
+    pub(crate) fn of(all: usize) -> Self {
+        Self {
+            files: Vec::new(),
+            all,
+        }
+    }
+
+    /// What a file gave; none where it failed and there are others, which is kept for the end.
+    pub(crate) fn unless_failed<T>(
+        &mut self,
+        file: &Path,
+        outcome: Outcome<T>,
+    ) -> Outcome<Option<T>> {
+        match outcome {
+            Ok(value) => Ok(Some(value)),
+            Err(Failure::Data(error) | Failure::Usage(error)) if self.all > 1 => {
+                self.files.push(FailedFile {
+                    file: file.to_owned(),
+                    why: message(&sentence(&error)),
+                });
+                Ok(None)
+            }
+            Err(failure) => Err(failure),
+        }
+    }
+
+    /// The files that failed, in their order.
+    pub(crate) fn files(&self) -> &[FailedFile] {
+        &self.files
+    }
+
+    /// Says which files failed, where another error ends the command.
+    pub(crate) fn say(&self) {
+        for file in &self.files {
+            say(&format!("error: {}", file.why));
+        }
+    }
+
+    /// How the command ends: a list of the files that failed, and exit code 1.
+    pub(crate) fn outcome(&self) -> Outcome {
+        if self.files.is_empty() {
+            return Ok(());
+        }
+        let (failed, all) = (self.files.len(), self.all);
+        let mut text = match failed == all {
+            true => format!("none of {all} files gave a result:"),
+            false => format!("{failed} of {all} files gave no result, the others did:"),
+        };
+        for file in &self.files {
+            text += &format!("\n  {}", file.why);
+        }
+        Err(Failure::Data(anyhow!(text)))
+    }
 }

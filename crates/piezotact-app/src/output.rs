@@ -15,12 +15,18 @@ use piezotact_dataset::{WriteError, write_atomically};
 
 use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Outcome};
+use crate::shown::{harmless, shortened};
 
-/// Prints `text` and a line end on standard output.
+/// A message as it is shown.
+pub(crate) fn message(text: &str) -> String {
+    harmless(&shortened(text)).into_owned()
+}
+
+/// Prints `text` and a line end on standard output, without control characters.
 pub(crate) fn print(text: &str) -> Outcome {
     let mut out = std::io::stdout().lock();
     match out
-        .write_all(text.as_bytes())
+        .write_all(harmless(text).as_bytes())
         .and_then(|()| out.write_all(b"\n"))
         .and_then(|()| out.flush())
     {
@@ -59,9 +65,9 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
     Ok(())
 }
 
-/// Says on standard error what is being done. When nobody can hear it the work still goes on.
+/// Says on standard error what is being done, without control characters and shortened. When nobody can hear it the work still goes on.
 pub(crate) fn say(text: &str) {
-    let _nobody_hears = writeln!(std::io::stderr().lock(), "{text}");
+    let _nobody_hears = writeln!(std::io::stderr().lock(), "{}", message(text));
 }
 
 /// Says every doubt on standard error, those of one kind once.
@@ -96,7 +102,7 @@ pub(crate) fn progress(what: &str, length: Seconds) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} % {eta}") {
         bar.set_style(style.progress_chars("=> "));
     }
-    bar.set_message(what.to_owned());
+    bar.set_message(message(what));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

@@ -1,5 +1,6 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
+mod belonging;
 mod characterise;
 mod closed_loop;
 mod command_line;
@@ -9,6 +10,7 @@ mod docs;
 mod examples;
 mod export;
 mod fake_bench;
+mod hostile_inputs;
 mod impact;
 mod integrity;
 mod keeps;
@@ -27,6 +29,7 @@ mod score;
 mod script;
 mod snapshots;
 mod support;
+mod surfcom;
 mod touch;
 mod twin;
 mod verify;

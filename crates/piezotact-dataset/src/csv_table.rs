@@ -9,6 +9,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Clock, Condition, Provenance, Recording};
 use piezotact::series::is_sample;
 
+use crate::commas::{CommaEvidence, Commas, number as number_of};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 
@@ -31,6 +32,10 @@ const ENDINGS: [(&str, &str); 14] = [
     ("_ms", "ms"),
     ("_s", "s"),
 ];
+/// More columns than this are no channels: samples stand in rows.
+const MOST_COLUMNS: usize = 4096;
+/// Repeated time stamps up to this share of all rows are slips of the clock.
+const MOST_REPEATED: f64 = 1e-3;
 /// The tolerance for evenly spaced time steps, as a share of the median step.
 const EVEN: f64 = 0.01;
 /// A step that differs by more than this share from the usual one is a gap, not jitter: rows are missing.
@@ -63,22 +68,23 @@ pub(crate) fn read_table(
         )
     });
     let delimiter = delimiter.unwrap_or(b',');
-    let decimal_comma = delimiter != b',';
-    let mut rows = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes())
-        .into_records()
+    let records = || {
+        csv::ReaderBuilder::new()
+            .delimiter(delimiter)
+            .has_headers(false)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes())
+            .into_records()
+    };
+    let mut doubts = Vec::new();
+    let commas = commas_in(&text, delimiter, &mut doubts, records);
+    let mut rows = records()
         .enumerate()
         .filter(|(_, row)| !row.as_ref().is_ok_and(|row| row.iter().all(str::is_empty)));
-    let number = |cell: &str| -> Option<f64> {
-        if decimal_comma {
-            cell.replace(',', ".").parse().ok()
-        } else {
-            cell.parse().ok()
-        }
+    let number = |cell: &str| match commas {
+        Some(commas) => number_of(cell, commas),
+        None => cell.parse().ok(),
     };
 
     let header = match rows.next() {
@@ -96,6 +102,13 @@ pub(crate) fn read_table(
             "a header with the names of the channels in the first row",
             format!("numbers ({})", header.iter().next().unwrap_or("")),
             "add a header such as `time (s),acc (m/s2)`",
+        ));
+    }
+    if header.len() > MOST_COLUMNS {
+        return Err(wrong(
+            &format!("a table of at most {MOST_COLUMNS} columns, one for each channel"),
+            format!("{}", header.len()),
+            "if each row holds a channel, transpose the table; else export fewer channels",
         ));
     }
     let mut columns: Vec<Column> = header.iter().map(Column::from_header).collect();
@@ -160,7 +173,39 @@ pub(crate) fn read_table(
             "check the export",
         ));
     }
-    assemble(path, columns, options)
+    assemble(path, columns, doubts, options)
+}
+
+/// What commas in the numbers of a table stand for; none where no number can have one. Separators of thousands are a doubt.
+fn commas_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
+    text: &str,
+    delimiter: u8,
+    doubts: &mut Vec<Doubt>,
+    records: impl Fn() -> R,
+) -> Option<Commas> {
+    let possible = match delimiter {
+        // Between commas, only a number in quotes has one.
+        b',' => text.contains('"'),
+        _ => text.contains(','),
+    };
+    if !possible {
+        return None;
+    }
+    let mut evidence = CommaEvidence::default();
+    for row in records().skip(1).flatten() {
+        row.iter().for_each(|cell| evidence.add(cell));
+    }
+    let (commas, shown) = evidence.commas();
+    if commas == Commas::Thousands {
+        let shown = match shown {
+            Some((large, small)) => format!(" (`{large}` beside `{small}`)"),
+            None => String::new(),
+        };
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            what: format!("commas in the numbers are read as separators of thousands{shown}"),
+        }));
+    }
+    Some(commas)
 }
 
 /// One column as a file holds it.
@@ -218,16 +263,57 @@ fn is_time(name: &str) -> bool {
 fn assemble(
     path: &Path,
     mut columns: Vec<Column>,
+    mut doubts: Vec<Doubt>,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
-    let mut doubts = Vec::new();
-    let time = columns
-        .iter()
-        .position(Column::is_time)
-        .map(|at| columns.remove(at));
-    let found = time.map(|time| rate_of(path, &time, &mut doubts));
-    let rate = choose_rate(path, options.rate, found, &mut doubts)?;
+    let time = columns.iter().position(Column::is_time);
+    if let Some(time) = time {
+        doubts.extend(without_copied_rows(&mut columns, time));
+    }
+    let time = time.map(|at| columns.remove(at));
+    let mut of_time = Vec::new();
+    let found = time.map(|time| rate_of(path, &time, &mut of_time));
+    let rate = choose_rate(path, options.rate, found, &mut of_time)?;
+    doubts.extend(of_time);
     recording_of(path, columns, rate, doubts, options, WithoutUnit::HeaderCan)
+}
+
+/// Leaves out rows that repeat the row before them with its time stamp, where they are few, with a doubt.
+fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Doubt> {
+    let stamps = &columns[time].values;
+    let is_copy = |row: usize| {
+        let mut columns = columns.iter();
+        columns.all(|column| column.values[row] == column.values[row - 1])
+    };
+    let copies: Vec<usize> = (1..stamps.len())
+        .filter(|row| stamps[*row] == stamps[row - 1] && is_copy(*row))
+        .collect();
+    let stamp = *stamps.get(*copies.first()?)?;
+    if copies.len() > most_repeated(stamps.len()) {
+        return None;
+    }
+    for column in columns {
+        let mut row = 0;
+        column.values.retain(|_| {
+            row += 1;
+            copies.binary_search(&(row - 1)).is_err()
+        });
+    }
+    Some(Doubt::from(RecordingDoubt::Guessed {
+        what: format!(
+            "{} the row before with its time stamp {} left out (the first at {stamp})",
+            match copies.len() {
+                1 => "1 row that repeats".to_owned(),
+                count => format!("{count} rows that repeat"),
+            },
+            if copies.len() == 1 { "was" } else { "were" }
+        ),
+    }))
+}
+
+/// How many time stamps of so many may be repeated.
+fn most_repeated(stamps: usize) -> usize {
+    ((stamps as f64 * MOST_REPEATED) as usize).max(1)
 }
 
 /// The rate that is stated, or else the one that was found; a doubt where they differ.
@@ -371,20 +457,51 @@ pub(crate) fn rate_of(
             "record longer, or give --rate",
         ));
     }
-    if let Some(at) = steps.iter().position(|step| *step <= 0.0) {
+    if let Some(at) = steps.iter().position(|step| *step < 0.0) {
         return Err(ReadError::content(
             path,
             format!("`{}` to increase from row to row", time.name),
-            format!("{} after {}", time.values[at + 1], time.values[at]),
-            "sort the rows, or give --rate",
+            format!(
+                "{} after {} in row {at} below the header",
+                time.values[at + 1],
+                time.values[at],
+                at = at + 2
+            ),
+            "if rows are out of order, sort them by time; if the clock was set back, cut the recording there; or give --rate to \
+             read the rows as evenly sampled",
         ));
     }
-    let mut sorted = steps.clone();
+    let repeated: Vec<usize> = (0..steps.len()).filter(|at| steps[*at] == 0.0).collect();
+    if repeated.len() > most_repeated(time.values.len()) {
+        let at = repeated[0];
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!(
+                "{} again in row {} below the header, and {} stamps that are repeated in all",
+                time.values[at + 1],
+                at + 2,
+                repeated.len()
+            ),
+            "export the time with more digits, or give --rate to read the rows as evenly sampled",
+        ));
+    }
+    let mut sorted: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
     sorted.sort_by(f64::total_cmp);
-    let usual = sorted[sorted.len() / 2];
+    let Some(usual) = sorted.get(sorted.len() / 2).copied() else {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!("{} in every row", time.values[0]),
+            "export the time with more digits, or give --rate to read the rows as evenly sampled",
+        ));
+    };
+    let repeats = Repeats::of(&steps, &repeated, usual);
+    doubts.extend(repeats.doubt(time, repeated.first().copied()));
     if let Some(at) = steps
         .iter()
-        .position(|step| (step / usual - 1.0).abs() > GAP)
+        .enumerate()
+        .position(|(at, step)| !repeats.explain(at) && (step / usual - 1.0).abs() > GAP)
     {
         return Err(ReadError::content(
             path,
@@ -393,7 +510,8 @@ pub(crate) fn rate_of(
             "rows are missing or the clock changed: cut the recording there, or give --rate to read it as evenly sampled",
         ));
     }
-    let mean = (time.values[time.values.len() - 1] - time.values[0]) / steps.len() as f64;
+    let mean = (time.values[time.values.len() - 1] - time.values[0])
+        / (steps.len() - repeats.extra) as f64;
     let to_seconds = match time.unit.as_deref().map(Unit::parse) {
         Some((Unit::Second, factor)) => factor,
         Some((unit, _)) if unit != Unit::Other(String::new()) => {
@@ -423,7 +541,9 @@ pub(crate) fn rate_of(
     };
     let worst = steps
         .iter()
-        .map(|step| (step / usual - 1.0).abs())
+        .enumerate()
+        .filter(|(at, _)| !repeats.explain(*at))
+        .map(|(_, step)| (step / usual - 1.0).abs())
         .fold(0.0, f64::max);
     if worst > EVEN {
         doubts.push(Doubt::from(RecordingDoubt::UnevenSampling { worst }));
@@ -438,67 +558,58 @@ pub(crate) fn rate_of(
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Steps that time stamps repeated by a slip of the clock explain.
+struct Repeats {
+    /// The steps of 0, and the double ones beside them.
+    steps: Vec<usize>,
+    /// Rows more than the time has room for: repeated stamps without a double step beside them.
+    extra: usize,
+}
 
-    fn read(text: &str) -> Result<Recording, ReadError> {
-        read_table(Path::new("t.csv"), text.as_bytes(), &ReadOptions::default())
-    }
-
-    #[test]
-    fn units_stand_in_the_header_or_in_a_row() {
-        for text in [
-            "time (s),acc (g),fz [mN]\n0,1,200\n0.001,2,100\n0.002,3,0\n",
-            "time\tacc\tfz\ns\tg\tmN\n0\t1\t200\n0.001\t2\t100\n0.002\t3\t0\n\n\n",
-            "time;acc;fz\n(s);(g);(mN)\n0;1,0;200\n0,001;2,0;100\n0,002;3,0;0\n",
-            "\u{feff}time (ms), acc (g), fz (mN),\n0, 1, 200,\n1, 2, 100,\n2, 3, 0,\n",
-        ] {
-            let r = read(text).unwrap();
-            assert!((r.rate().hz() - 1000.0).abs() < 1e-9, "{text}");
-            assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared, "{text}");
-            assert!(
-                (r.channels()[0].samples[2] - 3.0 * 9.80665).abs() < 1e-12,
-                "{text}"
-            );
-            assert!((r.channels()[1].samples[0] - 0.2).abs() < 1e-12, "{text}");
-            assert_eq!(r.about.doubts, [], "{text}");
+impl Repeats {
+    fn of(steps: &[f64], repeated: &[usize], usual: f64) -> Self {
+        let mut explained = Vec::new();
+        let mut extra = 0;
+        for &at in repeated {
+            explained.push(at);
+            let double = |at: &usize| {
+                let step = steps.get(*at).copied().unwrap_or(0.0);
+                (step / (2.0 * usual) - 1.0).abs() <= GAP && !explained.contains(at)
+            };
+            match [at + 1, at.wrapping_sub(1)].into_iter().find(double) {
+                Some(double) => explained.push(double),
+                None => extra += 1,
+            }
+        }
+        explained.sort_unstable();
+        Self {
+            steps: explained,
+            extra,
         }
     }
 
-    #[test]
-    fn what_is_wrong_is_named_with_its_place() {
-        for (text, part) in [
-            ("", "a table with a header"),
-            ("1,2\n3,4\n", "a header"),
-            ("acc (g)\n1\n2\n", "--rate"),
-            (
-                "time (s),acc (g)\n0,1\n0.1,nan\n",
-                "`nan` in row 3, column `acc`",
-            ),
-            ("time (s),acc (g)\n0,1\n0.1\n", "1 in row 3"),
-            ("time (s),acc (g)\n0,1\n0,1\n", "increase"),
-            ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
-            ("time (s),acc (g)\n", "rows of numbers"),
-            (
-                "time (ms),acc (g)\n0,1,5\n1,1,6\n",
-                "one more, `5`, in row 2",
-            ),
-            ("time (s),acc (g)\n0,1\n", "two rows"),
-            (
-                "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",
-                "a step from 0.2 to 0.7",
-            ),
-        ] {
-            let error = read(text).unwrap_err().to_string();
-            assert!(error.contains(part), "{text:?}: {error}");
-        }
+    fn explain(&self, step: usize) -> bool {
+        self.steps.binary_search(&step).is_ok()
     }
 
-    #[test]
-    fn a_guess_is_a_doubt() {
-        let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
-        assert!((r.rate().hz() - 35.714).abs() < 1e-3);
-        assert_eq!(r.about.doubts.len(), 2, "{:?}", r.about.doubts);
+    fn doubt(&self, time: &Column, first: Option<usize>) -> Option<Doubt> {
+        let stamp = time.values.get(first?)?;
+        let repeated = self.steps.iter();
+        let count = repeated
+            .filter(|at| time.values.get(**at) == time.values.get(**at + 1))
+            .count();
+        Some(Doubt::from(RecordingDoubt::Guessed {
+            what: format!(
+                "{} repeated in `{}` (the first: {stamp}); the rows are read as evenly sampled",
+                match count {
+                    1 => "1 time stamp is".to_owned(),
+                    count => format!("{count} time stamps are"),
+                },
+                time.name
+            ),
+        }))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,17 +2,26 @@
 //!
 //! ```text
 //! # what the rule found stays unless a line says otherwise
+//! # recording 0f3a5c7e91b2d4f6
 //! stroke 1.20 2.35
 //! leave-out 4.10 5.00 the participant sneezed
 //! ```
+//!
+//! The line `# recording CHECKSUM` holds the checksum of the recording's file: cuts are not applied to another one.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use piezotact::Doubt;
+use piezotact::checksum::Checksum;
 use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::recording::RecordingDoubt;
 use piezotact::stroke::{Cut, Cuts, Segmentation};
 
 use crate::error::ReadError;
+
+/// What the remark with the checksum of the recording begins with.
+const RECORDING: &str = "recording";
 
 /// The default file of manual cuts for a recording: beside it, with `.cuts` after its name.
 #[must_use]
@@ -28,9 +37,57 @@ pub fn cuts_path(recording: &Path) -> PathBuf {
 /// [`ReadError`] naming the file and the line, what was expected and what was found.
 pub fn read_cuts(path: &Path) -> Result<Cuts, ReadError> {
     // A note may be in any encoding, and editors put a mark at the start.
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::input::read_input(path)?;
     let text = String::from_utf8_lossy(&bytes);
     parse(path, text.trim_start_matches('\u{feff}'))
+}
+
+/// The cuts in the text file `path`, which belong to the recording in the file `recording`, and a doubt where they do not say so.
+///
+/// # Errors
+/// Those of [`read_cuts`]; [`ReadError::Content`] where they were made for another recording.
+pub fn read_cuts_of(path: &Path, recording: &Path) -> Result<(Cuts, Option<Doubt>), ReadError> {
+    let cuts = read_cuts(path)?;
+    let text = String::from_utf8_lossy(&crate::input::read_input(path)?).into_owned();
+    let found = recording_checksum(recording)?;
+    let stated = text.lines().find_map(|line| {
+        let line = line
+            .trim_start_matches('\u{feff}')
+            .trim()
+            .strip_prefix('#')?;
+        let (what, checksum) = line.trim().split_once(char::is_whitespace)?;
+        let checksum = checksum.trim();
+        (what == RECORDING && checksum.len() == 16)
+            .then(|| Checksum::try_from(checksum.to_owned()).ok())?
+    });
+    match stated {
+        Some(stated) if stated == found => Ok((cuts, None)),
+        Some(stated) => Err(ReadError::content(
+            path,
+            format!("cuts of {}, whose checksum is {found}", recording.display()),
+            format!("cuts of a recording with the checksum {stated}"),
+            format!(
+                "it is of an earlier recording: move it away; or check the cuts against this one and write `# {RECORDING} {found}` \
+                 in that line"
+            ),
+        )),
+        None => {
+            let file = path.display().to_string();
+            let doubt = RecordingDoubt::CutsUnconfirmed {
+                file,
+                checksum: found,
+            };
+            Ok((cuts, Some(Doubt::from(doubt))))
+        }
+    }
+}
+
+/// The checksum of the file of a recording, as cuts name it.
+///
+/// # Errors
+/// [`ReadError::Io`] when it cannot be read.
+pub fn recording_checksum(recording: &Path) -> Result<Checksum, ReadError> {
+    Ok(Checksum::of_bytes(&crate::input::read_input(recording)?))
 }
 
 fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
@@ -75,9 +132,9 @@ fn parse(path: &Path, text: &str) -> Result<Cuts, ReadError> {
 }
 
 /// The strokes and rejects of a segmentation as a file of cuts to be edited: strokes as they are, rejects as
-/// remarks with their reason.
+/// remarks with their reason. `recording` is the checksum of the recording's file.
 #[must_use]
-pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate) -> String {
+pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate, recording: Checksum) -> String {
     let seconds = |sample: usize| rate.duration_of(sample).0;
     let mut lines: Vec<(usize, String)> = segmentation
         .strokes
@@ -107,6 +164,7 @@ pub fn cuts_text(segmentation: &Segmentation, rate: SampleRate) -> String {
         "# Times in s. `stroke FROM TO` replaces the automatic cuts that it overlaps; `leave-out FROM TO why`\n# rejects every \
          stroke that it overlaps. Automatic cuts that no line overlaps are kept.\n",
     );
+    let _never_fails = writeln!(text, "# {RECORDING} {recording}");
     for (_, line) in lines {
         let _never_fails = writeln!(text, "{line}");
     }

@@ -12,7 +12,7 @@ use piezotact::transfer::TransferError;
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The operating system refuses it.
-    #[error("cannot read {}: {what}; check the path", path.display())]
+    #[error("cannot read {}: {what}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -76,10 +76,17 @@ pub enum ReadError {
 impl ReadError {
     pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
         let what = match error.kind() {
-            std::io::ErrorKind::NotFound => "expected a file, found none there".into(),
-            std::io::ErrorKind::PermissionDenied => "no permission".into(),
-            std::io::ErrorKind::IsADirectory => "expected a file, found a folder".into(),
-            _ => error.to_string(),
+            std::io::ErrorKind::NotFound => {
+                "expected a file, found none there; check the path".into()
+            }
+            std::io::ErrorKind::PermissionDenied => {
+                "expected a readable file, found one without permission; check the path".into()
+            }
+            std::io::ErrorKind::IsADirectory => {
+                "expected a file, found a folder; check the path".into()
+            }
+            std::io::ErrorKind::InvalidInput => error.to_string(),
+            _ => format!("{error}; check the path"),
         };
         Self::Io {
             path: path.into(),

@@ -5,6 +5,7 @@
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
 mod atomic;
+mod commas;
 mod contact_map;
 mod csv_table;
 mod cuts_file;
@@ -14,6 +15,7 @@ mod error;
 mod flat;
 mod format;
 pub mod haptic;
+mod input;
 mod journal;
 mod journal_batches;
 mod lock;
@@ -36,9 +38,10 @@ pub mod wav;
 
 pub use atomic::{check_place, write_atomically};
 pub use contact_map::read_contact_map;
-pub use cuts_file::{cuts_path, cuts_text, read_cuts};
+pub use cuts_file::{cuts_path, cuts_text, read_cuts, read_cuts_of, recording_checksum};
 pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
+pub use input::{open_input, read_input, read_input_text};
 pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,
     set_aside_path,

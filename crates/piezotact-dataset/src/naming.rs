@@ -10,10 +10,14 @@ use piezotact::recording::Touch;
 pub use piezotact::study::Naming;
 
 /// The patterns that are tried when none is given: those of public collections, strict enough to fit nothing else.
-const KNOWN: [(&str, &str); 2] = [
+const KNOWN: [(&str, &str); 3] = [
     (
         "FabricSlide",
         "Board{board:mm}mm_F{force}_V-{speed:mm/s}mmps_{repeat}",
+    ),
+    (
+        "FabricSlide",
+        "{sample}_F{force:#}_V{speed:mm/s}mmps_{repeat:#}",
     ),
     (
         "Cluster Haptic Texture",
@@ -48,14 +52,14 @@ pub enum NamingError {
         why: String,
     },
     /// A name does not fit.
-    #[error(
-        "expected a name like `{pattern}`, found `{name}`; rename the file or give another --meta"
-    )]
+    #[error("expected a name like `{pattern}`, found `{name}`; {todo}")]
     Name {
         /// The pattern.
         pattern: String,
         /// The name.
         name: String,
+        /// What to do.
+        todo: String,
     },
     /// A field holds no number.
     #[error(
@@ -142,6 +146,7 @@ impl NamePattern {
         if !fits(&self.parts, &name, &mut labels) {
             return Err(NamingError::Name {
                 pattern: self.text.clone(),
+                todo: self.change_for(&name),
                 name,
             });
         }
@@ -184,6 +189,42 @@ impl NamePattern {
             naming.labels.insert(field, text);
         }
         Ok(naming)
+    }
+}
+
+impl NamePattern {
+    /// What makes a name fit that does not: the sign before a number as part of the pattern, or another name or pattern.
+    fn change_for(&self, name: &str) -> String {
+        let numbers = self
+            .parts
+            .iter()
+            .enumerate()
+            .filter_map(|(at, part)| match part {
+                Part::Field { name, unit } if !unit.is_empty() => Some((at, name, unit)),
+                _ => None,
+            });
+        for (at, field, unit) in numbers {
+            for sign in ["-", "+"] {
+                let mut parts = self.parts.clone();
+                let before = match at.checked_sub(1).and_then(|at| parts.get_mut(at)) {
+                    Some(Part::Literal(text)) => {
+                        text.push_str(sign);
+                        text.clone()
+                    }
+                    _ => {
+                        parts.insert(at, Part::Literal(sign.into()));
+                        sign.into()
+                    }
+                };
+                if fits(&parts, name, &mut Vec::new()) {
+                    return format!(
+                        "the name has a `{sign}` before the number for {{{field}}}: write `{before}{{{field}:{unit}}}` in the \
+                         pattern"
+                    );
+                }
+            }
+        }
+        "rename the file or give another --meta".into()
     }
 }
 
@@ -305,6 +346,14 @@ mod tests {
         assert_eq!(fabric.condition.sample.as_deref(), Some("Board2mm"));
         assert_eq!(fabric.condition.speed_m_s, Some(0.005));
         assert_eq!(fabric.condition.load_n, None);
+        let fabric = known_naming(Path::new("BeigeCotton_F120_V10mmps_0.csv"));
+        assert_eq!(fabric.condition.sample.as_deref(), Some("BeigeCotton"));
+        assert_eq!(fabric.condition.speed_m_s, Some(0.01));
+        assert_eq!((fabric.condition.load_n, fabric.doubts.len()), (None, 1));
+        assert_eq!(
+            known_naming(Path::new("BeigeCotton_V10mmps_0.csv")),
+            Naming::default()
+        );
         let cluster = known_naming(Path::new("0_135_40_500_1.csv"));
         assert_eq!(cluster.condition.load_n, Some(Newtons(0.5)));
         assert_eq!(cluster.condition.speed_m_s, Some(0.04));
@@ -314,6 +363,26 @@ mod tests {
         assert_eq!(date, Naming::default());
         assert_eq!(known_naming(Path::new("text3_v1.wav")), Naming::default());
         assert_eq!(known_naming(Path::new("")), Naming::default());
+    }
+
+    #[test]
+    fn a_sign_before_a_number_is_named_with_the_change() {
+        let why = |pattern: &str, name: &str| {
+            let pattern: NamePattern = pattern.parse().unwrap();
+            pattern.read(Path::new(name)).unwrap_err().to_string()
+        };
+        let said = why(
+            "{sample}_V{speed:mm/s}mmps_{repeat}",
+            "Board_V-10mmps_0.csv",
+        );
+        assert!(
+            said.contains("write `_V-{speed:mm/s}` in the pattern"),
+            "{said}"
+        );
+        let said = why("{speed:mm/s}_{sample}", "-10_S1.csv");
+        assert!(said.contains("write `-{speed:mm/s}`"), "{said}");
+        let said = why("{sample}_V{speed:mm/s}", "S1.csv");
+        assert!(said.contains("rename the file"), "{said}");
     }
 
     #[test]

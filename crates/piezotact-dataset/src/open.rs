@@ -356,6 +356,19 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
             "write the file again; or, if the sidecar is valid for these samples, remove `samples` from it",
         ));
     }
+    if let Some(stated_hz) = of_samples.rate_hz
+        && stated_hz != f64::from(wav.rate_hz)
+    {
+        return Err(ReadError::content(
+            path,
+            format!(
+                "the rate that {} states, {stated_hz} Hz",
+                sidecar_path(path).display()
+            ),
+            format!("a header with {} Hz", wav.rate_hz),
+            "correct the one that is wrong; all frequencies and times depend on it",
+        ));
+    }
     let count = wav.channels.len();
     if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {
         return Err(beside.other_count(count, names.len()));

@@ -54,6 +54,8 @@ pub(crate) struct OfSamples {
     pub(crate) units: BTreeMap<String, String>,
     /// The fingerprint of the samples that it was written for.
     pub(crate) samples: Option<String>,
+    /// The rate of the samples that it was written for, Hz.
+    pub(crate) rate_hz: Option<f64>,
 }
 
 /// A sidecar as it is written with its samples.
@@ -63,6 +65,8 @@ pub(crate) struct Written<'a> {
     pub(crate) sidecar: &'a Sidecar,
     /// A scale beside other samples than these is not believed.
     pub(crate) samples: String,
+    /// Nor is a header with another rate, Hz.
+    pub(crate) rate_hz: u32,
 }
 
 /// A measure as a person writes it: `{"value": 2, "unit": "g"}` or `"2 g"`.
@@ -110,7 +114,7 @@ pub(crate) struct Read {
 /// The sidecar of the file `path` with what it says of the samples beside it.
 pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> {
     let path = sidecar_path(path);
-    let text = match std::fs::read_to_string(&path) {
+    let text = match crate::input::text(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(ReadError::io(&path, &error)),

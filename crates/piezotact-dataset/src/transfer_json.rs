@@ -300,6 +300,20 @@ impl TransferDocument {
             .with_twin_of(&self.about.provenance);
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
+        function
+            .require_possible()
+            .map_err(|source| ReadError::Transfer {
+                path: path.into(),
+                source,
+            })?;
+        let limits = self.confidence.as_ref();
+        let limits = limits.and_then(|limits| function.doubt_of_limits(&limits.low, limits.of));
+        for doubt in function.doubts_of_its_lines().into_iter().chain(limits) {
+            let is_known = |known: &Doubt| known.code == doubt.code;
+            if !function.about.doubts.iter().any(is_known) {
+                function.about.doubts.push(doubt);
+            }
+        }
         Ok(function)
     }
 }

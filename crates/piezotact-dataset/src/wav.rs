@@ -345,7 +345,11 @@ pub fn write_wav_with_sidecar(
     let mut samples = Fingerprint::new();
     let wav = prepare_wav(path, channels, (rate_hz, format), Some(&mut samples))?;
     let samples = samples.text();
-    let written = Written { sidecar, samples };
+    let written = Written {
+        sidecar,
+        samples,
+        rate_hz,
+    };
     prepare_json(&sidecar_path(path), &Versioned::of(&written))?.commit()?;
     wav.commit()
 }

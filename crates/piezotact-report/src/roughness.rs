@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use piezotact::document::Words;
 use piezotact::figure::{Axis, Chart, Heatmap, Line, Mark, Tone};
+use piezotact::number::digits_that_count;
 use piezotact::surface::{
     ArealRoughness, EvaluatedSurface, HeightDistribution, HeightProfile, ProfileFilter,
     ProfileRoughness, Roughness, distribution_of, height_span_m, length_text, short_number,
@@ -60,21 +61,32 @@ fn numbers(surface: &EvaluatedSurface) -> Markup {
 }
 
 fn table(surface: &EvaluatedSurface) -> Markup {
+    let stated = surface.instrument.as_ref();
     html! {
         section {
             h2 { "All parameters" }
             table {
-                tr { th { "parameter" } th.n { "value" } th { "unit" } th { "meaning" } }
+                tr {
+                    th { "parameter" } th.n { "value" }
+                    @if stated.is_some() { th.n { "instrument" } }
+                    th { "unit" } th { "meaning" }
+                }
                 @for parameter in surface.roughness.parameters() {
                     tr {
                         td { b { (parameter.symbol) } }
                         td.n { (parameter.number()) }
+                        @if let Some(stated) = stated {
+                            td.n { (stated.value_of(&parameter).map_or_else(|| "–".into(), |value| digits_that_count(value, 4))) }
+                        }
                         td { @if parameter.value.is_some() { (parameter.unit) } }
                         td { (parameter.meaning) }
                     }
                 }
             }
             p.soft { "A dash: this parameter has no value for this surface; if that is a doubt, the reason is listed above." }
+            @if let Some(stated) = stated {
+                p.soft { "Instrument (" (file_name(&stated.file)) "): " (stated.text()) "." }
+            }
             p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
         }
     }

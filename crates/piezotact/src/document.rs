@@ -41,6 +41,16 @@ impl<'a, T: Content> Document<&'a T> {
     }
 }
 
+/// A file of several from which there is no result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FailedFile {
+    /// The file.
+    pub file: std::path::PathBuf,
+    /// What was expected, what was found, and what to do.
+    pub why: String,
+}
+
 /// A text that is not the expected document.
 #[derive(Debug, thiserror::Error)]
 pub enum DocumentError {

@@ -17,6 +17,7 @@ mod impact;
 mod judge;
 mod multisine;
 mod periodic;
+mod plausible;
 mod related;
 mod repeats;
 mod stored;
@@ -576,6 +577,36 @@ pub enum TransferError {
     /// The spectra cannot be estimated.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
+    /// Lines beyond half the rate.
+    #[error(
+        "expected frequencies up to {nyquist_hz} Hz, half the rate, found up to {highest_hz} Hz; correct the rate or the frequencies"
+    )]
+    BeyondNyquist {
+        /// The highest line, Hz.
+        highest_hz: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// A magnitude of no device.
+    #[error(
+        "expected a transfer function with its largest magnitude from 1e-30 to 1e12, found up to {largest:e}; check its units, or \
+            measure again"
+    )]
+    Magnitude {
+        /// The largest.
+        largest: f64,
+    },
+    /// More effective averages than averages.
+    #[error(
+        "expected at most {averages} effective averages, as many as segments were averaged, found {effective}; measure again, or \
+            restore the file"
+    )]
+    Averages {
+        /// The averages.
+        averages: usize,
+        /// The effective averages.
+        effective: f64,
+    },
     /// The lines do not make an axis.
     #[error(
         "expected the same number of values and coherences, 2 or more, found {response} and {coherence}; export the transfer function whole"

@@ -15,7 +15,7 @@ use crate::shared_data::shared;
 use piezotact::surface::{
     ArealConfig, ArealRoughness, Cutoff, Ends, Form, HeightMap, HeightProfile, ProfileConfig,
     ProfileFilter, ProfileRoughness, ProfileStandard, ShortWaves, SurfaceError, areal_roughness,
-    profile_mean_line, profile_roughness, remove_profile_form,
+    material_ratio, profile_mean_line, profile_roughness, remove_profile_form,
 };
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -90,6 +90,14 @@ fn sine(points: usize) -> Vec<f64> {
         .collect()
 }
 
+/// A plateau with valleys: noise, its depths three times as deep.
+fn stratified(points: usize) -> Vec<f64> {
+    let heights = noise(13).take(points).map(|w| 1e-7 * w);
+    heights
+        .map(|z| if z < -5e-8 { 3.0 * z + 1e-7 } else { z })
+        .collect()
+}
+
 fn square_wave(points: usize) -> Vec<f64> {
     (0..points)
         .map(|i| if i / 50 % 2 == 0 { 1e-6 } else { -1e-6 })
@@ -117,6 +125,7 @@ struct Golden {
     profiles: Vec<ProfileCase>,
     maps: Vec<MapCase>,
     surfalize_profile: Values,
+    surfalize_material_ratio: Vec<Values>,
     surfalize_map: Values,
     surfalize_nanovea: Values,
     surface_topography_map: Values,
@@ -219,6 +228,32 @@ fn profiles_equal_the_definitions_in_numpy() {
         let what = format!("{} {:?}", case.surface, case.config);
         let got = |name: &str| profile_value(&roughness, name);
         compare(&what, &case.values, |_| SAME_DEFINITION, got);
+    }
+}
+
+#[test]
+fn another_program_finds_the_same_core_peaks_and_valleys() {
+    for (heights_m, expected) in [rough_profile(5000), stratified(5000)]
+        .into_iter()
+        .zip(golden().surfalize_material_ratio)
+    {
+        let found = material_ratio(&heights_m).unwrap();
+        let got = |name: &str| {
+            Some(match name {
+                "rk_m" => found.rk_m,
+                "rpk_m" => found.rpk_m,
+                "rvk_m" => found.rvk_m,
+                "mr1" => found.mr1,
+                _ => found.mr2,
+            })
+        };
+        // surfalize samples the curve at 10 000 ratios, and ends the areas of peaks and valleys at the nearest of them: Rpk and
+        // Rvk have an uncertainty of one of the about 800 steps up to Mr1; the line is that of the same points within 0.01 %
+        let tolerance = |name: &str| match name {
+            "rpk_m" | "rvk_m" => 3e-3,
+            _ => 1e-3,
+        };
+        compare("surfalize", &expected, tolerance, got);
     }
 }
 

@@ -11,7 +11,7 @@ use piezotact::panel::PanelAverageDocument;
 use piezotact::score::ScoreDocument;
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
-use piezotact::surface::RoughnessDocument;
+use piezotact::surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact::transfer::EstimateDocument;
 use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
@@ -87,6 +87,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<ReplayDocument<'_>>()?,
         schema::<CountedPanels>()?,
         schema::<RoughnessDocument<'_>>()?,
+        schema::<RoughnessSetDocument<'_>>()?,
         schema::<ScoreDocument<'_>>()?,
         schema::<SpectrumDocument<'_>>()?,
         schema::<TwinRecordDocument<'_>>()?,

@@ -1,5 +1,6 @@
 //! `fake:script.toml`, `fake:script.toml,participant=2`: a bench that follows a script, for tests and for practice.
 
+use piezotact_dataset::read_input_text;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -31,7 +32,7 @@ struct FakeSpec {
 impl NamedBench for FakeSpec {
     fn open(&self) -> Outcome<Bench> {
         let called = || self.file.display().to_string();
-        let text = std::fs::read_to_string(&self.file).with_context(called)?;
+        let text = read_input_text(&self.file)?;
         let script = FakeScript::from_toml(&text).with_context(called)?;
         Ok(fake(
             script,

@@ -225,7 +225,7 @@ fn one_stroke(
     reading: &Reading,
 ) -> Outcome<Source> {
     let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
-    let takes = take_all(&takes_of(path, channel, reading))?;
+    let (takes, _one_file) = take_all(&takes_of(path, channel, reading))?;
     let Some(Take {
         recording,
         segmentation,

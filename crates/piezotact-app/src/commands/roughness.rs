@@ -4,18 +4,19 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::surface::{
-    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, HeightMap, HeightProfile,
-    ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, Roughness as Evaluated,
-    RoughnessDocument, ShortWaves, SurfaceError, Topography, areal_roughness, profile_roughness,
+    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, HeightMap, MeasuredProfile,
+    ProfileFilter, ProfileRoughness, ProfileStandard, ProfileWish, Roughness as Evaluated,
+    RoughnessDocument, RoughnessSet, ShortWaves, SurfaceError, Topography, areal_roughness,
+    evaluated_profile,
 };
 use piezotact_dataset::{TopographyKind, TopographyOptions, read_topography};
 use piezotact_report::{report, roughness};
 
 use super::outputs;
-use crate::advice::OptionWords;
+use crate::advice::{OptionWords, merged_text};
 use crate::cli::{FilterName, Roughness, StandardName};
-use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::failure::{Failure, Failures, Outcome, usage};
+use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
 
 pub(crate) fn run(args: &Roughness) -> Outcome {
     let written: Vec<&Path> = args
@@ -24,48 +25,100 @@ pub(crate) fn run(args: &Roughness) -> Outcome {
         .chain(&args.report)
         .map(PathBuf::as_path)
         .collect();
-    outputs(&[&args.file], &written)?;
-    let surface = evaluated(args)?;
+    let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
+    outputs(&read, &written)?;
+    match args.files.as_slice() {
+        [file] => one(args, &evaluated(args, file)?)?,
+        _ => return several(args, &written),
+    }
+    say_written(args, &written)
+}
+
+/// Writes and prints one surface.
+fn one(args: &Roughness, surface: &EvaluatedSurface) -> Outcome {
     if let (Some(path), Evaluated::Profile(roughness)) = (&args.csv, &surface.roughness) {
         write_text(path, &report::csv(&roughness.points_table())?)?;
     }
     if let Some(path) = &args.report {
-        write_text(path, &roughness::html(&surface, &OptionWords)?)?;
+        write_text(path, &roughness::html(surface, &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&RoughnessDocument::of(&surface));
+        return print_document(&RoughnessDocument::of(surface));
     }
     say_doubts(&surface.doubts);
-    print(&text_of(&surface))?;
-    for path in &written {
+    print(&text_of(surface))
+}
+
+/// Evaluates every file; one that fails does not stop the others. Writes and prints the set.
+fn several(args: &Roughness, written: &[&Path]) -> Outcome {
+    let (mut surfaces, mut failed) = (Vec::new(), Failures::of(args.files.len()));
+    for file in &args.files {
+        if let Some(surface) = failed.unless_failed(file, evaluated(args, file))? {
+            surfaces.push(surface);
+        }
+    }
+    let set = RoughnessSet::of(surfaces, failed.files().to_vec());
+    if set.surfaces().is_empty() {
+        return failed.outcome();
+    }
+    if let Some(path) = &args.csv {
+        write_text(path, &report::csv(&set.table())?)?;
+    }
+    if let Some(path) = &args.report {
+        write_text(path, &report::html(&set.page(), &OptionWords)?)?;
+    }
+    if args.json {
+        print_document(&set.document())?;
+        return failed.outcome();
+    }
+    for (name, doubts) in set.doubts() {
+        for doubt in doubts {
+            say(&format!("doubt: {name}: {}", merged_text(&doubt)));
+        }
+    }
+    print(&report::text(&set.short_table())?)?;
+    say_written(args, written)?;
+    failed.outcome()
+}
+
+fn say_written(args: &Roughness, written: &[&Path]) -> Outcome {
+    for path in written.iter().filter(|_| !args.json) {
         print(&format!("wrote {}", path.display()))?;
     }
     Ok(())
 }
 
-fn evaluated(args: &Roughness) -> Outcome<EvaluatedSurface> {
+fn evaluated(args: &Roughness, file: &Path) -> Outcome<EvaluatedSurface> {
     let options = TopographyOptions {
         step_m: args.step,
         coordinate_unit_m: args.x_unit,
         height_unit_m: args.z_unit,
     };
-    let file = read_topography(&args.file, &options)?;
-    nothing_stated_in_vain(args, file.kind)?;
-    let roughness = match &file.topography {
-        Topography::Profile(profile) => Evaluated::Profile(Box::new(of_line(args, profile)?)),
-        Topography::Map(map) => Evaluated::Map(Box::new(of_map(args, map)?)),
+    let read = read_topography(file, &options)?;
+    nothing_stated_in_vain(args, file, read.kind)?;
+    let roughness = match &read.topography {
+        Topography::Profile(profile) => {
+            let measured = MeasuredProfile {
+                profile,
+                kind: read.profile_kind,
+                instrument: read.instrument.as_ref(),
+            };
+            Evaluated::Profile(Box::new(of_line(args, file, measured)?))
+        }
+        Topography::Map(map) => Evaluated::Map(Box::new(of_map(args, file, map)?)),
     };
     let more = roughness.doubts().iter().cloned();
     Ok(EvaluatedSurface {
-        file: args.file.clone(),
-        format: file.kind.to_string(),
-        doubts: file.doubts.into_iter().chain(more).collect(),
+        file: file.to_owned(),
+        format: read.kind.to_string(),
+        doubts: read.doubts.into_iter().chain(more).collect(),
+        instrument: read.instrument,
         roughness,
     })
 }
 
 /// Refuses a scale for a file that has no use for it: it would change nothing, and look as if it did.
-fn nothing_stated_in_vain(args: &Roughness, kind: TopographyKind) -> Outcome {
+fn nothing_stated_in_vain(args: &Roughness, file: &Path, kind: TopographyKind) -> Outcome {
     use TopographyKind as Kind;
     let (step, x_unit, z_unit) = match kind {
         Kind::PointText | Kind::ProfileText => (false, true, true),
@@ -80,19 +133,11 @@ fn nothing_stated_in_vain(args: &Roughness, kind: TopographyKind) -> Outcome {
         if given.is_some() && !used {
             return Err(usage(anyhow!(
                 "{}: expected no {option} for this kind of file ({kind}), found one; leave it out",
-                args.file.display()
+                file.display()
             )));
         }
     }
     Ok(())
-}
-
-/// The form that is taken away: without a filter only the mean, unless a person says otherwise.
-fn form(args: &Roughness) -> Form {
-    args.form.unwrap_or(match args.filter {
-        FilterName::Gauss => Form::Level,
-        FilterName::None => Form::Mean,
-    })
 }
 
 /// Two options that cannot both be meant.
@@ -103,62 +148,70 @@ fn contradiction(file: &Path, expected: &str, found: &str) -> Failure {
     ))
 }
 
-fn of_line(args: &Roughness, profile: &HeightProfile) -> Outcome<ProfileRoughness> {
-    let without_filter = args.filter == FilterName::None;
+fn of_line(
+    args: &Roughness,
+    file: &Path,
+    measured: MeasuredProfile<'_>,
+) -> Outcome<ProfileRoughness> {
+    let without_filter = args.filter == Some(FilterName::None);
     if without_filter && args.s_filter.is_some_and(|s| s != ShortWaves::Kept) {
         return Err(contradiction(
-            &args.file,
+            file,
             "an S-filter or no filter",
             "--filter none with --s-filter",
         ));
     }
     if without_filter && args.periodic {
         return Err(contradiction(
-            &args.file,
+            file,
             "an automatic cut-off or no filter",
             "--filter none with --periodic",
         ));
     }
-    let config = ProfileConfig {
+    let wish = ProfileWish {
         standard: match args.standard {
             Some(StandardName::Iso21920) => ProfileStandard::Iso21920,
             Some(StandardName::Iso4287) | None => ProfileStandard::Iso4287,
         },
-        form: form(args),
-        filter: match args.filter {
+        form: args.form,
+        filter: args.filter.map(|filter| match filter {
             FilterName::Gauss => ProfileFilter::Gauss,
             FilterName::None => ProfileFilter::None,
-        },
+        }),
         cutoff: match (args.cutoff, args.periodic) {
-            (Some(cutoff_m), _) => Cutoff::Stated(cutoff_m),
-            (None, true) => Cutoff::Iso4288Periodic,
-            (None, false) => Cutoff::Iso4288,
+            (Some(cutoff_m), _) => Some(Cutoff::Stated(cutoff_m)),
+            (None, true) => Some(Cutoff::Iso4288Periodic),
+            (None, false) => None,
         },
-        short_waves: args.s_filter.unwrap_or(ShortWaves::Iso3274),
+        short_waves: args.s_filter,
     };
-    profile_roughness(profile, &config).map_err(|error| refused(&args.file, &error))
+    evaluated_profile(measured, &wish).map_err(|error| refused(file, &error))
 }
 
-fn of_map(args: &Roughness, map: &HeightMap) -> Outcome<ArealRoughness> {
+fn of_map(args: &Roughness, file: &Path, map: &HeightMap) -> Outcome<ArealRoughness> {
     let config = ArealConfig {
-        form: form(args),
-        s_nesting_m: s_nesting_of_map(args)?,
+        // Without a filter only the mean is taken away, unless a person says otherwise.
+        form: args.form.unwrap_or(match args.filter {
+            Some(FilterName::Gauss) | None => Form::Level,
+            Some(FilterName::None) => Form::Mean,
+        }),
+        s_nesting_m: s_nesting_of_map(args, file)?,
         l_nesting_m: args.cutoff,
     };
-    areal_roughness(map, &config).map_err(|error| refused(&args.file, &error))
+    areal_roughness(map, &config).map_err(|error| refused(file, &error))
 }
 
 /// The nesting index of the S-filter of a map, m; options that are for profiles alone are refused.
-fn s_nesting_of_map(args: &Roughness) -> Outcome<Option<f64>> {
+fn s_nesting_of_map(args: &Roughness, file: &Path) -> Outcome<Option<f64>> {
     for (option, given) in [
         ("--standard", args.standard.is_some()),
         ("--periodic", args.periodic),
-        ("--csv", args.csv.is_some()),
+        ("--csv", args.csv.is_some() && args.files.len() == 1),
     ] {
         if given {
             return Err(usage(anyhow!(
                 "{}: expected a profile for {option}, found a height map; leave the option out",
-                args.file.display()
+                file.display()
             )));
         }
     }
@@ -168,18 +221,18 @@ fn s_nesting_of_map(args: &Roughness) -> Outcome<Option<f64>> {
         Some(ShortWaves::Iso3274) => {
             return Err(usage(anyhow!(
                 "{}: expected a profile for --s-filter iso, found a height map; state a length, or leave the option out",
-                args.file.display()
+                file.display()
             )));
         }
     };
-    if args.filter == FilterName::None {
+    if args.filter == Some(FilterName::None) {
         for (option, given) in [
             ("--cutoff", args.cutoff.is_some()),
             ("--s-filter", s_nesting_m.is_some()),
         ] {
             if given {
                 return Err(contradiction(
-                    &args.file,
+                    file,
                     "a filter or none",
                     &format!("--filter none with {option}"),
                 ));
@@ -206,13 +259,26 @@ fn text_of(surface: &EvaluatedSurface) -> String {
         surface.format
     );
     for parameter in surface.roughness.parameters() {
+        let stated = surface.instrument.as_ref();
+        let instrument = match stated.and_then(|stated| stated.value_of(&parameter)) {
+            Some(value) => format!(" (instrument: {})", digits_that_count(value, 4)),
+            None => String::new(),
+        };
         text += &format!(
-            "\n  {:<4} {:>10} {:<3} {}",
+            "\n  {:<4} {:>10} {:<3} {}{instrument}",
             parameter.symbol,
             parameter.number(),
             parameter.value.map_or("", |_| parameter.unit),
             parameter.meaning
         );
     }
-    text + "\n" + &surface.roughness.method_text()
+    text = text + "\n" + &surface.roughness.method_text();
+    if let Some(stated) = &surface.instrument {
+        text += &format!(
+            "\ninstrument ({}): {}",
+            stated.file.display(),
+            stated.text()
+        );
+    }
+    text
 }

@@ -285,6 +285,9 @@ fn judge(
     let response = texture(path, &measured.recording, channel)?;
     let samples = response.samples().len().max(asked.wanted.samples().len());
     fits("the verification", samples, verify::MEMORY_BYTES_A_SAMPLE)?;
+    if let (Some(stated), Some(own)) = (stated, &measured.rendering) {
+        require_same_drive(path, stated, own)?;
+    }
     let rendering = stated.or(measured.rendering.as_ref());
     let limit = measured.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let drive = recorded_drive(&measured.recording, channel);
@@ -431,6 +434,29 @@ fn apart<'a>(paths: impl Iterator<Item = &'a Path>) -> Vec<String> {
         names.push(unlike);
     }
     names
+}
+
+/// Refuses a drive that was rendered otherwise than the one that the measurement in `path` says was played.
+fn require_same_drive(path: &Path, stated: &Rendering, own: &Rendering) -> Outcome {
+    if stated.is_alike(own) {
+        return Ok(());
+    }
+    let told = |rendering: &Rendering| {
+        let gain = rendering.setup.as_ref().map(|setup| setup.amplification());
+        let gain = gain.map_or(String::new(), |gain| format!(", for the {gain}"));
+        format!(
+            "{} at {} dB{gain}",
+            rendering.target,
+            difference_db(rendering.level_db)
+        )
+    };
+    Err(Failure::Data(anyhow!(
+        "{}: expected with --drive the drive that was played, {}, found another, {}; leave --drive out, or give the drive that was \
+            played",
+        path.display(),
+        told(own),
+        told(stated)
+    )))
 }
 
 /// The drive in `path`, and how it was rendered.

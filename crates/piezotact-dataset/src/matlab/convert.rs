@@ -27,8 +27,9 @@ const TIMES: [&str; 7] = [
     "temps",
     "time_domain",
 ];
-const RATES: [&str; 11] = [
+const RATES: [&str; 13] = [
     "fs",
+    "sr",
     "rate",
     "rate_hz",
     "sampling_rate",
@@ -37,6 +38,7 @@ const RATES: [&str; 11] = [
     "samplerate",
     "sampling_frequency",
     "srate",
+    "samplingfrequency",
     "sfreq",
     "time_sample_rate",
 ];

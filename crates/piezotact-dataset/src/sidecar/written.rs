@@ -17,7 +17,7 @@ pub(super) const EXAMPLE: &str =
 pub(super) const ADVICE: &str = "correct it, or remove it and give --scale";
 
 /// The entries of a sidecar.
-const ENTRIES: [&str; 12] = [
+const ENTRIES: [&str; 13] = [
     "format",
     "full_scale",
     "channels",
@@ -30,6 +30,7 @@ const ENTRIES: [&str; 12] = [
     "events",
     "rendering",
     "samples",
+    "rate_hz",
 ];
 const OF_FULL_SCALE: [&str; 2] = ["value", "unit"];
 const OF_EVENTS: [&str; 4] = ["onset_s", "duration_s", "kind", "value"];
@@ -80,6 +81,7 @@ pub(super) fn check(path: &Path, text: &str) -> Result<(), ReadError> {
             "labels" => (!is_map_of_texts(value)).then_some(r#"{"labels": {"session": "2"}}"#),
             "rendering" => (!reads::<Option<Rendering>>(value))
                 .then_some("what `piezotact render` writes: write the drive again"),
+            "rate_hz" => (!reads::<Option<f64>>(value)).then_some(r#"{"rate_hz": 5000}"#),
             "samples" => {
                 (!reads::<Option<String>>(value)).then_some("what the program wrote: remove it")
             }

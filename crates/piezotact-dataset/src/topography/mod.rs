@@ -11,6 +11,7 @@ mod plu;
 mod sdf;
 mod source;
 mod sur;
+mod surfcom;
 mod table;
 mod text;
 mod x3p;
@@ -19,7 +20,7 @@ use piezotact::surface::SurfaceDoubt;
 use std::path::Path;
 
 use piezotact::Doubt;
-use piezotact::surface::{HeightMap, HeightProfile, Topography};
+use piezotact::surface::{HeightMap, HeightProfile, InstrumentSettings, ProfileKind, Topography};
 
 use crate::error::ReadError;
 use crate::format::{self, Format, Recognition};
@@ -107,6 +108,10 @@ pub struct TopographyFile {
     pub topography: Topography,
     /// The kind of file.
     pub kind: TopographyKind,
+    /// What kind of profile it is, where the file says.
+    pub profile_kind: Option<ProfileKind>,
+    /// What the instrument states of it in a file beside it (`.tx3`).
+    pub instrument: Option<InstrumentSettings>,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
 }
@@ -130,8 +135,8 @@ pub fn read_topography(
             "cut the map into parts",
         ));
     }
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
-    parse_topography(path, &bytes, options)
+    let bytes = crate::input::read_input(path)?;
+    surfcom::with_settings(parse_topography(path, &bytes, options)?, path, options)
 }
 
 /// The topography in `bytes`; `path` is only named in errors.
@@ -284,6 +289,8 @@ impl Read {
         Ok(TopographyFile {
             topography,
             kind,
+            profile_kind: None,
+            instrument: None,
             doubts,
         })
     }

@@ -79,7 +79,7 @@ impl Separator {
 }
 
 /// UTF-8, UTF-16 with its mark, or Latin-1; `None` for what is no text.
-fn decode(bytes: &[u8]) -> Option<String> {
+pub(super) fn decode(bytes: &[u8]) -> Option<String> {
     let utf16 = |bytes: &[u8], read: fn([u8; 2]) -> u16| {
         let units = bytes.chunks_exact(2).map(|pair| match pair {
             [a, b] => read([*a, *b]),

@@ -343,7 +343,8 @@ fn heights(scale: &Scale<'_>, table: Table) -> Result<Read, ReadError> {
 }
 
 /// The stated length is that of the evaluation: each of the N heights stands for length / N. Length / (N − 1)
-/// would be 1/N longer, 36 parts in a million of a usual profile, and the data do not distinguish the two.
+/// would be 1/N longer, 36 parts in a million of a usual profile, and the data do not distinguish the two. A person's step goes
+/// before it, since the length may be the one that was set.
 fn surfcom(scale: &Scale<'_>, table: &Table, count: usize) -> Result<Read, ReadError> {
     let found = table.values.len().saturating_sub(2);
     if count != found {
@@ -354,8 +355,17 @@ fn surfcom(scale: &Scale<'_>, table: &Table, count: usize) -> Result<Read, ReadE
         ));
     }
     let length_m = table.values.first().copied().unwrap_or(f64::NAN) * 1e-3;
+    let of_header_m = length_m / count as f64;
     let mut doubts = Vec::new();
-    let step_m = scale.step(Some(length_m / count as f64), &mut doubts)?;
+    let stated_m = scale.options.step_m.unwrap_or(of_header_m);
+    if (stated_m / of_header_m - 1.0).abs() > SAME {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            what: format!(
+                "the given step of {stated_m:e} m was used: the header would give {of_header_m:e} m"
+            ),
+        }));
+    }
+    let step_m = scale.step(Some(stated_m), &mut doubts)?;
     let unit_m = scale.height(Some(1e-6), &mut doubts)?;
     let heights: Vec<f64> = table.values.iter().skip(2).copied().collect();
     Ok(Read {

@@ -6,7 +6,7 @@ mod figures;
 use figures::Sets;
 use maud::{Markup, html};
 use piezotact::compare::{SpatialPeriod, Summary};
-use piezotact::document::Words;
+use piezotact::document::{FailedFile, Words};
 use piezotact::feature::{Receptor, STROKE_COLUMNS, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, signed};
 use piezotact::statistics::{Direction, LogFit};
@@ -24,12 +24,13 @@ const SHOWN: usize = 4;
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
-pub fn cuts(takes: &[Take], words: &dyn Words) -> Result<String, DrawError> {
+pub fn cuts(takes: &[Take], failed: &[FailedFile], words: &dyn Words) -> Result<String, DrawError> {
     let title = "Strokes";
     let body = html! {
         h1 { (title) }
         p.soft { (counted(takes.len(), "recording")) }
         (doubts(&study::doubts_in_words(takes, &|doubt| words.doubt(doubt))))
+        (without_result(failed))
         (signals(takes, takes.len().min(12))?)
         (rejects(takes))
         (methods(takes))
@@ -54,6 +55,7 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
             (counted(study.groups.len(), "group")) "."
         }
         (doubts(&study.doubts_of_report(&|doubt| words.doubt(doubt))))
+        (without_result(&study.failed))
         (groups(study))
         (spectra(study)?)
         @if let Some(discrimination) = &study.discrimination { (apart::section(discrimination)) }
@@ -66,6 +68,17 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
         (methods(&study.takes))
     };
     Ok(document(&title, &body))
+}
+
+fn without_result(failed: &[FailedFile]) -> Markup {
+    html! {
+        @if !failed.is_empty() {
+            section {
+                h2 { "Files without a result" }
+                ul.doubts { @for file in failed { li { (file.why) } } }
+            }
+        }
+    }
 }
 
 fn doubts(sentences: &[String]) -> Markup {

@@ -115,6 +115,12 @@ pub enum Advice {
     },
     /// State the cut-off of a profile.
     StateCutoff,
+    /// Evaluate a profile as it is, without a filter.
+    LeaveUnfiltered,
+    /// State the distance of two points.
+    StateStep,
+    /// Keep the file with the instrument's settings beside the profile.
+    KeepSettingsFile,
     /// State what was guessed in the file.
     StateInFile,
     /// Correct the file.
@@ -388,6 +394,11 @@ impl fmt::Display for Advice {
             Self::CutByHand => "cut the strokes by hand",
             Self::TakeStroke => "use a single stroke",
             Self::StateCutoff => "state the cut-off",
+            Self::LeaveUnfiltered => "evaluate it without a filter",
+            Self::StateStep => "state the step between points",
+            Self::KeepSettingsFile => {
+                "keep the instrument's file with settings (.tx3) beside the profile"
+            }
             Self::StateInFile => "state it in the file",
             Self::CorrectFile => "correct the file",
             Self::ShowDoubts => "look at the doubts of the transfer function",

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::checksum::Checksum;
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, ChannelRole, DoubtKind, Subject, doubts};
 
@@ -98,6 +99,13 @@ doubts! {
             /// The format of the file beside it.
             format: String,
         },
+        /// Cuts that do not say for which recording they were made.
+        CutsUnconfirmed("cuts_unconfirmed") of File(file) {
+            /// The file with the cuts.
+            file: String,
+            /// The checksum of the recording.
+            checksum: Checksum,
+        },
         /// Events that the recording does not hold.
         EventsOutside("events_outside") {
             /// How many.
@@ -173,6 +181,9 @@ impl DoubtKind for RecordingDoubt {
                 vec![Advice::CorrectFile]
             }
             Self::SidecarNotRead { .. } => vec![Advice::StateInFile],
+            Self::CutsUnconfirmed { .. } => {
+                vec![Check(Subject::CutTimes), Advice::StateInFile]
+            }
             Self::UnevenSampling { .. } | Self::Interrupted { .. } => Vec::new(),
             Self::InterruptedLater { .. } => vec![Check(Subject::Journal)],
             Self::FormatLoses { .. } => vec![Advice::KeepOriginal],
@@ -251,6 +262,11 @@ impl fmt::Display for RecordingDoubt {
             Self::SidecarNotRead { file, format } => write!(
                 f,
                 "{file} is not read: sidecars are read only for WAV and NumPy files, and this recording is {format}"
+            ),
+            Self::CutsUnconfirmed { file, checksum } => write!(
+                f,
+                "{file} does not say for which recording its cuts were made: they are applied; where they are of this one, the line \
+                    `# recording {checksum}` says so"
             ),
             Self::EventsOutside {
                 count,

@@ -11,6 +11,9 @@ use crate::quantity::{Band, Drive};
 use crate::recording::{About, Condition};
 use crate::series::Series;
 
+/// Two levels that differ by less are one, dB.
+const SAME_LEVEL_DB: f64 = 0.005;
+
 /// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -40,6 +43,19 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// Whether `other` was rendered from the same texture, at the same level, for the same device: levels within 0.005 dB.
+    ///
+    /// Source: decision 0056 of this project.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let device = match (&self.setup, &other.setup) {
+            (Some(one), Some(another)) => one.amplifies_like(another),
+            _ => true,
+        };
+        let level = (self.level_db - other.level_db).abs() <= SAME_LEVEL_DB;
+        self.target == other.target && level && device
+    }
+
     /// Whether the waveform of the texture was rendered, or its spectrum alone.
     ///
     /// Source: decision 0046 of this project.

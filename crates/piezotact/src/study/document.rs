@@ -13,7 +13,7 @@ use crate::compare::{
     LevelSpread, PeriodCriterion, PeriodUnit, RoughnessTrend, SampleUnit, Summary,
 };
 use crate::criterion::{Criterion, Outcome};
-use crate::document::Content;
+use crate::document::{Content, FailedFile};
 use crate::doubt::{Doubts, Merged, merged};
 use crate::feature::{FeatureConfig, StrokeFeatures};
 use crate::quantity::{SampleRate, Seconds};
@@ -28,6 +28,9 @@ use crate::stroke::{CutBy, Reason, Rule, StrokeCriterion};
 pub struct CutsDocument<'a> {
     /// One for each recording.
     pub recordings: Vec<CutRecording<'a>>,
+    /// The files that could not be read or cut; absent without any.
+    #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
+    pub failed: &'a [FailedFile],
 }
 
 impl Content for CutsDocument<'_> {
@@ -117,6 +120,7 @@ impl<'a> CutsDocument<'a> {
         });
         Self {
             recordings: recordings.collect(),
+            failed: &[],
         }
     }
 }
@@ -174,6 +178,9 @@ pub struct AnalysisDocument<'a> {
     pub groups: Vec<GroupEntry<'a>>,
     /// What is in doubt about the groups.
     pub doubts: Vec<Merged>,
+    /// The files that could not be read or cut; absent without any.
+    #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
+    pub failed: &'a [FailedFile],
 }
 
 impl Content for AnalysisDocument<'_> {
@@ -247,6 +254,7 @@ impl<'a> AnalysisDocument<'a> {
         Self {
             by: study.by,
             recordings: recordings.collect(),
+            failed: &study.failed,
             doubts: merged(groups.clone().flat_map(|group| &group.summary.doubts)),
             groups: groups.map(|group| GroupEntry::of(study, group)).collect(),
         }
@@ -292,6 +300,9 @@ pub struct ComparisonDocument<'a> {
     pub compared: Compared<'a>,
     /// What is in doubt.
     pub doubts: Vec<Merged>,
+    /// The files that could not be read or cut; absent without any.
+    #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
+    pub failed: &'a [FailedFile],
 }
 
 impl Content for ComparisonDocument<'_> {
@@ -483,6 +494,7 @@ impl<'a> ComparisonDocument<'a> {
         };
         let touch = study.both_ways.as_ref().filter(|_| study.by == By::Touch);
         Self {
+            failed: &study.failed,
             by: study.by,
             common_lines: &study.common_lines,
             active_against_passive: touch.map(|BothWays { found, .. }| found),

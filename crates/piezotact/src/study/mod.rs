@@ -25,6 +25,7 @@ pub use words::doubts_in_words;
 
 use crate::compare::CommonLine;
 use crate::discrimination::Model;
+use crate::document::FailedFile;
 use crate::doubt::{Doubt, Merged, merged_of};
 use crate::feature::{self, FeatureConfig};
 use crate::filter::HighPass;
@@ -110,6 +111,8 @@ pub struct StudyAnalysis {
     /// The band of the features over all recordings, Hz: from the lowest that one of them shows to the highest. Absent without
     /// an analysed recording.
     pub band_hz: Option<[f64; 2]>,
+    /// The files that could not be read or cut.
+    pub failed: Vec<FailedFile>,
 }
 
 /// The first stroke of the first recording that has one, freed of the gesture.
@@ -191,6 +194,7 @@ pub fn analyse_watched(
         band_hz: band_hz(&takes),
         common_lines,
         takes,
+        failed: Vec::new(),
     })
 }
 

@@ -4,6 +4,7 @@ use crate::surface::SurfaceDoubt;
 use serde::{Deserialize, Serialize};
 
 use super::autocorrelation::{CentralLobe, LEVEL, central_lobe};
+use super::plausible;
 use super::section::Amplitudes;
 use super::{
     Form, HeightMap, STEPS_PER_CUTOFF, SurfaceError, map_mean_surface, mean, remove_map_form,
@@ -103,6 +104,7 @@ pub fn areal_roughness(
             reached_m,
         }));
     }
+    doubts.extend(slopes.and_then(|(gradient, _)| plausible::of_slope(gradient)));
     Ok(ArealRoughness {
         sa_m: heights.mean_absolute_m,
         sq_m: heights.rms_m,

@@ -125,10 +125,17 @@ fn of_profile(r: &ProfileRoughness) -> String {
                 length_text(cutoff_m)
             )
         }
+        (ProfileFilter::Instrument, Some(cutoff_m)) => format!(
+            "filtered by the instrument (cut-off λc {}), not filtered again",
+            length_text(cutoff_m)
+        ),
+        (ProfileFilter::Instrument, None) => {
+            "filtered by the instrument, not filtered again".into()
+        }
         (_, None) => "no filter".into(),
     };
     let short_waves = match (r.config.filter, r.lambda_s_m) {
-        (ProfileFilter::None, _) => String::new(),
+        (ProfileFilter::None | ProfileFilter::Instrument, _) => String::new(),
         (ProfileFilter::Gauss, Some(s_m)) => format!(", λs {}", length_text(s_m)),
         (ProfileFilter::Gauss, None) => ", no λs".into(),
     };

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::parameters::key_of;
 use super::{
-    ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard, Roughness,
+    ArealRoughness, Cutoff, Ends, Form, InstrumentSettings, ProfileFilter, ProfileRoughness,
+    ProfileStandard, Roughness,
 };
 use crate::document::Content;
 use crate::doubt::{Doubts, Merged};
@@ -20,6 +22,8 @@ pub struct EvaluatedSurface {
     pub format: String,
     /// Its roughness.
     pub roughness: Roughness,
+    /// What the instrument states of it; absent without such a file.
+    pub instrument: Option<InstrumentSettings>,
     /// What limits it: of the file and of the evaluation.
     pub doubts: Doubts,
 }
@@ -65,11 +69,11 @@ pub struct RoughnessMethod {
     pub standard: &'static str,
     /// Which form was taken away: "level", "poly2".
     pub form: String,
-    /// Which filter: "gauss" or "none".
+    /// Which filter: "gauss", "none", or "instrument" for a profile that the instrument had filtered.
     pub filter: &'static str,
     /// The cut-off of long waves, mm; absent without one.
     pub cutoff_mm: Option<f64>,
-    /// What the cut-off follows from; absent without one.
+    /// What the cut-off follows from: "stated", "iso4288", "iso4288_periodic" or "instrument"; absent without one.
     pub cutoff_by: Option<&'static str>,
     /// The cut-off of short waves, µm; absent without one.
     pub lambda_s_um: Option<f64>,
@@ -79,6 +83,40 @@ pub struct RoughnessMethod {
     pub evaluation_length_mm: Option<f64>,
     /// What was done at the ends; absent for a map.
     pub ends: Option<Ends>,
+}
+
+/// What an instrument states of a profile that it measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct InstrumentDocument<'a> {
+    /// The file that states it.
+    pub file: &'a Path,
+    /// The cut-off of long waves, mm; absent where it is not stated.
+    pub cutoff_mm: Option<f64>,
+    /// The cut-off of short waves, µm; absent where it is not stated.
+    pub lambda_s_um: Option<f64>,
+    /// The length that was set, mm; absent where it is not stated.
+    pub measured_length_mm: Option<f64>,
+    /// The length that was evaluated, mm; absent where it is not stated.
+    pub evaluation_length_mm: Option<f64>,
+    /// Its parameters under our names and in our units.
+    pub parameters: BTreeMap<&'a str, f64>,
+}
+
+impl<'a> InstrumentDocument<'a> {
+    fn of(settings: &'a InstrumentSettings) -> Self {
+        let mm = |length_m: Option<f64>| length_m.map(|m| m * 1e3);
+        Self {
+            file: &settings.file,
+            cutoff_mm: mm(settings.cutoff_m),
+            lambda_s_um: settings.lambda_s_m.map(|m| m * 1e6),
+            measured_length_mm: mm(settings.measured_length_m),
+            evaluation_length_mm: mm(settings.evaluation_length_m),
+            parameters: (settings.values.iter())
+                .map(|value| (key_of(&value.symbol), value.value))
+                .collect(),
+        }
+    }
 }
 
 /// The roughness of a surface.
@@ -100,6 +138,8 @@ pub struct RoughnessDocument<'a> {
     /// How.
     #[serde(flatten)]
     pub method: RoughnessMethod,
+    /// What the instrument states of it; absent without such a file.
+    pub instrument: Option<InstrumentDocument<'a>>,
     /// What limits it.
     pub doubts: Vec<Merged>,
 }
@@ -128,6 +168,7 @@ impl<'a> RoughnessDocument<'a> {
                 .collect(),
             extent,
             method,
+            instrument: surface.instrument.as_ref().map(InstrumentDocument::of),
             doubts: surface.doubts.merged(),
         }
     }
@@ -156,11 +197,13 @@ fn of_profile(r: &ProfileRoughness) -> (RoughnessExtent, RoughnessMethod) {
         filter: match r.config.filter {
             ProfileFilter::Gauss => "gauss",
             ProfileFilter::None => "none",
+            ProfileFilter::Instrument => "instrument",
         },
         cutoff_mm: r.cutoff_m.map(|m| m * 1e3),
         cutoff_by: match (r.config.filter, r.config.cutoff) {
+            (ProfileFilter::Instrument, Cutoff::Stated(_)) => Some("instrument"),
             (_, Cutoff::Stated(_)) => Some("stated"),
-            (ProfileFilter::None, _) => None,
+            (ProfileFilter::None | ProfileFilter::Instrument, _) => None,
             (_, Cutoff::Iso4288) => Some("iso4288"),
             (_, Cutoff::Iso4288Periodic) => Some("iso4288_periodic"),
         },

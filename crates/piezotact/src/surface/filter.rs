@@ -6,7 +6,7 @@ use super::{HeightMap, HeightProfile, SurfaceError};
 use crate::fourier::{RealTransform, fast_length};
 
 /// √(ln 2/π): with it the filter passes one half at its cut-off.
-const ALPHA: f64 = 0.469_718_639_349_825_66;
+pub(super) const ALPHA: f64 = 0.469_718_639_349_825_66;
 
 /// The mean line of `profile` at `cutoff_m`: as many heights, in m. The roughness profile is the profile
 /// minus its mean line.

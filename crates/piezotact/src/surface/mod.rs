@@ -15,10 +15,15 @@ mod document;
 mod doubt;
 mod duplex;
 mod filter;
+mod filtered;
 mod form;
+mod instrument;
+mod material;
 mod parameters;
+mod plausible;
 mod profile;
 mod section;
+mod set;
 
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
@@ -26,15 +31,24 @@ pub use description::{length_text, short_number, unit_for};
 pub use distribution::{
     HeightDistribution, distribution_of, height_distribution, height_limits_m, height_span_m,
 };
-pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
+pub use document::{
+    EvaluatedSurface, InstrumentDocument, RoughnessDocument, RoughnessExtent, RoughnessMethod,
+};
 pub use doubt::SurfaceDoubt;
 pub use duplex::{Duplex, PeriodBasis, TextureClass, mean_particle_m};
 pub use filter::{map_mean_surface, profile_mean_line};
+pub use filtered::looks_filtered;
 pub use form::{Form, remove_map_form, remove_profile_form};
+pub use instrument::{
+    InstrumentSettings, InstrumentValue, MeasuredProfile, ProfileKind, ProfileWish,
+    evaluated_profile,
+};
+pub use material::{MaterialRatio, material_ratio};
 pub use parameters::Parameter;
 pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
+pub use set::{RoughnessSet, RoughnessSetDocument};
 
 mod samples;
 

@@ -28,10 +28,17 @@ impl Parameter {
     /// The name in JSON: that of the parameter, with the unit where it is not µm or none.
     #[must_use]
     pub fn key(&self) -> &'static str {
-        match self.symbol {
-            "Sdr" => "Sdr_percent",
-            symbol => symbol,
-        }
+        key_of(self.symbol)
+    }
+}
+
+/// The name in JSON of the parameter with that symbol.
+pub(super) fn key_of(symbol: &str) -> &str {
+    match symbol {
+        "Sdr" => "Sdr_percent",
+        "Mr1" => "Mr1_percent",
+        "Mr2" => "Mr2_percent",
+        symbol => symbol,
     }
 }
 
@@ -53,7 +60,17 @@ fn number(symbol: &'static str, value: Option<f64>, meaning: &'static str) -> Pa
     }
 }
 
+fn percent(symbol: &'static str, share: Option<f64>, meaning: &'static str) -> Parameter {
+    Parameter {
+        symbol,
+        value: share.map(|share| share * 100.0),
+        unit: "%",
+        meaning,
+    }
+}
+
 fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
+    let curve = r.material;
     vec![
         length("Ra", Some(r.ra_m), "arithmetic mean height"),
         length("Rq", Some(r.rq_m), "root-mean-square height"),
@@ -77,6 +94,15 @@ fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
         number("Rku", r.rku, "kurtosis, 3 for Gaussian heights"),
         length("RSm", r.rsm_m, "mean width of the profile elements"),
         number("Rdq", Some(r.rdq), "root-mean-square slope"),
+        length("Rk", curve.map(|c| c.rk_m), "core height"),
+        length("Rpk", curve.map(|c| c.rpk_m), "reduced peak height"),
+        length("Rvk", curve.map(|c| c.rvk_m), "reduced valley depth"),
+        percent("Mr1", curve.map(|c| c.mr1), "material ratio of the peaks"),
+        percent(
+            "Mr2",
+            curve.map(|c| c.mr2),
+            "material ratio of peaks and core",
+        ),
     ]
 }
 
@@ -90,12 +116,7 @@ fn areal(r: &ArealRoughness) -> Vec<Parameter> {
         number("Ssk", r.ssk, "skewness"),
         number("Sku", r.sku, "kurtosis, 3 for Gaussian heights"),
         number("Sdq", r.sdq, "root-mean-square gradient"),
-        Parameter {
-            symbol: "Sdr",
-            value: r.sdr.map(|share| share * 100.0),
-            unit: "%",
-            meaning: "developed interfacial area ratio",
-        },
+        percent("Sdr", r.sdr, "developed interfacial area ratio"),
         length("Sal", r.sal_m, "autocorrelation length"),
         number(
             "Str",
@@ -108,7 +129,7 @@ fn areal(r: &ArealRoughness) -> Vec<Parameter> {
 impl Roughness {
     /// The parameters in the order of a report, lengths in µm.
     ///
-    /// Source: ISO 4287 and ISO 21920-2 for profiles, ISO 25178-2 for maps.
+    /// Source: ISO 4287, ISO 13565-2 and ISO 21920-2 for profiles, ISO 25178-2 for maps.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         match self {

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::cutoff::{Entry, Search, TABLE, lambda_s_m, search};
 use super::section::{Amplitudes, mean_element_width_m, rms, slopes};
 use super::{
-    Cutoff, Form, HeightProfile, STEPS_PER_CUTOFF, ShortWaves, SurfaceError, filter, mean,
-    remove_profile_form,
+    Cutoff, Form, HeightProfile, MaterialRatio, STEPS_PER_CUTOFF, ShortWaves, SurfaceError, filter,
+    material_ratio, mean, remove_profile_form,
 };
 use crate::doubt::Doubt;
 
@@ -45,6 +45,9 @@ pub enum ProfileFilter {
     /// without its form. A cut-off that is stated makes the sections; without one the whole profile is
     /// one section.
     None,
+    /// That of the instrument, before it wrote the profile: nothing more is taken away. The cut-off stated makes the
+    /// sections.
+    Instrument,
 }
 
 /// How a profile is evaluated. There is no default: it is stated, and goes into the result.
@@ -99,6 +102,8 @@ pub struct ProfileRoughness {
     pub rsm_m: Option<f64>,
     /// Root-mean-square slope Rdq.
     pub rdq: f64,
+    /// Core, peaks and valleys of the material ratio curve over the evaluation length; absent for a flat profile.
+    pub material: Option<MaterialRatio>,
     /// How it was evaluated.
     pub config: ProfileConfig,
     /// The cut-off λc, m; absent when the whole profile was one section.
@@ -179,8 +184,10 @@ pub fn profile_roughness(
 ) -> Result<ProfileRoughness, SurfaceError> {
     let formless = remove_profile_form(profile, config.form)?;
     let split = match (config.filter, config.cutoff) {
-        (ProfileFilter::None, Cutoff::Stated(cutoff_m)) => Split::none(formless, Some(cutoff_m))?,
-        (ProfileFilter::None, _) => Split::none(formless, None)?,
+        (ProfileFilter::None | ProfileFilter::Instrument, Cutoff::Stated(cutoff_m)) => {
+            Split::none(formless, Some(cutoff_m))?
+        }
+        (ProfileFilter::None | ProfileFilter::Instrument, _) => Split::none(formless, None)?,
         (ProfileFilter::Gauss, Cutoff::Stated(cutoff_m)) => {
             Split::gauss(&formless, cutoff_m, config.short_waves)?
         }
@@ -243,7 +250,7 @@ fn rows_that_fit(profile: &HeightProfile) -> Result<(usize, usize), SurfaceError
         .ok_or_else(|| SurfaceError::cutoff(shortest, profile.step_m(), profile.length_m()))
 }
 
-fn check_cutoff(profile: &HeightProfile, cutoff_m: f64) -> Result<(), SurfaceError> {
+pub(super) fn check_cutoff(profile: &HeightProfile, cutoff_m: f64) -> Result<(), SurfaceError> {
     let (step_m, length_m) = (profile.step_m(), profile.length_m());
     let longest_m = length_m * (1.0 + LENGTH_TOLERANCE);
     if (STEPS_PER_CUTOFF * step_m..=longest_m).contains(&cutoff_m) {
@@ -317,7 +324,7 @@ impl Split {
         };
         let cutoffs = points as f64 * step_m / section_m + LENGTH_TOLERANCE;
         let ends = match self.filter {
-            ProfileFilter::None => Ends::Unfiltered,
+            ProfileFilter::None | ProfileFilter::Instrument => Ends::Unfiltered,
             ProfileFilter::Gauss if cutoffs < (SECTIONS + 1) as f64 => Ends::Kept,
             ProfileFilter::Gauss => Ends::Dropped,
         };
@@ -343,6 +350,7 @@ impl Split {
             rku: parameters.heights.kurtosis,
             rsm_m: parameters.element_width_m,
             rdq: parameters.slope,
+            material: material_ratio(&self.roughness.heights_m()[evaluated.clone()]),
             config: config.clone(),
             cutoff_m: self.cutoff_m,
             lambda_s_m: self.lambda_s_m,

@@ -110,6 +110,11 @@ doubts! {
             /// Of how many.
             of: usize,
         },
+        /// Limits that were stored do not follow from coherence and averages.
+        LimitsDiffer("limits_differ") {
+            /// The stored limits as a multiple of those that follow, at the median line.
+            ratio: f64,
+        },
         /// A stored transfer function does not follow from the spectra stored beside it.
         StoredDiffers("stored_differs") {
             /// The largest difference, as a share of the value.
@@ -145,6 +150,7 @@ impl DoubtKind for TransferDoubt {
                 vec![MeasureLonger, Advice::ShorterSegments { to_s: None }]
             }
             Self::LateResponse { .. } => vec![LongerSegments, Advice::AlignChannels],
+            Self::LimitsDiffer { .. } => vec![Check(Subject::WhichIsRight), MeasureAgain],
             Self::Acausal { .. } => vec![Check(Subject::Channels)],
             Self::SwappedUnits { .. } => vec![Advice::ExchangeDriveAndResponse],
             Self::NotDriven { .. } => vec![Advice::DriveWholeBand, NarrowBand],
@@ -183,6 +189,11 @@ impl fmt::Display for TransferDoubt {
                 delay_s * 1e3,
                 reach_s * 1e3,
                 percent(delay_s / segment_s)
+            ),
+            Self::LimitsDiffer { ratio } => write!(
+                f,
+                "the limits stored with the transfer function are {ratio:.3} times those that follow from its coherence and averages: \
+                    one of them was changed after the measurement"
             ),
             Self::Acausal { lead_s, reach_s } => write!(
                 f,

@@ -10,6 +10,7 @@ use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Limit;
 use piezotact::document::read;
 use piezotact_bench::StopHandle;
+use piezotact_dataset::read_input_text;
 use piezotact_replay::count::{
     ClaimCount, CountSettings, CountedPanels, Decided, Miss, PanelCount, PanelFindings,
 };
@@ -26,13 +27,10 @@ const LOOK: Duration = Duration::from_millis(200);
 /// The panels that an interrupted command stored in `stored`, or none yet.
 pub(super) fn begun(replay: &Replay, chapters: &[u8], stored: &Path) -> Outcome<CountedPanels> {
     let settings = CountSettings::of(replay, chapters);
-    let text = match std::fs::read_to_string(stored) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Ok(CountedPanels::none(settings));
-        }
-        Err(error) => return Err(anyhow!("{}: {error}; check the file", stored.display()).into()),
-    };
+    if std::fs::metadata(stored).is_err_and(|error| error.kind() == std::io::ErrorKind::NotFound) {
+        return Ok(CountedPanels::none(settings));
+    }
+    let text = read_input_text(stored)?;
     let todo = "give another folder to --out, or remove the file to count anew";
     let panels: CountedPanels =
         read(&text).map_err(|error| anyhow!("{}: {error}; {todo}", stored.display()))?;

@@ -11,8 +11,9 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
     let computing = &args.computing;
     check_outputs(&args.takes, &[&computing.csv, &computing.report])?;
     let settings = settings(computing, Question::Groups(args.by.map(Into::into)))?;
-    let study = analysed(&args.takes, &settings)?;
+    let (study, failures) = analysed(&args.takes, &settings)?;
     shown(&study, computing, || {
         print_document(&AnalysisDocument::of(&study))
-    })
+    })?;
+    failures.outcome()
 }

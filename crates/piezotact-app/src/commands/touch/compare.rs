@@ -21,8 +21,9 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     };
     check_outputs(&args.takes, &[&computing.csv, &computing.report])?;
     let settings = settings(computing, question)?;
-    let study = analysed(&args.takes, &settings)?;
+    let (study, failures) = analysed(&args.takes, &settings)?;
     shown(&study, computing, || {
         print_document(&ComparisonDocument::of(&study))
-    })
+    })?;
+    failures.outcome()
 }

@@ -4,6 +4,7 @@ pub(crate) mod analyse;
 pub(crate) mod compare;
 pub(crate) mod segment;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -17,13 +18,15 @@ use piezotact::study::{
     StudySettings, Take, strokes_table,
 };
 use piezotact::surface::SampleSet;
-use piezotact_dataset::{cuts_path, known_naming, known_sample_sets, read_cuts, read_sample_set};
+use piezotact_dataset::{
+    cuts_path, known_naming, known_sample_sets, read_cuts_of, read_sample_set,
+};
 use piezotact_report::{report, touch};
 
 use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
 use crate::cli::{self, Computing, Takes, TouchName};
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::output::{print, say, write_text};
 use crate::report::name;
 
@@ -66,8 +69,8 @@ fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
     outputs(&read, &written)
 }
 
-/// Reads and cuts every recording.
-pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
+/// Reads and cuts every recording; one that fails does not stop the others.
+pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<Take>, Failures)> {
     if args.cuts.is_some() && args.recordings.len() > 1 {
         return Err(usage(anyhow!(
             "expected one recording with --cuts, found {}; for several, put RECORDING.cuts beside each of them",
@@ -75,36 +78,46 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<Vec<Take>> {
         )));
     }
     let stated = stated(args)?;
+    let mut places = BTreeSet::new();
+    if let Some(twice) = (args.recordings.iter()).find(|path| !places.insert(place(path))) {
+        return Err(usage(anyhow!(
+            "{} is given twice: name every recording once",
+            twice.display()
+        )));
+    }
     let bar = many("reading", args.recordings.len());
     let mut takes: Vec<Take> = Vec::with_capacity(args.recordings.len());
-    for (i, path) in args.recordings.iter().enumerate() {
-        let mut before = args.recordings[..i].iter();
-        if before.any(|other| place(other) == place(path)) {
-            return Err(usage(anyhow!(
-                "{} is given twice: name every recording once",
-                path.display()
-            )));
-        }
-        takes.push(study::cut(recorded(path, args)?, &stated).map_err(failed)?);
+    let mut failures = Failures::of(args.recordings.len());
+    for path in &args.recordings {
+        let taken =
+            recorded(path, args).and_then(|recorded| study::cut(recorded, &stated).map_err(failed));
+        takes.extend(failures.unless_failed(path, taken)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(takes)
+    if takes.is_empty() {
+        failures.outcome()?;
+    }
+    Ok((takes, failures))
 }
 
 /// A recording with its name's condition and a person's cuts.
 fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
-    let recording = read(path, &args.reading)?.recording;
+    let mut recording = read(path, &args.reading)?.recording;
     let naming = match &args.meta {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
     };
     let beside = cuts_path(path);
     let cuts = match &args.cuts {
-        Some(file) => Some(read_cuts(file)?),
-        None if beside.exists() => Some(read_cuts(&beside)?),
+        Some(file) => Some(read_cuts_of(file, path)?),
+        None if beside.exists() => Some(read_cuts_of(&beside, path)?),
         None => None,
     };
+    let cuts = cuts.map(|(cuts, doubt)| {
+        recording.about.doubts.extend(doubt);
+        cuts
+    });
     Ok(Recorded {
         file: path.display().to_string(),
         name: name(path),
@@ -168,13 +181,15 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
     })
 }
 
-/// Reads, cuts and analyses recordings.
-fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<StudyAnalysis> {
-    let takes = take_all(args)?;
+/// Reads, cuts and analyses recordings, and says which failed.
+fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<(StudyAnalysis, Failures)> {
+    let (takes, failures) = take_all(args)?;
     let bar = many("analysing", takes.len());
     let study = study::analyse_watched(takes, settings, &mut || bar.inc(1)).map_err(failed);
     bar.finish_and_clear();
-    study
+    let mut study = study.inspect_err(|_also_failed| failures.say())?;
+    study.failed = failures.files().to_vec();
+    Ok((study, failures))
 }
 
 /// Writes the table and the report that are asked for, and prints the study: its document, or its doubts and lines.

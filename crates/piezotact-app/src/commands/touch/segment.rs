@@ -1,9 +1,11 @@
 //! `piezotact segment`: recordings cut into strokes.
 
+use std::path::Path;
+
 use anyhow::anyhow;
 use piezotact::doubt::merged;
 use piezotact::study::{CutsDocument, cuts_table};
-use piezotact_dataset::cuts_text;
+use piezotact_dataset::{cuts_text, recording_checksum};
 use piezotact_report::touch;
 
 use super::{check_outputs, take_all, write_table, wrote};
@@ -14,16 +16,22 @@ use crate::output::{print, print_document, say, write_text};
 
 pub(crate) fn run(args: &Segment) -> Outcome {
     check(args)?;
-    let takes = take_all(&args.takes)?;
+    let (takes, failures) = take_all(&args.takes)?;
     if let (Some(path), [take]) = (&args.write_cuts, takes.as_slice()) {
-        write_text(path, &cuts_text(&take.segmentation, take.recording.rate()))?;
+        let recording = recording_checksum(Path::new(&take.file))?;
+        let rate = take.recording.rate();
+        write_text(path, &cuts_text(&take.segmentation, rate, recording))?;
     }
     write_table(args.csv.as_deref(), &cuts_table(&takes))?;
     if let Some(path) = &args.report {
-        write_text(path, &touch::cuts(&takes, &OptionWords)?)?;
+        write_text(path, &touch::cuts(&takes, failures.files(), &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&CutsDocument::of(&takes));
+        print_document(&CutsDocument {
+            failed: failures.files(),
+            ..CutsDocument::of(&takes)
+        })?;
+        return failures.outcome();
     }
     for take in &takes {
         for doubt in merged(&take.doubts()) {
@@ -31,7 +39,8 @@ pub(crate) fn run(args: &Segment) -> Outcome {
         }
         print(&take.cuts_text())?;
     }
-    wrote(&[&args.write_cuts, &args.csv, &args.report])
+    wrote(&[&args.write_cuts, &args.csv, &args.report])?;
+    failures.outcome()
 }
 
 /// Refuses what would replace a person's cuts, or anything that is read.

@@ -6,6 +6,7 @@ mod surface;
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact_dataset::read_input_text;
 use piezotact_twin::{PARAMETERS, TwinParameters};
 
 use crate::cli::twin::{Parameters, Twin, TwinCommand};
@@ -25,10 +26,9 @@ pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
     let Some(file) = file else {
         return Ok(TwinParameters::built_in());
     };
-    let text = std::fs::read_to_string(file).map_err(|error| {
+    let text = read_input_text(file).map_err(|error| {
         Failure::Data(anyhow!(
-            "{}: expected a parameter file, found {error}; see `piezotact twin parameters`",
-            file.display()
+            "expected a parameter file, see `piezotact twin parameters`: {error}"
         ))
     })?;
     TwinParameters::changed_by(&text).map_err(|error| {

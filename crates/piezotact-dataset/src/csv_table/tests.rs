@@ -1,0 +1,148 @@
+use super::*;
+
+fn read(text: &str) -> Result<Recording, ReadError> {
+    read_table(Path::new("t.csv"), text.as_bytes(), &ReadOptions::default())
+}
+
+#[test]
+fn units_stand_in_the_header_or_in_a_row() {
+    for text in [
+        "time (s),acc (g),fz [mN]\n0,1,200\n0.001,2,100\n0.002,3,0\n",
+        "time\tacc\tfz\ns\tg\tmN\n0\t1\t200\n0.001\t2\t100\n0.002\t3\t0\n\n\n",
+        "time;acc;fz\n(s);(g);(mN)\n0;1,0;200\n0,001;2,0;100\n0,002;3,0;0\n",
+        "\u{feff}time (ms), acc (g), fz (mN),\n0, 1, 200,\n1, 2, 100,\n2, 3, 0,\n",
+    ] {
+        let r = read(text).unwrap();
+        assert!((r.rate().hz() - 1000.0).abs() < 1e-9, "{text}");
+        assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared, "{text}");
+        assert!(
+            (r.channels()[0].samples[2] - 3.0 * 9.80665).abs() < 1e-12,
+            "{text}"
+        );
+        assert!((r.channels()[1].samples[0] - 0.2).abs() < 1e-12, "{text}");
+        assert_eq!(r.about.doubts, [], "{text}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_place() {
+    for (text, part) in [
+        ("", "a table with a header"),
+        ("1,2\n3,4\n", "a header"),
+        ("acc (g)\n1\n2\n", "--rate"),
+        (
+            "time (s),acc (g)\n0,1\n0.1,nan\n",
+            "`nan` in row 3, column `acc`",
+        ),
+        ("time (s),acc (g)\n0,1\n0.1\n", "1 in row 3"),
+        ("time (s),acc (g)\n0,1\n0,2\n", "increase"),
+        ("time (s),acc (g)\n0,1\n0,1\n", "two rows"),
+        (
+            "time (s),acc (g)\n0,1\n0.1,1\n0.05,1\n",
+            "0.05 after 0.1 in row 3",
+        ),
+        (
+            "time (s),acc (g)\n0,1\n0,2\n1,1\n1,2\n2,3\n",
+            "export the time with more digits",
+        ),
+        ("time (kg),acc (g)\n0,1\n1,1\n", "kg"),
+        ("time (s),acc (g)\n", "rows of numbers"),
+        (
+            "time (ms),acc (g)\n0,1,5\n1,1,6\n",
+            "one more, `5`, in row 2",
+        ),
+        ("time (s),acc (g)\n0,1\n", "two rows"),
+        (
+            "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",
+            "a step from 0.2 to 0.7",
+        ),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains(part), "{text:?}: {error}");
+    }
+}
+
+/// 40 rows at 100 Hz whose time stamps and values `change` may alter.
+fn rows(change: impl Fn(usize) -> (f64, f64)) -> String {
+    let mut text = String::from("time (s),acc (m/s2)\n");
+    for i in 0..40 {
+        let (time, value) = change(i);
+        text += &format!("{time:.2},{value}\n");
+    }
+    text
+}
+
+#[test]
+fn a_repeated_time_stamp_is_said_and_the_rate_stays() {
+    let said = |text: &str| {
+        let r = read(text).unwrap();
+        let [doubt] = r.about.doubts.as_slice() else {
+            panic!("{:?}", r.about.doubts);
+        };
+        (
+            r.rate().hz(),
+            r.channels()[0].samples.len(),
+            format!("{doubt:?}"),
+        )
+    };
+    let time = |i: usize| i as f64 * 0.01;
+    // the stamp before, in place of its own
+    let slipped = rows(|i| (time(if i == 20 { 19 } else { i }), i as f64));
+    let (rate, samples, doubt) = said(&slipped);
+    assert_eq!((rate, samples), (100.0, 40));
+    assert!(
+        doubt.contains("1 time stamp is repeated") && doubt.contains("0.19"),
+        "{doubt}"
+    );
+    // one row more than the time has room for
+    let (rate, samples, doubt) = said(&rows(|i| (time(if i < 20 { i } else { i - 1 }), i as f64)));
+    assert_eq!((rate, samples), (100.0, 40));
+    assert!(doubt.contains("evenly sampled"), "{doubt}");
+    // the same row twice
+    let twice = |i: usize| if i < 20 { i } else { i - 1 };
+    let (rate, samples, doubt) = said(&rows(|i| (time(twice(i)), twice(i) as f64)));
+    assert_eq!((rate, samples), (100.0, 39));
+    assert!(doubt.contains("1 row that"), "{doubt}");
+    // a gap stays one
+    let gap = rows(|i| (time(if i < 20 { i } else { i + 1 }), i as f64));
+    assert!(
+        read(&gap)
+            .unwrap_err()
+            .to_string()
+            .contains("rows are missing")
+    );
+}
+
+#[test]
+fn separators_of_thousands_are_no_decimals() {
+    let text = "time (ms)\tacc (m/s2)\n0\t988\n1\t-7,382\n2\t12\n";
+    let r = read(text).unwrap();
+    assert_eq!(r.channels()[0].samples, [988.0, -7382.0, 12.0]);
+    let doubt = format!("{:?}", r.about.doubts);
+    assert!(doubt.contains("`-7,382` beside `988`"), "{doubt}");
+    // in quotes between commas too
+    let r = read("time (ms),acc (m/s2)\n0,988\n1,\"-7,382\"\n2,12\n").unwrap();
+    assert_eq!(r.channels()[0].samples[1], -7382.0);
+    // decimals stay decimals
+    let r = read("time (ms);acc (m/s2)\n0;7,382\n1;0,5\n2;12\n").unwrap();
+    assert_eq!(r.channels()[0].samples, [7.382, 0.5, 12.0]);
+    assert_eq!(r.about.doubts, []);
+}
+
+#[test]
+fn a_table_of_channels_in_rows_is_refused_at_its_header() {
+    let header: Vec<String> = (0..200_000).map(|i| format!("c{i}")).collect();
+    let text = format!("{}\n{}\n", header.join(","), vec!["1"; 200_000].join(","));
+    let error = read(&text).unwrap_err().to_string();
+    assert!(
+        error.contains("found 200000") && error.contains("transpose"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_guess_is_a_doubt() {
+    let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
+    assert!((r.rate().hz() - 35.714).abs() < 1e-3);
+    assert_eq!(r.about.doubts.len(), 2, "{:?}", r.about.doubts);
+}
