@@ -1,20 +1,24 @@
 //! The `piezotact` command: parse, run, report.
 
 mod advice;
+mod arguments;
 mod benches;
 mod cli;
 mod commands;
 mod failure;
+mod invocation;
 mod keeping;
 mod manipulations;
 mod output;
+mod parts;
+#[cfg(feature = "full")]
+mod pictures;
+mod replacing;
 mod report;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    let outcome = commands::run(cli::Cli::parse());
-    failure::exit_code(outcome)
+    let words: Vec<_> = std::env::args_os().collect();
+    failure::exit_code(commands::run(&words))
 }

@@ -27,7 +27,7 @@ fn the_readme_s_tour_works() {
         .filter_map(|line| line.strip_prefix("$ piezotact "))
     {
         let arguments: Vec<&str> = line.split_whitespace().collect();
-        folder.run(&arguments).expect_success();
+        folder.run_as_given(&arguments).expect_success();
         ran += 1;
     }
     assert!(ran >= 8, "the tour has only {ran} commands");
@@ -88,7 +88,7 @@ fn the_readme_s_commands_for_one_s_own_device_work() {
                 format!("time (s),nail (m/s2)\n{}", rows.collect::<String>()),
             );
         }
-        folder.run(&words(line)).expect_success();
+        folder.run_as_given(&words(line)).expect_success();
         ran += 1;
     }
     assert_eq!(ran, 4);
@@ -116,7 +116,7 @@ fn the_readme_s_commands_for_recordings_work() {
         .lines()
         .filter_map(|line| line.strip_prefix("piezotact "))
     {
-        folder.run(&words(line)).expect_success();
+        folder.run_as_given(&words(line)).expect_success();
         ran += 1;
     }
     assert_eq!(ran, 4);
@@ -134,7 +134,9 @@ fn the_examples_in_the_help_are_understood() {
     folder.write("replay/panels.json", "{}");
     let mut ran = 0;
     for command in COMMANDS {
-        let help = folder.run(&words(&format!("{command} --help"))).out();
+        let help = folder
+            .run_as_given(&words(&format!("{command} --help")))
+            .out();
         let Some((_, examples)) = help.split_once("Example:") else {
             // What only groups commands has no example of its own.
             assert!(help.contains("Commands:\n"), "{command} has no example");
@@ -243,7 +245,7 @@ fn the_how_tos_are_true() {
         }
         for line in text.lines() {
             if let Some(command) = line.strip_prefix("$ piezotact ") {
-                folder.run(&words(command)).expect_success();
+                folder.run_as_given(&words(command)).expect_success();
                 ran += 1;
             }
             if let Some(module) = line.strip_prefix("cargo test --workspace --test all ") {

@@ -18,7 +18,7 @@ use crate::error::ReadError;
 /// # Errors
 /// [`ReadError`] naming the file and the line, what was expected and what was found.
 pub fn read_contact_map(path: &Path) -> Result<ContactMap, ReadError> {
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     let text = String::from_utf8_lossy(&bytes);
     let mut rows = csv::ReaderBuilder::new()
         .has_headers(false)

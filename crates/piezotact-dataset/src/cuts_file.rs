@@ -28,7 +28,7 @@ pub fn cuts_path(recording: &Path) -> PathBuf {
 /// [`ReadError`] naming the file and the line, what was expected and what was found.
 pub fn read_cuts(path: &Path) -> Result<Cuts, ReadError> {
     // A note may be in any encoding, and editors put a mark at the start.
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     let text = String::from_utf8_lossy(&bytes);
     parse(path, text.trim_start_matches('\u{feff}'))
 }

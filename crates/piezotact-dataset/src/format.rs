@@ -47,7 +47,7 @@ pub(crate) struct Opened<'a> {
 impl<'a> Opened<'a> {
     /// The file at `path` with its first bytes.
     pub(crate) fn open(path: &'a Path) -> Result<Self, ReadError> {
-        let mut file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+        let mut file = crate::reads::open(path).map_err(|error| ReadError::io(path, &error))?;
         let mut bytes = Vec::new();
         file.by_ref()
             .take(HEAD as u64)

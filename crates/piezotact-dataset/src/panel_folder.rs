@@ -161,7 +161,7 @@ impl PanelFolder {
         let todo = "restore a copy, or move it away and add the transfer functions again with `piezotact panel add`";
         let wrong =
             |expected: &str, found: String| ReadError::content(&path, expected, found, todo);
-        let bytes = std::fs::read(&path).map_err(|error| ReadError::io(&path, &error))?;
+        let bytes = crate::reads::read(&path).map_err(|error| ReadError::io(&path, &error))?;
         let index: PanelIndex = serde_json::from_slice(&bytes)
             .map_err(|error| wrong("the index of a panel", error.to_string()))?;
         let version = |format: &str| format.rsplit(' ').next()?.parse::<u32>().ok();

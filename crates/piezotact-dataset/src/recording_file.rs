@@ -3,7 +3,6 @@
 
 use piezotact::recording::RecordingDoubt;
 use piezotact::run::RunDoubt;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -53,7 +52,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
             "it was interrupted before its start document, or is damaged: nothing can be read from it",
         )
     };
-    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let file = crate::reads::open(path).map_err(|error| ReadError::io(path, &error))?;
     let (start, chunks) = journal_batches::open(BufReader::new(file)).map_err(damaged)?;
     let start: StartDocument = serde_json::from_str(&start)
         .map_err(|error| damaged(format!("a start document that cannot be read ({error})")))?;
@@ -135,7 +134,7 @@ fn read_with_documents(
             "it was cut short or damaged: copy it again",
         )
     };
-    let file = File::open(path).map_err(|error| ReadError::io(path, &error))?;
+    let file = crate::reads::open(path).map_err(|error| ReadError::io(path, &error))?;
     let reader = Reader::new(file).map_err(|error| damaged(&error))?;
     let (start, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
     let start_text = start.clone();

@@ -54,7 +54,7 @@ pub fn known_sample_sets() -> Result<Vec<SampleSet>, ReadError> {
 /// # Errors
 /// [`ReadError`] naming the file, the sample, what was expected and what was found.
 pub fn read_sample_set(path: &Path) -> Result<SampleSet, ReadError> {
-    let text = std::fs::read_to_string(path).map_err(|error| ReadError::io(path, &error))?;
+    let text = crate::reads::read_to_string(path).map_err(|error| ReadError::io(path, &error))?;
     parse(path, &text)
 }
 

@@ -120,7 +120,7 @@ pub fn transfer_formats() -> String {
 /// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else, holds several, or its
 /// lines are uneven or begin far above 0 Hz.
 pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     match format::recognise_bytes(&TRANSFERS, path, &bytes) {
         Some(format) => (format.read.read)(path, &bytes),
         None => parse_json(path, &bytes),

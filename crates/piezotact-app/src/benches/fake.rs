@@ -31,7 +31,7 @@ struct FakeSpec {
 impl NamedBench for FakeSpec {
     fn open(&self) -> Outcome<Bench> {
         let called = || self.file.display().to_string();
-        let text = std::fs::read_to_string(&self.file).with_context(called)?;
+        let text = piezotact_dataset::reads::read_to_string(&self.file).with_context(called)?;
         let script = FakeScript::from_toml(&text).with_context(called)?;
         Ok(fake(
             script,

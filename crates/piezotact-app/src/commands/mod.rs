@@ -10,6 +10,7 @@ pub(crate) mod panel;
 mod play;
 mod render;
 mod replay;
+pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
 mod spectrum;
@@ -18,10 +19,11 @@ mod transfer;
 pub(crate) mod twin;
 mod verify;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use clap::Subcommand;
+use clap::{CommandFactory as _, FromArgMatches as _, Subcommand};
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
@@ -33,8 +35,11 @@ use piezotact_dataset::{
     Contents, ReadOptions, check_place, cuts_path, journal_path, read_recording, set_aside_path,
 };
 
+use crate::arguments::Arguments;
 use crate::cli::{self, Cli, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation;
+use crate::replacing::Existing;
 
 /// One line for each command: its name with its arguments, which its help stands above, and what runs it.
 macro_rules! commands {
@@ -44,12 +49,34 @@ macro_rules! commands {
             $($(#[$help])* $name($arguments),)*
         }
 
-        pub(crate) fn run(cli: Cli) -> Outcome {
-            match cli.command {
-                $(Command::$name(arguments) => $run(&arguments),)*
+        fn done(command: &Command) -> Outcome {
+            match command {
+                $(Command::$name(arguments) => $run(arguments),)*
             }
         }
     };
+}
+
+/// The command line, with the options that every report has.
+pub(crate) fn command() -> clap::Command {
+    crate::parts::with_options(Cli::command())
+}
+
+/// Does what `words` ask for, the first of which is the name of the program.
+pub(crate) fn run(words: &[OsString]) -> Outcome {
+    let mut command = command();
+    let parsed = command.try_get_matches_from_mut(words);
+    let matches = parsed.unwrap_or_else(|error| error.exit());
+    let cli = Cli::from_arg_matches(&matches);
+    let cli = cli.unwrap_or_else(|error| error.format(&mut command).exit());
+    let arguments = Arguments::of(&command, &matches);
+    let existing = if cli.force {
+        Existing::Replaced
+    } else {
+        Existing::Refused
+    };
+    invocation::begin(words, &arguments, cli.date.as_deref(), existing)?;
+    done(&cli.command)
 }
 
 commands! {
@@ -140,6 +167,11 @@ commands! {
         after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --panels 40 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
     )]
     Replay(cli::Replay) => replay::run,
+    /// Runs the command again that made a report or a document, and compares every value.
+    #[command(
+        after_help = "Executed is this program alone, with the command that the file states and its outputs in a temporary folder, which is\nremoved. Read are the files that the command names. Relative paths begin in the folder of the first run, or in that\nof the file where its inputs are found there. Exit codes: 0 the same, 3 different, 1 cannot be run again.\n\nExample:\n  piezotact rerun report.html\n  piezotact rerun demo/verification.json --json"
+    )]
+    Rerun(rerun::Arguments) => rerun::run,
 }
 
 /// A rate given in Hz on the command line.
@@ -171,8 +203,8 @@ fn drive_limit(setup: Option<&DriveSetup>) -> f64 {
     setup.map_or(1.0, DriveSetup::drive_limit)
 }
 
-/// Refuses outputs that would replace an input, an input's sidecar, or each other, or that have no folder to
-/// stand in: before anything is measured that could not be kept.
+/// Refuses outputs that would replace an input, an input's sidecar, each other, or what another command wrote, or that have no
+/// folder to stand in: before anything is measured that could not be kept.
 fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     let read: Vec<PathBuf> = inputs
         .iter()
@@ -199,6 +231,8 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
                 output.display()
             )));
         }
+    }
+    for output in outputs {
         can_be_written(output)?;
     }
     Ok(())
@@ -229,6 +263,7 @@ fn can_be_written(output: &Path) -> Outcome {
         )
         .into());
     }
+    invocation::refuse_existing(output)?;
     check_place(output)?;
     Ok(())
 }

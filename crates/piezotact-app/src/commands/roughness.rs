@@ -15,6 +15,7 @@ use super::outputs;
 use crate::advice::OptionWords;
 use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation::write_report;
 use crate::output::{print, print_document, say_doubts, write_text};
 
 pub(crate) fn run(args: &Roughness) -> Outcome {
@@ -30,7 +31,7 @@ pub(crate) fn run(args: &Roughness) -> Outcome {
         write_text(path, &report::csv(&roughness.points_table())?)?;
     }
     if let Some(path) = &args.report {
-        write_text(path, &roughness::html(&surface, &OptionWords)?)?;
+        write_report(path, &roughness::html(&surface, &OptionWords)?)?;
     }
     if args.json {
         return print_document(&RoughnessDocument::of(&surface));

@@ -276,7 +276,8 @@ impl PanelIndexInfo {
     /// # Errors
     /// [`ReadError`] where the file cannot be read.
     pub fn of(file: &Path, read_with: String) -> Result<Self, ReadError> {
-        let text = std::fs::read_to_string(file).map_err(|error| ReadError::io(file, &error))?;
+        let text =
+            crate::reads::read_to_string(file).map_err(|error| ReadError::io(file, &error))?;
         let index: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         Ok(Self {
             file: file.to_owned(),

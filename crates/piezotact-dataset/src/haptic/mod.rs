@@ -86,7 +86,7 @@ pub(crate) fn is_called_haptic(path: &Path, bytes: &[u8]) -> bool {
 #[must_use]
 pub fn haptic_kind_of_file(path: &Path) -> Option<HapticKind> {
     use std::io::Read as _;
-    let mut file = std::fs::File::open(path).ok()?;
+    let mut file = crate::reads::open(path).ok()?;
     let mut head = Vec::new();
     // A long recording is not read for this.
     (&mut file).take(64).read_to_end(&mut head).ok()?;
@@ -105,7 +105,7 @@ pub fn haptic_kind_of_file(path: &Path) -> Option<HapticKind> {
 /// # Errors
 /// [`ReadError::Io`] when the file cannot be read; those of [`parse_haptic`].
 pub fn read_haptic(path: &Path) -> Result<HapticClip, ReadError> {
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     parse_haptic(path, &bytes)
 }
 

@@ -22,7 +22,7 @@ pub(crate) fn is_journal(head: &[u8]) -> bool {
 /// Reads a journal as far as possible, with doubts about an interruption and about damage. Damaged blocks are replaced by
 /// straight lines, so that the following samples keep their times.
 pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     let damaged = |found: &str| {
         ReadError::content(
             path,

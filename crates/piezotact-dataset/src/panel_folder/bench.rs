@@ -22,7 +22,7 @@ impl BenchFile {
     /// # Errors
     /// [`ReadError::Io`] when it cannot be read.
     pub fn of(path: &Path) -> Result<Self, ReadError> {
-        let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+        let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
         Ok(Self {
             file: path.display().to_string(),
             checksum: Checksum::of_bytes(&bytes),

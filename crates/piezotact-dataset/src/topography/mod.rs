@@ -130,7 +130,7 @@ pub fn read_topography(
             "cut the map into parts",
         ));
     }
-    let bytes = std::fs::read(path).map_err(|error| ReadError::io(path, &error))?;
+    let bytes = crate::reads::read(path).map_err(|error| ReadError::io(path, &error))?;
     parse_topography(path, &bytes, options)
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
     let Some(file) = file else {
         return Ok(TwinParameters::built_in());
     };
-    let text = std::fs::read_to_string(file).map_err(|error| {
+    let text = piezotact_dataset::reads::read_to_string(file).map_err(|error| {
         Failure::Data(anyhow!(
             "{}: expected a parameter file, found {error}; see `piezotact twin parameters`",
             file.display()
