@@ -35,6 +35,13 @@ pub(crate) use twin::Replay;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: crate::commands::Command,
+    /// The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
+    #[arg(long, global = true, value_name = "DATE", value_parser = crate::invocation::date)]
+    pub(crate) date: Option<String>,
+    /// Replaces existing files that this command did not write before; recordings and measured transfer functions are kept
+    /// as NAME.before-N in any case.
+    #[arg(long, global = true)]
+    pub(crate) force: bool,
 }
 
 /// The recordings, and what a person adds to what they say of themselves.

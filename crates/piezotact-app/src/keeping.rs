@@ -14,14 +14,61 @@ use piezotact::recording::Recording;
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact_bench::procedure::RunKeeper;
 use piezotact_bench::{ProcedureError, StopHandle};
-use piezotact_dataset::sidecar::Rendering;
-use piezotact_dataset::{JournalSink, RunFolder};
+use piezotact_dataset::reads::found;
+use piezotact_dataset::sidecar::{Rendering, sidecar_path};
+use piezotact_dataset::{JournalSink, RunFolder, keep_before};
 
 use serde::{Deserialize, Serialize};
 
 use crate::commands::bench_failure;
 use crate::failure::{Failure, Outcome};
 use crate::output::{progress, say};
+
+/// A measurement at a name that is written anew. It is kept, unless the new one has the same bytes.
+pub(crate) struct Earlier {
+    place: PathBuf,
+    /// Where it is kept.
+    kept: Option<PathBuf>,
+    /// What it is, in words.
+    said: &'static str,
+}
+
+impl Earlier {
+    /// What stands at `place`, with its sidecar, kept under a free name.
+    pub(crate) fn at(place: &Path, said: &'static str) -> Outcome<Self> {
+        let kept = if place.is_file() {
+            keep_before(place)?
+        } else {
+            None
+        };
+        if let Some(kept) = &kept
+            && sidecar_path(place).is_file()
+        {
+            std::fs::rename(sidecar_path(place), sidecar_path(kept))?;
+        }
+        Ok(Self {
+            place: place.to_owned(),
+            kept,
+            said,
+        })
+    }
+
+    /// Says where it is kept, now that the new one is written; the same measurement is not kept twice.
+    pub(crate) fn settle(self) -> Outcome {
+        let Some(kept) = self.kept else { return Ok(()) };
+        let same = |a: &Path, b: &Path| found(a) == found(b);
+        if same(&self.place, &kept) && same(&sidecar_path(&self.place), &sidecar_path(&kept)) {
+            std::fs::remove_file(&kept)?;
+            if sidecar_path(&kept).is_file() {
+                std::fs::remove_file(sidecar_path(&kept))?;
+            }
+            return Ok(());
+        }
+        let (place, kept) = (self.place.display(), kept.display());
+        say(&format!("{place}: {} is kept as {kept}", self.said));
+        Ok(())
+    }
+}
 
 /// Where runs are kept.
 pub(crate) enum Place<'a> {

@@ -1,35 +1,26 @@
 //! The `piezotact` command: parse, run, report.
 
 mod advice;
+mod arguments;
 mod benches;
 mod cli;
 mod commands;
 mod failure;
+mod invocation;
 mod keeping;
 mod manipulations;
 mod memory;
 mod output;
+mod parts;
+#[cfg(feature = "full")]
+mod pictures;
+mod replacing;
 mod report;
 mod shown;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    match cli::Cli::try_parse() {
-        Ok(cli) => failure::exit_code(commands::run(cli)),
-        Err(error) => refused(&error),
-    }
-}
-
-/// Shows why a command line is refused, or the help that it asks for.
-fn refused(error: &clap::Error) -> ExitCode {
-    let text = error.render().to_string();
-    let shown = output::message(&text);
-    if shown == text {
-        error.exit();
-    }
-    output::say(shown.trim_end());
-    ExitCode::from(2)
+    let words: Vec<_> = std::env::args_os().collect();
+    failure::exit_code(commands::run(&words))
 }

@@ -15,6 +15,7 @@ use piezotact_dataset::{WriteError, write_atomically};
 
 use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Outcome};
+use crate::invocation;
 use crate::shown::{harmless, shortened};
 
 /// A message as it is shown.
@@ -37,14 +38,26 @@ pub(crate) fn print(text: &str) -> Outcome {
 
 /// Prints the document of `content` as readable JSON, with every doubt in it whole.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
-    print(&document_text(content)?)
+    print(&document_text(content, None)?)
 }
 
-/// The document of `content` as readable JSON, with every doubt in it whole: all its keys and a sentence.
-pub(crate) fn document_text(content: &impl Content) -> Outcome<String> {
+/// The document of `content`, which is written to `path` or printed, as readable JSON with how it was made.
+pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outcome<String> {
+    let mut value = document_value(content)?;
+    invocation::add_to(&mut value, path)?;
+    Ok(serde_json::to_string_pretty(&value)?)
+}
+
+/// The document of `content` as readable JSON without how it was made: the state of a command that continues.
+pub(crate) fn state_text(content: &impl Content) -> Outcome<String> {
+    Ok(serde_json::to_string_pretty(&document_value(content)?)?)
+}
+
+/// The document of `content`, with every doubt in it whole: all its keys and a sentence.
+fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
     let mut value = serde_json::to_value(Document::of(content))?;
     complete_doubts(&mut value, &OptionWords);
-    Ok(serde_json::to_string_pretty(&value)?)
+    Ok(value)
 }
 
 /// Prints `text`, or writes it to `path` whole or not at all.
@@ -55,12 +68,16 @@ pub(crate) fn print_or_write(path: Option<&Path>, text: &str) -> Outcome {
 
 /// Writes `text` to `path`, whole or not at all.
 pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes `bytes` to `path`, whole or not at all.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Outcome {
     write_atomically(path, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|source| WriteError::Io {
-                path: path.into(),
-                source,
-            })
+        out.write_all(bytes).map_err(|source| WriteError::Io {
+            path: path.into(),
+            source,
+        })
     })?;
     Ok(())
 }

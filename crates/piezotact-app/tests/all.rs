@@ -24,6 +24,7 @@ mod panel;
 mod real_input;
 mod refusals;
 mod replay;
+mod rerun;
 mod roughness;
 mod score;
 mod script;

@@ -73,7 +73,7 @@ fn the_readme_runs_from_top_to_bottom_on_an_empty_folder() {
         if line.contains("own.csv") {
             own_measurement(&folder);
         }
-        folder.run(&words(line)).expect_success();
+        folder.run_as_given(&words(line)).expect_success();
         ran += 1;
     }
     assert!(ran >= 35, "the README has only {ran} commands");
@@ -98,7 +98,9 @@ fn the_examples_in_the_help_are_understood() {
     folder.write("replay/panels.json", "{}");
     let mut ran = 0;
     for command in COMMANDS {
-        let help = folder.run(&words(&format!("{command} --help"))).out();
+        let help = folder
+            .run_as_given(&words(&format!("{command} --help")))
+            .out();
         let Some((_, examples)) = help.split_once("Example:") else {
             // What only groups commands has no example of its own.
             assert!(help.contains("Commands:\n"), "{command} has no example");
@@ -207,7 +209,7 @@ fn the_how_tos_are_true() {
         }
         for line in text.lines() {
             if let Some(command) = line.strip_prefix("$ piezotact ") {
-                folder.run(&words(command)).expect_success();
+                folder.run_as_given(&words(command)).expect_success();
                 ran += 1;
             }
             if let Some(module) = line.strip_prefix("cargo test --workspace --test all ") {

@@ -25,7 +25,7 @@ fn as_run(folder: &Folder, readme: &str) -> (String, Vec<(String, String)>) {
     while let Some(line) = lines.next() {
         if let Some(command) = line.strip_prefix("$ piezotact ") {
             let arguments: Vec<&str> = command.split_whitespace().collect();
-            let done = folder.run(&arguments);
+            let done = folder.run_as_given(&arguments);
             done.expect_success();
             text += &format!("{line}\n{}", done.out());
             in_output = true;

@@ -17,7 +17,7 @@ fn prepared() -> Folder {
 
 fn run(folder: &Folder, line: &str) -> Done {
     let words: Vec<&str> = line.split(' ').collect();
-    folder.run(&words)
+    folder.run_as_given(&words)
 }
 
 /// The recordings in a folder of runs.
@@ -262,4 +262,300 @@ fn endings_and_people_are_checked() {
         );
     }
     assert!(!folder.path("p").exists() && !folder.path("tf.json").exists());
+}
+
+/// Commands that write one file, and a name for it.
+const WRITING: [(&str, &str); 10] = [
+    ("spectrum texture.wav --scale 1m/s2 --svg OUT", "psd.svg"),
+    (
+        "spectrum texture.wav --scale 1m/s2 --spectrogram OUT",
+        "time.svg",
+    ),
+    ("spectrum texture.wav OUT --scale 1m/s2 --csv", "psd.csv"),
+    ("analyse texture.wav --scale 1m/s2 --csv OUT", "strokes.csv"),
+    (
+        "score texture.wav rough.wav --scale 1m/s2 --report OUT",
+        "score.html",
+    ),
+    (
+        "manipulate texture.wav --scale 1m/s2 --gain -3dB --out OUT",
+        "softer.wav",
+    ),
+    (
+        "export texture.wav --scale 1m/s2 --out OUT",
+        "texture.haptic",
+    ),
+    (
+        "transfer bench.csv --drive drive --response nail --out OUT",
+        "estimate.json",
+    ),
+    (
+        "render texture.wav --scale 0.2m/s2 --transfer tf.json --level fit --out OUT",
+        "d.wav",
+    ),
+    (
+        "twin surface S4 --size 2mm --step 40um --out OUT",
+        "map.sur",
+    ),
+];
+
+fn with_bench() -> Folder {
+    let folder = prepared();
+    let rows = noise(30_000).enumerate();
+    let rows = rows.map(|(i, v)| format!("{},{v},{}\n", i as f64 / 5000.0, 3.0 * v));
+    let table = format!(
+        "time (s),drive (m/s2),nail (m/s2)\n{}",
+        rows.collect::<String>()
+    );
+    folder.write("bench.csv", table);
+    run(&folder, &format!("{CHARACTERISE} --out tf.json")).expect_success();
+    folder
+}
+
+/// Another file of that name is refused before it is touched, and replaced on request alone.
+#[test]
+fn what_another_left_is_not_replaced_silently() {
+    let folder = with_bench();
+    for (line, name) in WRITING {
+        let line = line.replace("OUT", name);
+        folder.write(name, "of somebody else");
+        let before = folder.names();
+        let refused = run(&folder, &line);
+        refused.expect_failure(2, &[name, "already exists", "--force"]);
+        assert_eq!(
+            std::fs::read(folder.path(name)).unwrap(),
+            b"of somebody else"
+        );
+        assert_eq!(folder.names(), before, "{line}");
+        run(&folder, &format!("{line} --force")).expect_success();
+        assert_ne!(
+            std::fs::read(folder.path(name)).unwrap(),
+            b"of somebody else"
+        );
+    }
+    folder.write("kept.wav.json", "{}");
+    let sidecar = "manipulate texture.wav --scale 1m/s2 --gain -3dB --out kept.wav";
+    run(&folder, sidecar).expect_failure(2, &["kept.wav.json already exists"]);
+    std::fs::create_dir(folder.path("study")).unwrap();
+    folder.write("study/tf.json", "of somebody else");
+    run(&folder, "demo --out study").expect_failure(2, &["study/tf.json already exists"]);
+}
+
+/// The same command again, with other settings too, may replace its own report and what it wrote beside it; another command may not.
+#[test]
+fn a_command_replaces_what_it_wrote_itself() {
+    let folder = prepared();
+    let analyse = "analyse texture.wav --scale 1m/s2 --report r.html --csv r.csv --figures figures --tables tables";
+    run(&folder, analyse).expect_success();
+    run(&folder, analyse).expect_success();
+    run(
+        &folder,
+        &format!("{analyse} --high-pass none --date 2024-03-01"),
+    )
+    .expect_success();
+    let score = "score texture.wav rough.wav --scale 1m/s2 --report";
+    run(&folder, &format!("{score} r.html")).expect_failure(2, &["r.html already exists"]);
+    // A CSV that this report does not name is of somebody else.
+    folder.write("s.csv", "mine");
+    run(&folder, &analyse.replace("r.csv", "s.csv")).expect_failure(2, &["s.csv already exists"]);
+    run(&folder, &format!("{score} s.html --figures figures"))
+        .expect_failure(2, &["figures", "other files", "--force"]);
+    let document = "spectrum texture.wav psd.json --scale 1m/s2 --json";
+    run(&folder, document).expect_success();
+    run(&folder, &format!("{document} --segment 512")).expect_success();
+}
+
+/// A recording and a transfer function that were measured are kept, as WAV too, with their sidecars.
+#[test]
+fn what_was_measured_is_kept_beside_the_new() {
+    let folder = prepared();
+    let record = "twin record --bench triboair --sample S4 --strokes 1 --out x.wav";
+    run(&folder, record).expect_success();
+    let of = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    let (first, sidecar) = (of("x.wav"), of("x.wav.json"));
+    run(&folder, record).expect_success();
+    assert!(
+        !folder.path("x.wav.before-1").exists(),
+        "the same is kept twice"
+    );
+    let other = run(&folder, &record.replace("S4", "S8"));
+    other.expect_success();
+    assert!(
+        other.err().contains("kept as x.wav.before-1"),
+        "{}",
+        other.err()
+    );
+    assert_eq!(
+        [of("x.wav.before-1"), of("x.wav.before-1.json")],
+        [first, sidecar]
+    );
+    assert_ne!(of("x.wav"), of("x.wav.before-1"));
+    run(&folder, "info x.wav.before-1 --json").expect_success();
+    // The same person and seed again, with another drive: another measurement.
+    run(&folder, &format!("{CHARACTERISE} --out tf.json")).expect_success();
+    let first = of("tf.json");
+    let longer = run(
+        &folder,
+        "characterise --bench fake:good.toml --seconds 6 --out tf.json",
+    );
+    longer.expect_success();
+    assert!(
+        longer.err().contains("tf.json.before-1"),
+        "{}",
+        longer.err()
+    );
+    assert_eq!(of("tf.json.before-1"), first);
+}
+
+/// A name says what the file is.
+#[test]
+fn an_ending_that_is_not_ours_is_refused() {
+    let folder = with_bench();
+    run(&folder, "panel add panel tf.json").expect_success();
+    for (line, name, expected) in [
+        (WRITING[0].0, "psd.png", ".svg"),
+        (WRITING[1].0, "time.pdf", ".svg"),
+        (WRITING[2].0, "psd.xlsx", ".csv"),
+        (WRITING[3].0, "strokes.xlsx", ".csv"),
+        (WRITING[4].0, "S4.pdf", ".html"),
+        (WRITING[5].0, "softer.mp3", ".wav"),
+        (WRITING[7].0, "estimate.csv", ".json"),
+        (WRITING[7].0, "estimate", ".json"),
+        (WRITING[8].0, "d.flac", ".wav"),
+        (WRITING[9].0, "map.png", ".sur"),
+        (
+            "segment texture.wav --scale 1m/s2 --write-cuts OUT",
+            "t.csv",
+            ".cuts",
+        ),
+        (
+            "segment texture.wav --scale 1m/s2 --csv OUT",
+            "t.json",
+            ".csv",
+        ),
+        (
+            "segment texture.wav --scale 1m/s2 --report OUT",
+            "t.md",
+            ".html",
+        ),
+        (
+            "noise texture.wav --scale 1m/s2 --report OUT",
+            "t.pdf",
+            ".html",
+        ),
+        (
+            "manipulate texture.wav --scale 1m/s2 --gain 1dB --out s.wav --report OUT",
+            "t.pdf",
+            ".html",
+        ),
+        (
+            "compare texture.wav rough.wav --scale 1m/s2 --by file --csv OUT",
+            "t.html",
+            ".csv",
+        ),
+        (
+            "compare texture.wav rough.wav --scale 1m/s2 --by file --report OUT",
+            "t.csv",
+            ".html",
+        ),
+        (
+            "verify --target texture.wav --measured rough.wav --scale 1m/s2 --report OUT",
+            "t.pdf",
+            ".html",
+        ),
+        (
+            "characterise --bench fake:good.toml --seconds 4 --out OUT",
+            "tf.wav",
+            ".json",
+        ),
+        (
+            "characterise --bench fake:good.toml --seconds 4 --out tf2.json --report OUT",
+            "tf.pdf",
+            ".html",
+        ),
+        ("panel average panel --out OUT", "average.csv", ".json"),
+        ("panel analyse panel --report OUT", "panel.pdf", ".html"),
+    ] {
+        let before = folder.names();
+        let refused = run(&folder, &line.replace("OUT", name));
+        refused.expect_failure(2, &[expected]);
+        assert_eq!(folder.names(), before, "{line} {name}");
+    }
+}
+
+/// Figures and tables of a report as files: as many as it shows, each whole.
+#[test]
+fn figures_and_tables_of_a_report_are_files() {
+    let folder = prepared();
+    let score = "score texture.wav rough.wav --scale 1m/s2 --report s.html --figures f --tables t";
+    run(&folder, score).expect_success();
+    let report = std::fs::read_to_string(folder.path("s.html")).unwrap();
+    let report = report.split("<section id=\"invocation\">").next().unwrap();
+    let files = |name: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(folder.path(name)).unwrap();
+        entries
+            .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+            .collect()
+    };
+    let (figures, tables) = (files("f"), files("t"));
+    assert!(!figures.is_empty() && figures.len() == report.matches("<figure").count());
+    assert!(!tables.is_empty() && tables.len() == report.matches("<table").count());
+    for svg in &figures {
+        assert!(
+            svg.starts_with("<svg") && svg.contains("width=\"174mm\"") && svg.contains("<desc>"),
+            "{svg}"
+        );
+    }
+    for csv in &tables {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .from_reader(csv.as_bytes());
+        let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+        assert!(rows.len() > 1 && rows[0].len() > 1, "{csv}");
+    }
+    let narrow = score.replace("--figures f", "--figures narrow --columns 1");
+    run(&folder, &narrow).expect_success();
+    assert!(
+        files("narrow")
+            .iter()
+            .all(|svg| svg.contains("width=\"85mm\""))
+    );
+    let without = "score texture.wav rough.wav --scale 1m/s2 --figures f";
+    run(&folder, without).expect_failure(2, &["--report"]);
+}
+
+/// The full build: every figure as PDF with its font, and as PNG of 300 dots per inch.
+#[cfg(feature = "full")]
+#[test]
+fn figures_are_pdf_and_png_in_the_full_build() {
+    let folder = prepared();
+    let score = "score texture.wav rough.wav --scale 1m/s2 --report s.html --figures f --columns 1";
+    run(&folder, score).expect_success();
+    let entries = std::fs::read_dir(folder.path("f")).unwrap();
+    let files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    for ending in ["svg", "pdf", "png"] {
+        let of = files
+            .iter()
+            .filter(|path| path.extension().unwrap() == ending);
+        assert_eq!(of.count(), files.len() / 3);
+    }
+    for file in files {
+        let bytes = std::fs::read(&file).unwrap();
+        match file.extension().unwrap().to_str().unwrap() {
+            "pdf" => {
+                let holds = |part: &[u8]| bytes.windows(part.len()).any(|window| window == part);
+                assert!(
+                    bytes.starts_with(b"%PDF") && holds(b"/FontFile"),
+                    "{}",
+                    file.display()
+                );
+            }
+            "png" => {
+                let width = u32::from_be_bytes(bytes[16..20].try_into().unwrap());
+                // 85 mm at 300 dots per inch.
+                assert!((1002..=1006).contains(&width), "{width}");
+            }
+            _ => {}
+        }
+    }
 }

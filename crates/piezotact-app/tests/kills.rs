@@ -73,7 +73,7 @@ impl Case {
     fn folder(&self) -> Folder {
         let folder = Folder::new();
         for command in self.prepare {
-            folder.run(&words(command)).expect_success();
+            folder.run_as_given(&words(command)).expect_success();
         }
         folder
     }
@@ -167,7 +167,9 @@ fn check_left(folder: &Path, said: &str) -> (usize, f64) {
 fn kill(case: &Case, times: usize, seed: u64) {
     let reference = case.folder();
     let begun = Instant::now();
-    reference.run(&words(case.command)).expect_success();
+    reference
+        .run_as_given(&words(case.command))
+        .expect_success();
     let whole = begun.elapsed();
     let wanted = results(&reference.path(""));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -200,7 +202,7 @@ fn kill(case: &Case, times: usize, seed: u64) {
         with_journal += usize::from(journals > 0);
         kept_s += seconds;
         // Nothing blocks the next run, and it comes to the same.
-        let again = folder.run(&words(case.command));
+        let again = folder.run_as_given(&words(case.command));
         again.expect_success();
         continued += usize::from(again.err().contains("taken from"));
         let found = results(&folder.path(""));

@@ -318,6 +318,15 @@ fn the_level_that_is_advised_fits() {
     folder
         .run(&[&RENDER[..], &["2 m/s2", "--level", &louder]].concat())
         .expect_failure(1, &["--level"]);
+    // No level is advised that --level refuses.
+    for level in ["fit", "0"] {
+        let refused = folder.run(&[&RENDER[..], &["2e9 m/s2", "--level", level]].concat());
+        refused.expect_failure(
+            1,
+            &["below the softest --level of -120 dB", "check the scales"],
+        );
+        assert!(!refused.err().contains(" fits"), "{}", refused.err());
+    }
 }
 
 /// What cannot be written is refused before anything is measured, in one sentence, and nothing is left.

@@ -1,7 +1,7 @@
 //! `replay` as a black box: what it prints and writes, and what it refuses.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use crate::support::Folder;
+use crate::support::{Folder, results};
 
 /// The claims that chapter 3 speaks of, the last of which it does not measure yet, and the figures that have a counterpart.
 const CLAIMS: [u64; 11] = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 35];
@@ -86,8 +86,12 @@ fn a_chapter_is_measured_again() {
     let written = |folder_name: &str| {
         std::fs::read_to_string(folder.path(folder_name).join("findings.json")).unwrap()
     };
-    assert_eq!(written("new/one"), written("two"));
     let parsed: serde_json::Value = serde_json::from_str(&written("two")).unwrap();
+    let one = serde_json::from_str(&written("new/one")).unwrap();
+    assert_eq!(
+        results(one).to_string(),
+        results(parsed.clone()).to_string()
+    );
     assert_eq!(parsed, findings);
 
     let html = std::fs::read_to_string(folder.path("new/one/report.html")).unwrap();

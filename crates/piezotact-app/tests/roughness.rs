@@ -317,8 +317,10 @@ fn a_map_is_reported_with_its_image() {
     assert_eq!(folder.names(), ["map.csv", "map.html"]);
 }
 
+/// Nothing is fetched and nothing runs; what a program reads is data alone.
 #[track_caller]
-fn self_contained(html: &str) {
+pub(crate) fn self_contained(html: &str) {
+    let html = html.replace("<script type=\"application/json\"", "");
     for outside in ["<script", "<link", "src=", "http://", "https://", "url("] {
         let found = html
             .match_indices(outside)

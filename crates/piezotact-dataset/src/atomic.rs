@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::error::WriteError;
 
@@ -55,6 +56,7 @@ impl Prepared {
         // If the program is killed, the leftover file is recognised by its name and removed by the next write.
         let prefix = unfinished(&place);
         remove_left_behind(folder, &prefix);
+        remove_abandoned(folder);
         side.prefix(&prefix).suffix(".tmp");
         // A file that others may read, as every file that a person's program writes.
         #[cfg(unix)]
@@ -155,6 +157,11 @@ pub(crate) fn remove_unfinished_of(place: &Path) -> usize {
 /// Removes unfinished files left by killed programs whose names begin with `prefix` and which no program has locked; returns
 /// their number.
 pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
+    remove_where(folder, prefix, |_| true)
+}
+
+/// As [`remove_left_behind`], of the files that `meant` accepts.
+fn remove_where(folder: &Path, prefix: &str, meant: impl Fn(&Path) -> bool) -> usize {
     let Ok(found) = std::fs::read_dir(folder) else {
         return 0;
     };
@@ -164,6 +171,7 @@ pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
         let name = name.to_string_lossy();
         if name.starts_with(prefix)
             && name.ends_with(".tmp")
+            && meant(&entry.path())
             && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
         {
             // What stays does no harm.
@@ -171,6 +179,18 @@ pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
         }
     }
     removed
+}
+
+/// A file of another name that no program has locked for this long was left by one that was killed.
+const ABANDONED: Duration = Duration::from_secs(60);
+
+/// Removes unfinished files for any name left by killed programs, once they are old: a younger one may be about to be locked.
+fn remove_abandoned(folder: &Path) {
+    let is_old = |path: &Path| {
+        let changed = std::fs::metadata(path).and_then(|found| found.modified());
+        changed.is_ok_and(|at| at.elapsed().is_ok_and(|age| age > ABANDONED))
+    };
+    remove_where(folder, UNFINISHED, is_old);
 }
 
 fn fill(
@@ -193,6 +213,7 @@ pub(crate) fn sync_folder(path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::SystemTime;
 
     #[cfg(unix)]
     #[test]
@@ -244,13 +265,21 @@ mod tests {
         let left = folder.path().join(".piezotact-unfinished-a.json-0.tmp");
         let held = folder.path().join(".piezotact-unfinished-a.json-1.tmp");
         let other = folder.path().join(".piezotact-unfinished-b.json-0.tmp");
-        for file in [&left, &held, &other] {
+        let old = folder.path().join(".piezotact-unfinished-c.json-0.tmp");
+        let mine = folder.path().join(".piezotact-notes.tmp");
+        for file in [&left, &held, &other, &old, &mine] {
             std::fs::write(file, "half").unwrap();
+        }
+        for file in [&old, &mine, &held] {
+            let file = File::options().write(true).open(file).unwrap();
+            file.set_modified(SystemTime::UNIX_EPOCH).unwrap();
         }
         let running = File::open(&held).unwrap();
         running.try_lock().unwrap();
         write_atomically(&path, |_| Ok(())).unwrap();
-        assert!(!left.exists() && held.exists() && other.exists());
+        assert!(!left.exists() && held.exists() && other.exists() && mine.exists());
+        // One of another name goes too, once it is old.
+        assert!(!old.exists());
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub fn read_device(name_or_file: &str) -> Result<DeviceDescription, ReadError> {
         return Ok(device);
     }
     let path = Path::new(name_or_file);
-    let text = crate::input::text(path).map_err(|error| {
+    let text = crate::reads::read_to_string(path).map_err(|error| {
         if error.kind() == std::io::ErrorKind::NotFound {
             let known: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
             ReadError::content(

@@ -25,6 +25,7 @@ mod naming;
 mod open;
 mod panel_folder;
 mod parquet_file;
+pub mod reads;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;

@@ -114,7 +114,7 @@ pub(crate) struct Read {
 /// The sidecar of the file `path` with what it says of the samples beside it.
 pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> {
     let path = sidecar_path(path);
-    let text = match crate::input::text(&path) {
+    let text = match crate::reads::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(ReadError::io(&path, &error)),

@@ -137,6 +137,11 @@ fn require_narrow(table: &Table) -> Result<(), DrawError> {
     Ok(())
 }
 
+/// The whole number of a cell that a page rounds; nothing for other cells.
+fn exact(cell: &Cell) -> Option<String> {
+    matches!(cell, Cell::Number(value) if value.is_finite()).then(|| cell.whole())
+}
+
 fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
     require_narrow(table)?;
     let class = |column| {
@@ -151,7 +156,7 @@ fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
             table {
                 tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] { (column.heading) } } }
                 @for row in &table.rows {
-                    tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] { (cell.text()) } } }
+                    tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell.text()) } } }
                 }
             }
         }

@@ -11,6 +11,9 @@ use serde_json::{Map, Value};
 
 use crate::doubt::{About, Advice, Doubt, Merged};
 
+/// The field of a document that says how it was made ([`crate::invocation::Invocation`]); it is no part of the value.
+pub const INVOCATION: &str = "invocation";
+
 /// A value with a written form of its own.
 pub trait Content: Serialize {
     /// The name of its form: "noise".
@@ -119,6 +122,8 @@ pub fn read<T: Content + DeserializeOwned>(text: &str) -> Result<T, DocumentErro
     let version = fields.remove("version");
     let version = version.map_or(Some(1), |version| version.as_u64());
     let version = version.ok_or(DocumentError::NoSchema { expected })?;
+    // How it was made is no part of the value.
+    fields.remove(INVOCATION);
     if version > u64::from(T::VERSION) {
         return Err(DocumentError::Newer {
             schema: expected,

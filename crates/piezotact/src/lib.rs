@@ -50,6 +50,7 @@ pub mod document;
 pub mod doubt;
 pub mod figure;
 mod fourier;
+pub mod invocation;
 pub mod lineage;
 pub mod number;
 pub mod page;

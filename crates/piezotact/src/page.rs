@@ -236,6 +236,7 @@ fn criterion_row<W: Display>(criterion: &Criterion<W>) -> Vec<Cell> {
 /// ```
 /// use piezotact::page::limit_number;
 /// assert_eq!([limit_number(-0.25, "dB"), limit_number(120.04, "")], ["−0.25\u{a0}dB", "120"]);
+/// assert_eq!([limit_number(1.0, "people"), limit_number(2.0, "people")], ["1\u{a0}person", "2\u{a0}people"]);
 /// ```
 #[must_use]
 pub fn limit_number(value: f64, unit: &str) -> String {
@@ -243,6 +244,10 @@ pub fn limit_number(value: f64, unit: &str) -> String {
         ""
     } else {
         "\u{a0}"
+    };
+    let unit = match unit {
+        "people" if value == 1.0 => "person",
+        unit => unit,
     };
     let size = value.abs();
     let decimals = match size {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use piezotact::document::Content;
+use piezotact::invocation::{Invocation, Rerun};
 use piezotact::manipulate::ManipulateDocument;
 use piezotact::noise::Noise;
 use piezotact::panel::PanelAverageDocument;
@@ -85,6 +86,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,
         schema::<ReplayDocument<'_>>()?,
+        schema::<Rerun>()?,
         schema::<CountedPanels>()?,
         schema::<RoughnessDocument<'_>>()?,
         schema::<RoughnessSetDocument<'_>>()?,
@@ -104,10 +106,9 @@ fn all() -> Result<BTreeMap<String, String>> {
 /// The name of a document and its schema, with the fields `schema` and `version` that every document has.
 fn schema<T: Content + JsonSchema>() -> Result<(&'static str, String)> {
     let settings = SchemaSettings::draft2020_12().for_serialize();
-    let mut schema = settings
-        .into_generator()
-        .into_root_schema_for::<T>()
-        .to_value();
+    let mut generator = settings.into_generator();
+    let invocation = generator.subschema_for::<Invocation>();
+    let mut schema = generator.into_root_schema_for::<T>().to_value();
     let fields = schema
         .as_object_mut()
         .context("a schema is expected to be an object")?;
@@ -116,6 +117,7 @@ fn schema<T: Content + JsonSchema>() -> Result<(&'static str, String)> {
     let properties = fields.entry("properties").or_insert_with(|| json!({}));
     properties["schema"] = json!({ "const": T::SCHEMA });
     properties["version"] = json!({ "const": T::VERSION });
+    properties["invocation"] = invocation.to_value();
     let required = fields.entry("required").or_insert_with(|| json!([]));
     if let Value::Array(required) = required {
         required.extend([json!("schema"), json!("version")]);

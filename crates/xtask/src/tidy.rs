@@ -4,6 +4,7 @@ mod commands;
 mod layers;
 mod options;
 mod programs;
+mod reads;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -128,6 +129,7 @@ fn findings() -> Result<BTreeSet<String>> {
     commands::check(&root, &mut findings)?;
     licences(&root, &metadata, &mut findings)?;
     files(&root, &mut findings)?;
+    reads::check(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;
     decisions(&root, &mut findings)?;
     Ok(findings.0)

@@ -68,7 +68,7 @@ pub(crate) struct Characterise {
     /// Also stores the recording; several recordings are numbered.
     #[arg(long, value_name = "RAW.parquet")]
     pub(crate) record: Option<PathBuf>,
-    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
+    /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Writes a report.
@@ -202,7 +202,7 @@ pub(crate) struct Transfer {
     /// The capacitance of the actuator, in nF, if it differs from the description of the device.
     #[arg(long, value_name = "NF", requires = "volts_per_full_scale")]
     pub(crate) load_nf: Option<f64>,
-    /// The transfer function to write: a universal file when it ends in .uff or .unv, MATLAB in .mat, else JSON.
+    /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Writes a report.

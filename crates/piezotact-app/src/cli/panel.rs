@@ -235,7 +235,7 @@ pub(crate) struct Average {
     /// The band in which the error of the average is estimated, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// The transfer function to write.
+    /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Prints a summary as JSON.

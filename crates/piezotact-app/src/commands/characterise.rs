@@ -13,7 +13,7 @@ use piezotact_bench::procedure::{
 };
 use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
-    RunFolder, TransferDocument, TransferFormat, keep_before, read_transfer, write_transfer,
+    RunFolder, TransferDocument, TransferFormat, read_transfer, write_transfer,
 };
 use piezotact_report::transfer;
 
@@ -22,8 +22,9 @@ use super::{has_ending, outputs, recording_files, run_plan};
 use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
-use crate::keeping::{self, Keeper, Place, Raw, Shown, runs_of};
-use crate::output::{print, print_document, say, say_merged, write_text};
+use crate::invocation::write_report;
+use crate::keeping::{self, Earlier, Keeper, Place, Raw, Shown, runs_of};
+use crate::output::{print, print_document, say, say_merged};
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     if let Some(record) = &args.record {
@@ -44,13 +45,14 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         attempts: done.attempts.clone(),
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
-    keep_of_another(&args.out, &stored)?;
+    let earlier = Earlier::at(&args.out, said_of_earlier(&args.out, &stored))?;
     write_transfer(&args.out, &stored)?;
+    earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
     done.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {
         let page = page(&done, distortion.as_ref());
-        write_text(report, &transfer::html(&page, &OptionWords)?)?;
+        write_report(report, &transfer::html(&page, &OptionWords)?)?;
     }
     let found = (args.band, distortion.as_ref());
     let document = CharacteriseDocument::of(&done, found, &args.out);
@@ -148,20 +150,12 @@ fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
     text
 }
 
-/// Keeps what stands at `out` under a free name and says so, unless it is a transfer function of the same person, condition, bench
-/// and seed as `new`.
-fn keep_of_another(out: &Path, new: &TransferDocument) -> Outcome {
-    if !out.is_file() || read_transfer(out).is_ok_and(|old| old.is_of_the_same(new)) {
-        return Ok(());
+/// What the transfer function at `out` is to `new`, in words.
+fn said_of_earlier(out: &Path, new: &TransferDocument) -> &'static str {
+    match read_transfer(out) {
+        Ok(old) if old.is_of_the_same(new) => "the earlier measurement",
+        _ => "the earlier file is of another participant, condition or seed, and",
     }
-    if let Some(kept) = keep_before(out)? {
-        say(&format!(
-            "{}: the earlier file is of another participant, condition or seed, and is kept as {}",
-            out.display(),
-            kept.display()
-        ));
-    }
-    Ok(())
 }
 
 /// Levels of noise and distortion re the answer, one line a band.

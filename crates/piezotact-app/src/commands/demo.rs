@@ -1,6 +1,6 @@
 //! `piezotact demo`: the complete chain on the digital twin.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use piezotact::clipping::clipping;
 use piezotact::lineage::Lineage;
@@ -30,12 +30,13 @@ use piezotact_twin::{Participant, TwinParameters, record_texture};
 use super::characterise::characterise;
 use super::play::play;
 use super::render::{lineage, write_drive};
-use super::run_plan;
 use super::verify::verdict;
+use super::{outputs, run_plan};
 use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
+use crate::invocation::write_report;
 use crate::keeping::Place;
 use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
 use crate::report;
@@ -47,18 +48,25 @@ const FINGER: Finger = Finger {
 const PARTICIPANT: u64 = 1;
 const TEXTURE_RATE_HZ: u32 = 5_000;
 const DRIVE_RATE_HZ: u32 = 48_000;
+/// What stands in the folder at the end.
+const FILES: [&str; 9] = [
+    TARGET,
+    "target.wav.json",
+    TRANSFER,
+    "drive.wav",
+    "drive.wav.json",
+    "measured.parquet",
+    "report.html",
+    "verification.json",
+    "straight.parquet",
+];
 const TARGET: &str = "target.wav";
 /// The transfer function that is rendered with.
 const TRANSFER: &str = "tf.json";
 
 pub(crate) fn run(args: &Demo) -> Outcome {
     let out = &args.out;
-    std::fs::create_dir_all(out).map_err(|error| {
-        anyhow::anyhow!(
-            "cannot create the folder {}: {error}; check the path",
-            out.display()
-        )
-    })?;
+    prepare(out)?;
     let mut bench = TwinSpec {
         participant: Some(PARTICIPANT),
         seed: args.seed,
@@ -73,10 +81,14 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     ));
     let chain = Chain::measured(&mut bench, out, args.seed)?;
     let path = out.join("report.html");
-    write_text(&path, &chain.page()?)?;
+    write_report(&path, &chain.page()?)?;
     let report = report::name(&path);
     let document = chain.document(&report);
-    write_text(&out.join("verification.json"), &document_text(&document)?)?;
+    let verification = out.join("verification.json");
+    write_text(
+        &verification,
+        &document_text(&document, Some(&verification))?,
+    )?;
     if args.json {
         print_document(&document)?;
         return verdict(&chain.verification);
@@ -86,6 +98,18 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     print(&format!("report: {}", path.display()))?;
     print(&chain.verification.sentence())?;
     verdict(&chain.verification)
+}
+
+/// Makes the folder, and refuses one that holds files of those names of another command.
+fn prepare(out: &Path) -> Outcome {
+    std::fs::create_dir_all(out).map_err(|error| {
+        anyhow::anyhow!(
+            "cannot create the folder {}: {error}; check the path",
+            out.display()
+        )
+    })?;
+    let written = FILES.map(|name| out.join(name));
+    outputs(&[], &written.each_ref().map(PathBuf::as_path))
 }
 
 /// Everything that the chain recorded, computed and measured.

@@ -24,8 +24,9 @@ use crate::advice::OptionWords;
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation::write_report;
 use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
-use crate::output::{digits_that_count, print, print_document, say_merged, write_text};
+use crate::output::{digits_that_count, print, print_document, say_merged};
 use crate::report::name;
 
 /// Shorter than a period of 100 Hz nothing is a texture.
@@ -80,7 +81,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
             others: &others,
             spectra: &spectra_of(shown)?,
         };
-        write_text(path, &html(&page, &OptionWords)?)?;
+        write_report(path, &html(&page, &OptionWords)?)?;
     }
     let document = ManipulateDocument::of(&before, &after, &about.condition, &args.out);
     if args.json {

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::{Args, CommandFactory as _, ValueEnum as _};
+use clap::{Args, ValueEnum as _};
 use clap_complete::{Shell, generate_to};
 
-use crate::cli::Cli;
 use crate::failure::Outcome;
 use crate::output::print;
 
@@ -24,12 +23,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         Ok(folder)
     };
     let (completions, pages) = (made("completions")?, made("man")?);
-    let mut command = Cli::command();
+    let mut command = super::command();
     for shell in Shell::value_variants() {
         generate_to(*shell, &mut command, "piezotact", &completions)
             .with_context(|| format!("{}: cannot be written", completions.display()))?;
     }
-    clap_mangen::generate_to(Cli::command(), &pages)
+    clap_mangen::generate_to(super::command(), &pages)
         .with_context(|| format!("{}: cannot be written", pages.display()))?;
     print(&format!("completions: {}", completions.display()))?;
     print(&format!("man pages: {}", pages.display()))

@@ -11,6 +11,7 @@ pub(crate) mod panel;
 mod play;
 mod render;
 mod replay;
+pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
 mod spectrum;
@@ -19,10 +20,11 @@ mod transfer;
 pub(crate) mod twin;
 mod verify;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use clap::Subcommand;
+use clap::{CommandFactory as _, FromArgMatches as _, Subcommand};
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
@@ -34,8 +36,12 @@ use piezotact_dataset::{
     Contents, ReadOptions, check_place, cuts_path, journal_path, read_recording, set_aside_path,
 };
 
+use crate::arguments::Arguments;
 use crate::cli::{self, Cli, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation;
+use crate::output::{message, say};
+use crate::replacing::Existing;
 
 /// One line for each command: its name with its arguments, which its help stands above, and what runs it.
 macro_rules! commands {
@@ -45,12 +51,45 @@ macro_rules! commands {
             $($(#[$help])* $name($arguments),)*
         }
 
-        pub(crate) fn run(cli: Cli) -> Outcome {
-            match cli.command {
-                $(Command::$name(arguments) => $run(&arguments),)*
+        fn done(command: &Command) -> Outcome {
+            match command {
+                $(Command::$name(arguments) => $run(arguments),)*
             }
         }
     };
+}
+
+/// The command line, with the options that every report has.
+pub(crate) fn command() -> clap::Command {
+    crate::parts::with_options(Cli::command())
+}
+
+/// Does what `words` ask for, the first of which is the name of the program.
+pub(crate) fn run(words: &[OsString]) -> Outcome {
+    let mut command = command();
+    let parsed = command.try_get_matches_from_mut(words);
+    let matches = parsed.unwrap_or_else(|error| refused(&error));
+    let cli = Cli::from_arg_matches(&matches);
+    let cli = cli.unwrap_or_else(|error| refused(&error.format(&mut command)));
+    let arguments = Arguments::of(&command, &matches);
+    let existing = if cli.force {
+        Existing::Replaced
+    } else {
+        Existing::Refused
+    };
+    invocation::begin(words, &arguments, cli.date.as_deref(), existing)?;
+    done(&cli.command)
+}
+
+/// Shows why a command line is refused, or the help that it asks for, and ends.
+fn refused(error: &clap::Error) -> ! {
+    let text = error.render().to_string();
+    let shown = message(&text);
+    if shown == text {
+        error.exit();
+    }
+    say(shown.trim_end());
+    std::process::exit(2);
 }
 
 commands! {
@@ -144,6 +183,11 @@ commands! {
     /// Writes completions for the shells and man pages into a folder, as `./x build` does.
     #[command(hide = true, after_help = "Example:\n  piezotact manual .")]
     Manual(manual::Arguments) => manual::run,
+    /// Runs the command again that made a report or a document, and compares every value.
+    #[command(
+        after_help = "Executed is this program alone, with the command that the file states and its outputs in a temporary folder, which is\nremoved. Read are the files that the command names. Relative paths begin in the folder of the first run, or in that\nof the file where its inputs are found there. Exit codes: 0 the same, 3 different, 1 cannot be run again.\n\nExample:\n  piezotact rerun report.html\n  piezotact rerun demo/verification.json --json"
+    )]
+    Rerun(rerun::Arguments) => rerun::run,
 }
 
 /// A rate given in Hz on the command line.
@@ -175,8 +219,8 @@ fn drive_limit(setup: Option<&DriveSetup>) -> f64 {
     setup.map_or(1.0, DriveSetup::drive_limit)
 }
 
-/// Refuses outputs that would replace an input, an input's sidecar, or each other, or that have no folder to
-/// stand in: before anything is measured that could not be kept.
+/// Refuses outputs that would replace an input, an input's sidecar, each other, or what another command wrote, or that have no
+/// folder to stand in: before anything is measured that could not be kept.
 fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     let read: Vec<PathBuf> = inputs
         .iter()
@@ -203,6 +247,8 @@ fn outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
                 output.display()
             )));
         }
+    }
+    for output in outputs {
         can_be_written(output)?;
     }
     Ok(())
@@ -233,6 +279,7 @@ fn can_be_written(output: &Path) -> Outcome {
         )
         .into());
     }
+    invocation::refuse_existing(output)?;
     check_place(output)?;
     Ok(())
 }

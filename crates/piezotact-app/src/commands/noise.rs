@@ -14,7 +14,8 @@ use super::{outputs, read};
 use crate::advice::OptionWords;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::invocation::write_report;
+use crate::output::{print, print_document, say_doubts};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         e => Failure::Data(anyhow::Error::new(e).context(file.clone())),
     })?;
     if let Some(path) = &args.report {
-        write_text(path, &html(&found.page(&file), &OptionWords)?)?;
+        write_report(path, &html(&found.page(&file), &OptionWords)?)?;
     }
     match (args.json, args.csv) {
         (true, _) => print_document(&found),

@@ -15,6 +15,7 @@ use super::twin::twin_parameters;
 use crate::advice::OptionWords;
 use crate::cli;
 use crate::failure::Outcome;
+use crate::invocation::write_report;
 use crate::output::{counted, document_text, print, say, write_text};
 use crate::report::name;
 
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
     let (chapters, count) = chapters_and_count(args, &replay, &stored)?;
     let mut page = page(&replay, args.twin.as_deref(), &chapters);
     page.panels = count.as_ref().map(panels::part);
-    write_text(&report, &html(&page, &OptionWords)?)?;
+    write_report(&report, &html(&page, &OptionWords)?)?;
     let names = (name(&report), args.twin.as_deref().map(name));
     let document = ReplayDocument::of(
         &replay,
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
         (&names.0, names.1),
         &OptionWords,
     );
-    let text = document_text(&document)?;
+    let text = document_text(&document, Some(&findings))?;
     write_text(&findings, &text)?;
     if args.json {
         return print(&text);

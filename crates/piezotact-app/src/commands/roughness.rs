@@ -16,6 +16,7 @@ use super::outputs;
 use crate::advice::{OptionWords, merged_text};
 use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Failures, Outcome, usage};
+use crate::invocation::write_report;
 use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
 
 pub(crate) fn run(args: &Roughness) -> Outcome {
@@ -40,7 +41,7 @@ fn one(args: &Roughness, surface: &EvaluatedSurface) -> Outcome {
         write_text(path, &report::csv(&roughness.points_table())?)?;
     }
     if let Some(path) = &args.report {
-        write_text(path, &roughness::html(surface, &OptionWords)?)?;
+        write_report(path, &roughness::html(surface, &OptionWords)?)?;
     }
     if args.json {
         return print_document(&RoughnessDocument::of(surface));
@@ -65,7 +66,7 @@ fn several(args: &Roughness, written: &[&Path]) -> Outcome {
         write_text(path, &report::csv(&set.table())?)?;
     }
     if let Some(path) = &args.report {
-        write_text(path, &report::html(&set.page(), &OptionWords)?)?;
+        write_report(path, &report::html(&set.page(), &OptionWords)?)?;
     }
     if args.json {
         print_document(&set.document())?;

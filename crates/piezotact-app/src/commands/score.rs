@@ -17,8 +17,9 @@ use super::{inspected, outputs, rate_option, read, texture};
 use crate::advice::OptionWords;
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::output::{print, print_document, say_doubts};
 use crate::report;
 
 pub(crate) fn run(args: &Score) -> Outcome {
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &Score) -> Outcome {
             recordings: [&reference.recording, &test.recording],
             score: &score,
         };
-        write_text(path, &html(&page, &OptionWords)?)?;
+        write_report(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
         return print_document(&ScoreDocument::of(&score));

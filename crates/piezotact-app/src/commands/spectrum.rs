@@ -14,21 +14,14 @@ use piezotact::spectrum::{
 };
 use piezotact_report::figures;
 
-use super::{outputs, read};
+use super::{has_ending, outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{document_text, print, print_or_write, say_doubts, say_merged, write_text};
 use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
-    let written: Vec<&Path> = args
-        .out
-        .iter()
-        .chain(&args.svg)
-        .chain(&args.spectrogram)
-        .map(PathBuf::as_path)
-        .collect();
-    outputs(&[&args.file], &written)?;
+    check_outputs(args)?;
     let contents = read(&args.file, &args.reading)?;
     let recording = &contents.recording;
     let (channel, series) = recording.raw(args.channel.as_deref()).map_err(|error| {
@@ -41,7 +34,8 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
     let psd = welch(&series, &config(args)).map_err(|error| refused(args, error))?;
     let document = SpectrumDocument::of(&psd, (recording, channel), &args.file);
     if args.json {
-        return print_or_write(args.out.as_deref(), &document_text(&document)?);
+        let out = args.out.as_deref();
+        return print_or_write(out, &document_text(&document, out)?);
     }
     say_merged(&document.doubts);
     if args.csv {
@@ -54,6 +48,29 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         return print(&format!("wrote {}", svg.display()));
     }
     print(&text(&document, psd.strongest()))
+}
+
+/// Refuses outputs that would replace a file, and an ending that is not that of the format.
+fn check_outputs(args: &Spectrum) -> Outcome {
+    let written: Vec<&Path> = args
+        .out
+        .iter()
+        .chain(&args.svg)
+        .chain(&args.spectrogram)
+        .map(PathBuf::as_path)
+        .collect();
+    if let Some(out) = &args.out {
+        let endings: &[&str] = if args.json {
+            &["json"]
+        } else {
+            &["csv", "txt"]
+        };
+        // Devices are refused as what they are.
+        if !out.exists() || out.is_file() {
+            has_ending(out, endings)?;
+        }
+    }
+    outputs(&[&args.file], &written)
 }
 
 /// As the options ask, else as is usual.

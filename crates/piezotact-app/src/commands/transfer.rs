@@ -19,7 +19,8 @@ use super::{outputs, read};
 use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document, say_merged, write_text};
+use crate::invocation::write_report;
+use crate::output::{print, print_document, say_merged};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
     let written: Vec<&Path> = std::iter::once(&args.out)
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
             traces: found.traces.as_ref(),
             ..Page::of(title, &found.function, units.each_ref())
         };
-        write_text(report, &html(&page, &OptionWords)?)?;
+        write_report(report, &html(&page, &OptionWords)?)?;
     }
     let document = EstimateDocument::of(&found.function, units.each_ref(), &args.out);
     if args.json {

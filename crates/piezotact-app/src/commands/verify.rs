@@ -30,14 +30,15 @@ use super::{inspected, manipulate, outputs, rate_option, read, texture};
 use crate::advice::{OptionWords, text};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
+use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{difference_db, print, print_document, say, say_doubts, write_text};
+use crate::output::{difference_db, print, print_document, say, say_doubts};
 use crate::report;
 
 pub(crate) fn run(args: &Verify) -> Outcome {
     let found = found(args)?;
     if let Some(path) = &args.report {
-        write_text(path, &found.report(args)?)?;
+        write_report(path, &found.report(args)?)?;
     }
     if args.json {
         print_document(&found.document())?;

@@ -43,6 +43,7 @@ pub(crate) const COMMANDS: &[&str] = &[
     "twin surface",
     "twin parameters",
     "replay",
+    "rerun",
 ];
 
 /// A folder of its own in which the command is run.
@@ -70,7 +71,17 @@ impl Folder {
         command
     }
 
+    /// Runs a command that may replace what an earlier one left: most tests use a folder several times.
     pub(crate) fn run(&self, arguments: &[&str]) -> Done {
+        let forced: Vec<&str> = ["--force"]
+            .into_iter()
+            .chain(arguments.iter().copied())
+            .collect();
+        self.run_as_given(&forced)
+    }
+
+    /// Runs a command as it is given.
+    pub(crate) fn run_as_given(&self, arguments: &[&str]) -> Done {
         let output = self.command(arguments).output().unwrap();
         Done {
             called: arguments.join(" "),
@@ -151,6 +162,13 @@ impl Done {
         self.expect_success();
         serde_json::from_slice(&self.output.stdout).unwrap()
     }
+}
+
+/// A document without how it was made.
+pub(crate) fn results(mut document: serde_json::Value) -> serde_json::Value {
+    let made = document.as_object_mut().unwrap().remove("invocation");
+    assert!(made.is_some());
+    document
 }
 
 pub(crate) const BENCH: &str = "twin:participant=1,seed=7";

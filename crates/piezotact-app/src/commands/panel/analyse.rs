@@ -18,6 +18,7 @@ use crate::advice::OptionWords;
 use crate::cli::panel::Analyse;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
+use crate::invocation::write_report;
 use crate::output::{counted, print, print_document, say_doubts, write_text};
 
 type AnyPanel = Panel<Uncalibrated, Uncalibrated>;
@@ -47,7 +48,7 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
             response_unit: &contents.response_unit,
             cleaning: cleaning.as_ref(),
         };
-        write_text(path, &html(&page, &OptionWords)?)?;
+        write_report(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
         let document = PanelAnalysisDocument::of(&said, &folder, cleaning.as_ref());

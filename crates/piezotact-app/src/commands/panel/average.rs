@@ -11,7 +11,7 @@ use piezotact_dataset::{
 use crate::cli::panel::Average;
 use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
-use crate::output::{print, print_document, say_merged};
+use crate::output::{counted, print, print_document, say_merged};
 
 pub(crate) fn run(args: &Average) -> Outcome {
     let folder = PanelFolder::open(&args.folder)?;
@@ -41,9 +41,9 @@ pub(crate) fn run(args: &Average) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&format!(
-        "wrote {}: the average of {} participants at {cell}",
+        "wrote {}: the average of {} at {cell}",
         args.out.display(),
-        document.participants.len()
+        counted(document.participants.len(), "participant")
     ))
 }
 

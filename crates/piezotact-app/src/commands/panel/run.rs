@@ -54,11 +54,11 @@ pub(crate) fn run(args: &Run) -> Outcome {
         return print_document(&document);
     }
     print(&format!(
-        "wrote {}: {} measurements, {} in all of {} participants; analyse them with `piezotact panel analyse {}`",
+        "wrote {}: {} measurements, {} in all of {}; analyse them with `piezotact panel analyse {}`",
         args.out.display(),
         document.measured,
         document.measurements,
-        document.participants.len(),
+        counted(document.participants.len(), "participant"),
         args.out.display()
     ))
 }

@@ -9,8 +9,9 @@ use super::{Done, Job, folder_of};
 use crate::advice::OptionWords;
 use crate::cli::Render;
 use crate::failure::{Failure, Outcome, sentence};
+use crate::invocation::write_report;
 use crate::keeping::{self, Raw};
-use crate::output::{print, print_document, say, write_text};
+use crate::output::{print, print_document, say};
 
 /// The jobs of a command, as they are done.
 pub(super) struct Batch<'a> {
@@ -63,7 +64,7 @@ impl<'a> Batch<'a> {
         }
         // After every one: an interrupted run leaves the report of what is done.
         match &self.args.report {
-            Some(path) => write_text(path, &self.page.html()),
+            Some(path) => write_report(path, &self.page.html()),
             None => Ok(()),
         }
     }

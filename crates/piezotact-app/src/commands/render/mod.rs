@@ -35,7 +35,7 @@ use crate::report::name;
 use batch::Batch;
 use looped::Corrected;
 
-/// Softer than this a texture is not made to fit, dB.
+/// Softer than this a texture is not made to fit, dB: the softest `--level`.
 const SOFTEST_DB: f64 = -120.0;
 
 pub(crate) fn run(args: &Render) -> Outcome {
@@ -400,7 +400,7 @@ impl Asked<'_> {
             Level::Fit => {
                 let (level, done) = render::at_fitting_level(
                     |level| self.at(texture, level.0),
-                    |refused| refused.fits_at.filter(|level| level.0 > SOFTEST_DB),
+                    |refused| refused.fits_at,
                 );
                 (level.0, done)
             }
@@ -447,6 +447,14 @@ impl Asked<'_> {
         };
         // To the tenth below: rounded up it would not fit.
         let level = ((level_db + fits_at.0) * 10.0 + 1e-6).floor() / 10.0;
+        if level < SOFTEST_DB {
+            return Failure::Data(anyhow!(
+                "{}: {error}: it would fit at {level:.1} dB, below the softest --level of {SOFTEST_DB} dB; check the scales of the \
+                 texture and of the transfer function",
+                self.job.target.display()
+            ))
+            .into();
+        }
         let failure = Failure::Data(anyhow!(
             "{}: {error}: --level {level:.1} fits{}, --level fit finds this level, --inverse drive-limited reduces what needs \
              the largest drive{}",

@@ -19,7 +19,7 @@ use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
 
 use crate::failure::Outcome;
 use crate::keeping::{interrupted, stopped_by_interrupt};
-use crate::output::{counted as plural, digits, document_text, say, write_text};
+use crate::output::{counted as plural, digits, say, state_text, write_text};
 
 /// How often Ctrl-C is looked for.
 const LOOK: Duration = Duration::from_millis(200);
@@ -142,7 +142,7 @@ fn panel(replay: &Replay, numbers: &[u8], seed: u64) -> anyhow::Result<PanelFind
 
 /// Writes what is known: whole or not at all.
 fn store(panels: &CountedPanels, stored: &Path) -> Outcome {
-    write_text(stored, &document_text(panels)?)
+    write_text(stored, &state_text(panels)?)
 }
 
 /// A time that is left, in words.

@@ -18,6 +18,7 @@ use piezotact::study::{
     StudySettings, Take, strokes_table,
 };
 use piezotact::surface::SampleSet;
+use piezotact_dataset::reads::is_there;
 use piezotact_dataset::{
     cuts_path, known_naming, known_sample_sets, read_cuts_of, read_sample_set,
 };
@@ -27,6 +28,7 @@ use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
 use crate::cli::{self, Computing, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
+use crate::invocation::write_report;
 use crate::output::{print, say, write_text};
 use crate::report::name;
 
@@ -111,7 +113,7 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
     let beside = cuts_path(path);
     let cuts = match &args.cuts {
         Some(file) => Some(read_cuts_of(file, path)?),
-        None if beside.exists() => Some(read_cuts_of(&beside, path)?),
+        None if is_there(&beside) => Some(read_cuts_of(&beside, path)?),
         None => None,
     };
     let cuts = cuts.map(|(cuts, doubt)| {
@@ -200,7 +202,7 @@ fn shown(
 ) -> Outcome {
     write_table(computing.csv.as_deref(), &strokes_table(&study.takes))?;
     if let Some(path) = &computing.report {
-        write_text(path, &touch::html(study, &OptionWords)?)?;
+        write_report(path, &touch::html(study, &OptionWords)?)?;
     }
     if computing.json {
         return document();

@@ -12,6 +12,7 @@ use super::{check_outputs, take_all, write_table, wrote};
 use crate::advice::{OptionWords, merged_text};
 use crate::cli::Segment;
 use crate::failure::{Outcome, usage};
+use crate::invocation::write_report;
 use crate::output::{print, print_document, say, write_text};
 
 pub(crate) fn run(args: &Segment) -> Outcome {
@@ -24,7 +25,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
     }
     write_table(args.csv.as_deref(), &cuts_table(&takes))?;
     if let Some(path) = &args.report {
-        write_text(path, &touch::cuts(&takes, failures.files(), &OptionWords)?)?;
+        write_report(path, &touch::cuts(&takes, failures.files(), &OptionWords)?)?;
     }
     if args.json {
         print_document(&CutsDocument {

@@ -22,7 +22,7 @@ use super::twin_parameters;
 use crate::cli::twin::{MovementName, Record, TouchBench};
 use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
-use crate::keeping::{say_moved, stopped_by_interrupt};
+use crate::keeping::{Earlier, say_moved, stopped_by_interrupt};
 use crate::output::{print, print_document};
 
 /// What is usual unless it is stated.
@@ -264,6 +264,8 @@ fn sound(
         rendering: None,
     };
     let rate_hz = start.rate_hz.hz().round() as u32;
+    let earlier = Earlier::at(out, "the earlier recording")?;
     write_wav_with_sidecar(out, &[&shares], rate_hz, SampleFormat::Float32, &sidecar)?;
+    earlier.settle()?;
     Ok((start, shares.len()))
 }

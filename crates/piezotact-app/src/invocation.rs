@@ -1,0 +1,157 @@
+//! How this command was called, for every document and every report that it writes.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::SystemTime;
+
+use piezotact::document::INVOCATION;
+use piezotact::invocation::{Invocation, Output, Setting};
+use piezotact_dataset::reads::{inputs, sha256};
+use piezotact_report::invocation::with_invocation;
+use serde_json::Value;
+
+use crate::arguments::{Arguments, output_of};
+use crate::failure::Outcome;
+use crate::output::write_text;
+use crate::parts::Parts;
+use crate::replacing::{Existing, Writing};
+use crate::report::name;
+
+/// The command that this program was called with.
+static CALLED: OnceLock<Called> = OnceLock::new();
+
+struct Called {
+    command: Vec<String>,
+    date: String,
+    settings: Vec<Setting>,
+    writing: Writing,
+    parts: Parts,
+    /// The files that arguments name: inputs, wherever they stand.
+    named: Vec<PathBuf>,
+}
+
+/// Keeps how the program was called: `words` behind its name, the date that is stated, else that of the clock, and what becomes of
+/// existing files. Outputs that cannot be are refused.
+pub(crate) fn begin(
+    words: &[OsString],
+    arguments: &Arguments<'_>,
+    date: Option<&str>,
+    existing: Existing,
+) -> Outcome {
+    let words = words.iter().skip(1);
+    let folder = std::env::current_dir().unwrap_or_default();
+    let called = Called {
+        command: words
+            .map(|word| word.to_string_lossy().into_owned())
+            .collect(),
+        date: date.map_or_else(|| rfc3339(SystemTime::now()), str::to_owned),
+        settings: arguments.settings(),
+        writing: Writing {
+            command: arguments.names.join(" "),
+            folder,
+            outputs: arguments.outputs(),
+            existing,
+        },
+        parts: Parts::of(arguments),
+        named: arguments.named_inputs(),
+    };
+    called.writing.check()?;
+    // A program is called once.
+    let _kept = CALLED.set(called);
+    Ok(())
+}
+
+/// Refuses a file at `path` that this command did not write before and does not keep.
+pub(crate) fn refuse_existing(path: &Path) -> Outcome {
+    CALLED
+        .get()
+        .map_or(Ok(()), |called| called.writing.refuse_existing(path))
+}
+
+fn rfc3339(time: SystemTime) -> String {
+    humantime::format_rfc3339_seconds(time).to_string()
+}
+
+/// A date as it was stated, as RFC 3339 in UTC.
+pub(crate) fn date(text: &str) -> Result<String, String> {
+    let read = humantime::parse_rfc3339_weak(text)
+        .or_else(|_no_time| humantime::parse_rfc3339_weak(&format!("{text} 00:00:00")));
+    read.map(rfc3339).map_err(|_no_date| {
+        "expected a date in UTC such as 2026-03-01 or 2026-03-01T10:22:33Z; leave it out for now".into()
+    })
+}
+
+/// The program with its version.
+pub(crate) const PROGRAM: &str = concat!("piezotact ", env!("CARGO_PKG_VERSION"));
+
+/// How the results that are written to `path`, or printed, were made; `None` in a test that calls no command.
+fn of_results(results: &str, path: Option<&Path>) -> Option<Invocation> {
+    let called = CALLED.get()?;
+    let output = path.and_then(|path| output_of(&called.writing.outputs, path));
+    Some(Invocation {
+        command: called.command.clone(),
+        program: PROGRAM.to_owned(),
+        date: called.date.clone(),
+        folder: called.writing.folder.display().to_string(),
+        settings: called.settings.clone(),
+        inputs: inputs(|path| called.is_own(path)),
+        output: output.map(|(output, below)| Output {
+            setting: output.setting.clone(),
+            below: Some(below.display().to_string()).filter(|below| !below.is_empty()),
+        }),
+        results_sha256: sha256(results.as_bytes()),
+    })
+}
+
+impl Called {
+    /// Whether a file that is read is one that this command writes: what it has begun, or the runs behind it.
+    fn is_own(&self, path: &Path) -> bool {
+        let with = |output: &Path, ending: &str| {
+            let mut name = output.as_os_str().to_owned();
+            name.push(ending);
+            PathBuf::from(name)
+        };
+        let outputs = self.writing.outputs.iter();
+        let mut places = outputs.flat_map(|output| {
+            ["", ".json", ".part", ".runs"].map(|ending| with(&output.path, ending))
+        });
+        !self.named.iter().any(|named| named == path) && places.any(|place| path.starts_with(place))
+    }
+}
+
+/// The results in a document, as they are summed: all of it but how it was made.
+pub(crate) fn results_of(document: &Value) -> String {
+    match document.as_object() {
+        Some(fields) if fields.contains_key(INVOCATION) => {
+            let mut fields = fields.clone();
+            fields.remove(INVOCATION);
+            Value::Object(fields).to_string()
+        }
+        _ => document.to_string(),
+    }
+}
+
+/// Adds to `document`, which is written to `path` or printed, how it was made.
+pub(crate) fn add_to(document: &mut Value, path: Option<&Path>) -> Outcome {
+    let invocation = of_results(&results_of(document), path);
+    if let (Some(invocation), Some(fields)) = (invocation, document.as_object_mut()) {
+        fields.insert(INVOCATION.to_owned(), serde_json::to_value(invocation)?);
+    }
+    Ok(())
+}
+
+/// Writes a report to `path`, with how it was made; and its figures and tables, where they are asked for.
+pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
+    if let Some(called) = CALLED.get() {
+        called.parts.write(html)?;
+    }
+    let Some(invocation) = of_results(html, Some(path)) else {
+        return write_text(path, html);
+    };
+    let again = format!(
+        "piezotact rerun {} does it again and compares every value.",
+        name(path)
+    );
+    write_text(path, &with_invocation(html, &invocation, &again)?)
+}

@@ -1,0 +1,131 @@
+//! The figures and tables of a report as files of their own, for every command that has a report.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, Command, value_parser};
+use piezotact_report::parts::{Columns, figures, tables};
+
+use crate::arguments::Arguments;
+use crate::failure::Outcome;
+#[cfg(feature = "full")]
+use crate::output::write_bytes;
+use crate::output::write_text;
+
+/// Commands that always write a report.
+const REPORTING: [&str; 2] = ["demo", "replay"];
+const FIGURES: &str = "figures";
+const TABLES: &str = "tables";
+/// The same in both builds, so that help and manuals are.
+const FIGURES_HELP: &str = "Writes every figure of the report to this folder, as SVG; the full build (./x build) also writes PNG and PDF";
+const COLUMNS: &str = "columns";
+
+/// `command`, each of whose commands with a report has the options of its figures and tables.
+pub(crate) fn with_options(command: Command) -> Command {
+    let names: Vec<String> = command
+        .get_subcommands()
+        .map(|below| below.get_name().to_owned())
+        .collect();
+    let command = names.iter().fold(command, |command, name| {
+        command.mut_subcommand(name, with_options)
+    });
+    let asks = command
+        .get_arguments()
+        .any(|argument| argument.get_id() == "report");
+    if asks {
+        return command.args(options().map(|option| option.requires("report")));
+    }
+    if REPORTING.contains(&command.get_name()) {
+        return command.args(options());
+    }
+    command
+}
+
+fn options() -> [Arg; 3] {
+    let folder = |name: &'static str, help: &'static str| {
+        Arg::new(name)
+            .long(name)
+            .value_name("DIR")
+            .value_parser(value_parser!(PathBuf))
+            .help(help)
+    };
+    [
+        folder(FIGURES, FIGURES_HELP),
+        folder(
+            TABLES,
+            "Writes every table of the report to this folder, as CSV",
+        ),
+        Arg::new(COLUMNS)
+            .long(COLUMNS)
+            .value_name("1|2")
+            .value_parser(PossibleValuesParser::new(["1", "2"]))
+            .hide_possible_values(true)
+            .requires(FIGURES)
+            .help("The width of --figures in columns of a journal: 1 (85 mm) or 2 (174 mm, the default)"),
+    ]
+}
+
+/// What is written of a report beside it.
+pub(crate) struct Parts {
+    figures: Option<PathBuf>,
+    tables: Option<PathBuf>,
+    columns: Columns,
+}
+
+impl Parts {
+    /// What `arguments` ask for.
+    pub(crate) fn of(arguments: &Arguments<'_>) -> Self {
+        let folder = |name: &str| arguments.value(name).map(PathBuf::from);
+        Self {
+            figures: folder(FIGURES),
+            tables: folder(TABLES),
+            columns: match arguments.value(COLUMNS).as_deref() {
+                Some("1") => Columns::One,
+                _ => Columns::Two,
+            },
+        }
+    }
+
+    /// Writes the parts of the report `html` that are asked for.
+    pub(crate) fn write(&self, html: &str) -> Outcome {
+        if let Some(folder) = &self.figures {
+            made(folder)?;
+            let drawn = figures(html, self.columns);
+            for figure in &drawn {
+                write_text(&folder.join(format!("{}.svg", figure.name)), &figure.svg)?;
+            }
+            #[cfg(feature = "full")]
+            pictures(folder, &drawn)?;
+        }
+        if let Some(folder) = &self.tables {
+            made(folder)?;
+            for table in tables(html)? {
+                write_text(&folder.join(format!("{}.csv", table.name)), &table.csv)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes `figures` as PNG and PDF.
+#[cfg(feature = "full")]
+fn pictures(folder: &Path, figures: &[piezotact_report::parts::FigurePart]) -> Outcome {
+    let pictures = crate::pictures::Pictures::new()?;
+    for figure in figures {
+        let file = |ending: &str| folder.join(format!("{}.{ending}", figure.name));
+        write_bytes(&file("pdf"), &pictures.pdf(&figure.svg)?)?;
+        write_bytes(&file("png"), &pictures.png(&figure.svg)?)?;
+    }
+    Ok(())
+}
+
+fn made(folder: &Path) -> Outcome {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        anyhow!(
+            "{}: expected a folder that can be made, found: {error}",
+            folder.display()
+        )
+    })?;
+    Ok(())
+}

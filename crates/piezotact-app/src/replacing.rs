@@ -1,0 +1,215 @@
+//! What may stand where a command writes: nothing, what the command wrote before, or what `--force` gives up.
+//!
+//! Recordings and transfer functions that were measured are never replaced: what stood there is kept as `NAME.before-N`.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use piezotact::invocation::{Invocation, Setting};
+
+use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
+use crate::commands::rerun::Made;
+use crate::failure::{Outcome, usage};
+
+/// Outputs that are measured: whoever writes them keeps what stood there.
+const MEASURED: [[&str; 2]; 5] = [
+    ["twin record", "out"],
+    ["characterise", "out"],
+    ["characterise", "record"],
+    ["play", "record"],
+    ["render", "record"],
+];
+/// Folders whose commands go on with what is in them, and check it themselves.
+const CONTINUED: [[&str; 2]; 1] = [["panel run", "out"]];
+/// The state of a replay, which it goes on with.
+const PANELS: &str = "panels.json";
+/// The endings of outputs that have only some, by the end of the command's name; one that is not theirs would name a file that is
+/// something else.
+const ENDINGS: [(&str, &str, &[&str]); 8] = [
+    ("", "report", &["html", "htm"]),
+    ("", "csv", &["csv"]),
+    ("", "svg", &["svg"]),
+    ("", "spectrogram", &["svg"]),
+    ("", "write_cuts", &["cuts", "txt"]),
+    ("characterise", "out", TRANSFERS),
+    ("transfer", "out", TRANSFERS),
+    ("panel average", "out", TRANSFERS),
+];
+const TRANSFERS: &[&str] = &["json", "uff", "unv", "mat"];
+
+/// A command with its outputs.
+pub(crate) struct Writing {
+    /// Its name: `panel run`.
+    pub(crate) command: String,
+    /// The folder in which it runs.
+    pub(crate) folder: PathBuf,
+    pub(crate) outputs: Vec<OutputPath>,
+    pub(crate) existing: Existing,
+}
+
+/// What becomes of files that a command did not write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// They are refused.
+    Refused,
+    /// They are replaced.
+    Replaced,
+}
+
+impl Writing {
+    /// Refuses folders for figures and tables that hold anything else.
+    pub(crate) fn check(&self) -> Outcome {
+        for output in &self.outputs {
+            let holds = |folder: &Path| {
+                std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+            };
+            if matches!(output.setting.as_str(), "figures" | "tables")
+                && holds(&output.path)
+                && !self.may_replace(&output.path)
+            {
+                return Err(usage(anyhow!(
+                    "{}: expected a new or empty folder, found one that holds other files; give another one, or add to it with \
+                     --force",
+                    output.path.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses an ending that is not that of the format.
+    fn require_its_ending(&self, path: &Path) -> Outcome {
+        let output = self.outputs.iter().find(|output| output.path == path);
+        let setting = output.map(|output| output.setting.as_str());
+        let own = ENDINGS
+            .iter()
+            .find(|(command, of, _)| self.command.ends_with(command) && setting == Some(*of));
+        own.map_or(Ok(()), |(_, _, endings)| require_ending(path, endings))
+    }
+
+    /// Refuses a file at `path` that this command did not write and does not keep, and a name with an ending that is not its own.
+    pub(crate) fn refuse_existing(&self, path: &Path) -> Outcome {
+        self.require_its_ending(path)?;
+        if !path.is_file() || self.may_replace(path) || self.is_kept(path) {
+            return Ok(());
+        }
+        Err(usage(anyhow!(
+            "{} already exists: give another name, move it away, or replace it with --force",
+            path.display()
+        )))
+    }
+
+    /// Whether what stands at `path` is kept, or gone on with, by whoever writes there.
+    fn is_kept(&self, path: &Path) -> bool {
+        let Some((output, beside)) = self.output_beside(path) else {
+            return false;
+        };
+        let known = [self.command.as_str(), output.setting.as_str()];
+        let is_state = self.command == "replay" && path.file_name() == Some(OsStr::new(PANELS));
+        // The journal of an interrupted recording is kept by the next one.
+        let is_journal = beside.ends_with(".part");
+        let runs = |file: &Path| with(file, ".runs").is_dir();
+        let is_of_loop = runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file));
+        MEASURED.contains(&known)
+            || CONTINUED.contains(&known)
+            || is_state
+            || is_journal
+            || is_of_loop
+    }
+
+    /// The output that `path` is, stands in, or stands beside with a longer name: `drive.wav.json` beside `drive.wav`; and what
+    /// its name has more.
+    fn output_beside(&self, path: &Path) -> Option<(&OutputPath, String)> {
+        if let Some((output, _)) = output_of(&self.outputs, path) {
+            let name = path.to_string_lossy().into_owned();
+            return Some((output, name));
+        }
+        let name = path.to_string_lossy();
+        self.outputs.iter().find_map(|output| {
+            let more = name.strip_prefix(&*output.path.to_string_lossy())?;
+            more.starts_with('.').then(|| (output, more.to_owned()))
+        })
+    }
+
+    /// Whether what stands at `path` may be replaced: everything on request, and what this command wrote before.
+    fn may_replace(&self, path: &Path) -> bool {
+        if self.existing == Existing::Replaced {
+            return true;
+        }
+        let Some((output, _)) = self.output_beside(path) else {
+            return false;
+        };
+        // Reports and documents say themselves which command wrote them, and where else it wrote.
+        let mut places: Vec<PathBuf> = vec![path.to_owned()];
+        places.extend(self.outputs.iter().map(|output| output.path.clone()));
+        places.extend(["report.html", "verification.json"].map(|name| output.path.join(name)));
+        places.iter().any(|place| {
+            made_at(place).is_some_and(|made| self.is_of_the_same(&made) && self.wrote(&made, path))
+        })
+    }
+
+    /// Whether `made` is of a command of this name.
+    fn is_of_the_same(&self, made: &Invocation) -> bool {
+        let mut root = crate::commands::command();
+        let words = std::iter::once("piezotact").chain(made.command.iter().map(String::as_str));
+        let matches = root.try_get_matches_from_mut(words);
+        matches.is_ok_and(|matches| Arguments::of(&root, &matches).names.join(" ") == self.command)
+    }
+
+    /// Whether the command that `made` states wrote `path`, or a file beside one that it wrote.
+    fn wrote(&self, made: &Invocation, path: &Path) -> bool {
+        let here = self.folder.join(path);
+        let is_output = |setting: &&Setting| OUTPUTS.contains(&setting.name.as_str());
+        let written = made.settings.iter().filter(is_output);
+        let mut written = written.flat_map(|setting| &setting.values);
+        written.any(|value| {
+            let there = Path::new(&made.folder).join(value);
+            here.starts_with(&there) || here == with(&there, ".json")
+        })
+    }
+}
+
+/// How the report or document at `path` was made; `None` for what does not say.
+fn made_at(path: &Path) -> Option<Invocation> {
+    const LARGEST: u64 = 1 << 28;
+    let ending = path.extension()?.to_str()?;
+    let length = std::fs::metadata(path)
+        .ok()
+        .filter(|found| found.is_file())?
+        .len();
+    if !matches!(ending, "html" | "htm" | "json") || length > LARGEST {
+        return None;
+    }
+    let text = std::fs::read_to_string(path).ok()?;
+    Made::of(&text).map(|made| made.invocation)
+}
+
+/// The file whose sidecar `path` is.
+fn beside_sidecar(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?.strip_suffix(".json")?;
+    Some(path.with_file_name(name))
+}
+
+/// `path` with a longer name.
+fn with(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}
+
+/// Refuses a name with another ending than `endings`.
+fn require_ending(path: &Path, endings: &[&str]) -> Outcome {
+    let found = path.extension().map(OsStr::to_ascii_lowercase);
+    if endings
+        .iter()
+        .any(|ending| found.as_deref() == Some(OsStr::new(ending)))
+    {
+        return Ok(());
+    }
+    Err(usage(anyhow!(
+        "{}: expected a name that ends in .{}, found another ending; the file would not be what its name says",
+        path.display(),
+        endings.join(", .")
+    )))
+}

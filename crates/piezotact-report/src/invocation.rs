@@ -1,0 +1,159 @@
+//! How a report was made, as the last section of every report, for a person and for a program.
+
+use maud::{Markup, PreEscaped, html};
+use piezotact::invocation::{Found, Input, Invocation, Setting};
+
+/// What the section begins with; nothing else in a report does.
+const BEGIN: &str = "<section id=\"invocation\">";
+/// What its part for programs begins and ends with.
+const SCRIPT: [&str; 2] = [
+    "<script type=\"application/json\" id=\"invocation-data\">",
+    "</script>",
+];
+
+/// The report `html` with a last section that says how it was made; `again` says in words how it is made again.
+///
+/// # Errors
+/// Those of serialising `invocation`.
+pub fn with_invocation(
+    html: &str,
+    invocation: &Invocation,
+    again: &str,
+) -> Result<String, serde_json::Error> {
+    let section = section(invocation, again)?.into_string();
+    let end = html.rfind("</main>").unwrap_or(html.len());
+    Ok([&html[..end], &section, &html[end..]].concat())
+}
+
+/// A report in its two parts: the results alone, and how it was made; `None` for a file that does not say.
+#[must_use]
+pub fn split(html: &str) -> Option<(String, Invocation)> {
+    let begin = html.rfind(BEGIN)?;
+    let (_, rest) = html[begin..].split_once(SCRIPT[0])?;
+    let (data, rest) = rest.split_once(SCRIPT[1])?;
+    let (_, after) = rest.split_once("</section>")?;
+    let invocation = serde_json::from_str(data).ok()?;
+    Some(([&html[..begin], after].concat(), invocation))
+}
+
+fn section(invocation: &Invocation, again: &str) -> Result<Markup, serde_json::Error> {
+    let (given, defaults): (Vec<&Setting>, Vec<&Setting>) = invocation
+        .settings
+        .iter()
+        .partition(|setting| setting.given);
+    let read: Vec<&Input> = (invocation.inputs.iter())
+        .filter(|input| input.found != Found::Nothing)
+        .collect();
+    // No text ends the script.
+    let data = serde_json::to_string(invocation)?.replace('<', "\\u003c");
+    let script = [SCRIPT[0], &data, SCRIPT[1]].concat();
+    let section = html! {
+        h2 { "How this report was made" }
+        p { code.command { @for word in words(&invocation.command) { span { (word) } " " } } }
+        p.soft { (invocation.program) ", " (invocation.date) ". " (again) }
+        @if !read.is_empty() {
+            div.wide { table {
+                tr { th { "file that was read" } th.n { "bytes" } th { "SHA-256" } }
+                @for input in read { (input_row(input)) }
+            } }
+        }
+        details {
+            summary { "All settings" }
+            div.wide { table {
+                tr { th { "setting" } th { "value" } th { "origin" } }
+                @for setting in given { (setting_row(setting, "given")) }
+                @for setting in defaults { (setting_row(setting, "default")) }
+            } }
+        }
+        (PreEscaped(script))
+    };
+    Ok(html! { (PreEscaped(BEGIN)) (section) (PreEscaped("</section>")) })
+}
+
+fn input_row(input: &Input) -> Markup {
+    let (bytes, sum) = match &input.found {
+        Found::File { bytes, sha256 } => (bytes.to_string(), sha256.as_str()),
+        Found::Changed => ("–".into(), "changed while it was read"),
+        Found::Nothing => ("–".into(), "no file"),
+    };
+    html! { tr { td.text { (input.path) } td.n { (bytes) } td { code.sum { (sum) } } } }
+}
+
+fn setting_row(setting: &Setting, origin: &str) -> Markup {
+    html! { tr { td { (setting.name) } td.text { (setting.values.join(", ")) } td { (origin) } } }
+}
+
+/// The command as a person types it in a shell.
+#[must_use]
+pub fn command_line(command: &[String]) -> String {
+    words(command).join(" ")
+}
+
+/// The words of a command as a person types them, the program first.
+fn words(command: &[String]) -> Vec<String> {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    let word = |word: &String| match word.chars().all(plain) && !word.is_empty() {
+        true => word.clone(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    let program = std::iter::once("piezotact".to_owned());
+    program.chain(command.iter().map(word)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::invocation::Output;
+
+    fn invocation(argument: &str) -> Invocation {
+        Invocation {
+            command: vec!["score".into(), argument.into()],
+            program: "piezotact 0.1.0".into(),
+            date: "2026-11-22T18:00:00Z".into(),
+            folder: "/study".into(),
+            settings: vec![Setting {
+                name: "band".into(),
+                values: vec!["20..1000".into()],
+                given: false,
+            }],
+            inputs: vec![Input {
+                path: argument.into(),
+                found: Found::Changed,
+            }],
+            output: Some(Output {
+                setting: "report".into(),
+                below: None,
+            }),
+            results_sha256: String::new(),
+        }
+    }
+
+    /// Whatever a file is called: its name neither ends the part for programs nor becomes part of the page.
+    #[test]
+    fn a_report_is_split_into_what_was_put_together() {
+        let results = "<html><main><section>1.5 dB</section></main></html>";
+        for argument in [
+            "S4.wav",
+            "</script></section></main><b>.wav",
+            "<section id=\"invocation\">",
+            "it's \"S4\" & S8\\.wav",
+        ] {
+            let invocation = invocation(argument);
+            let whole = with_invocation(results, &invocation, "Again.").unwrap();
+            assert_eq!(whole.matches("</main>").count(), 1, "{argument}");
+            assert!(!whole.contains("<b>"), "{argument}");
+            let (found, again) = split(&whole).unwrap();
+            assert_eq!((found.as_str(), again), (results, invocation), "{argument}");
+        }
+        assert_eq!(split(results), None);
+    }
+
+    #[test]
+    fn a_command_is_shown_as_it_is_typed() {
+        let command = ["score", "a b.wav", "it's", "--scale=2 m/s2"].map(String::from);
+        assert_eq!(
+            command_line(&command),
+            "piezotact score 'a b.wav' 'it'\\''s' '--scale=2 m/s2'"
+        );
+    }
+}
