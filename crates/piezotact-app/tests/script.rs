@@ -257,11 +257,11 @@ fn where_rust_is_missing_the_official_installer_runs_only_after_a_yes() {
         return;
     }
     let has = [COMPILER, INSTALLER, ("sh", "exec bash \"$@\"")];
-    let (done, said) = without_rust(&has, &["build"]);
+    let (done, said) = without_rust(&has, &["fmt"]);
     assert!(!done);
     assert!(said.contains("    curl --proto"), "{said}");
-    assert!(said.contains("./x --yes build, which runs it"), "{said}");
-    let (done, said) = without_rust(&has, &["--yes", "build"]);
+    assert!(said.contains("./x --yes fmt, which runs it"), "{said}");
+    let (done, said) = without_rust(&has, &["--yes", "fmt"]);
     assert!(said.contains("built"), "{said}");
     assert!(done, "{said}");
 }
