@@ -104,7 +104,7 @@ fn changed(folder: &Folder, change: impl Fn(&mut Value)) -> crate::support::Done
         "--transfer",
         "edited.json",
         "--level",
-        "-40dB",
+        "-40",
         "--out",
         "d.wav",
         "--json",
@@ -155,7 +155,7 @@ fn edited_transfer_functions_are_not_believed() {
 #[test]
 fn a_drive_that_was_not_played_is_refused() {
     let folder = prepared();
-    for (level, out) in [("-30dB", "one.wav"), ("-36dB", "other.wav")] {
+    for (level, out) in [("-30", "one.wav"), ("-36", "other.wav")] {
         folder
             .run(&[
                 "render",
@@ -215,7 +215,7 @@ fn a_gain_that_the_recording_contradicts_is_refused() {
             "--transfer",
             "tf.json",
             "--level",
-            "-30dB",
+            "-30",
             "--out",
             "d.wav",
         ])

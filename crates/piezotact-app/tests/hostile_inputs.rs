@@ -35,7 +35,7 @@ const WITH_INPUTS: &[&str] = &[
     "roughness IN",
     "panel add p IN",
     "export IN --out o.uff",
-    "twin record --twin IN --sample S8 --seed 1 --out o.wav",
+    "twin record --bench acttouch --twin IN --sample S8 --out o.wav",
     "twin parameters --twin IN",
     "replay --twin IN --out r",
 ];
@@ -181,7 +181,7 @@ fn one_bad_recording_of_several_does_not_stop_the_others() {
     for (name, seed) in [("S1.csv", 1), ("S2.csv", 2)] {
         folder.write(
             name,
-            table(&recorded(&mut Random::new(seed), &[Kind::Plain; 3])),
+            table(&recorded(&mut Random::new(seed), &[Kind::Plain; 6])),
         );
     }
     folder.write("bad.csv", "time (s),acc (m/s2)\n0,1\n0.1,oops\n");
@@ -207,7 +207,8 @@ fn one_bad_recording_of_several_does_not_stop_the_others() {
         assert_eq!(code, Some(1));
         assert_eq!(value["failed"].as_array().unwrap().len(), 2, "{command}");
         // without a good one there is nothing
-        let none = folder.run(&[command, "bad.csv", "nowhere.csv"]);
+        let question = &options[..options.len() - 2];
+        let none = folder.run(&[&[command, "bad.csv", "nowhere.csv"], question].concat());
         none.expect_failure(1, &["none of 2 files"]);
         assert_eq!(none.out(), "");
     }

@@ -8,7 +8,6 @@ use crate::support::{Folder, noise};
 use serde_json::Value;
 
 const POINTS: usize = 2000;
-const CUTOFF_STEPS: usize = 500;
 
 /// A rough line with waviness, in µm: 2000 points.
 fn primary() -> Vec<f64> {
@@ -24,10 +23,10 @@ fn primary() -> Vec<f64> {
 }
 
 /// The roughness profile that an instrument with a Gaussian filter makes of it.
-fn roughness() -> Vec<f64> {
+fn roughness(cutoff_steps: usize) -> Vec<f64> {
     let z = primary();
     let weight =
-        |d: f64| (-std::f64::consts::PI * (d / (0.4697 * CUTOFF_STEPS as f64)).powi(2)).exp();
+        |d: f64| (-std::f64::consts::PI * (d / (0.4697 * cutoff_steps as f64)).powi(2)).exp();
     let at = |i: isize| {
         let i = if i < 0 { -i - 1 } else { i };
         let i = if i >= POINTS as isize {
@@ -37,7 +36,7 @@ fn roughness() -> Vec<f64> {
         };
         z[i as usize]
     };
-    let reach = CUTOFF_STEPS as isize;
+    let reach = cutoff_steps as isize;
     (0..POINTS as isize)
         .map(|i| {
             let (mut sum, mut weights) = (0.0, 0.0);
@@ -86,7 +85,7 @@ fn codes(value: &Value) -> Vec<String> {
 #[test]
 fn a_filtered_profile_is_not_filtered_again() {
     let folder = Folder::new();
-    let heights = roughness();
+    let heights = roughness(500);
     let expected_um = mean_height(&heights);
     folder.write("plate_roughness.tx2", profile(10.0, &heights));
     let ra = format!("{expected_um:.7}um");
@@ -194,7 +193,7 @@ fn the_length_evaluated_gives_the_step() {
 #[test]
 fn another_value_than_the_instruments_is_a_doubt() {
     let folder = Folder::new();
-    folder.write("a.tx2", profile(10.0, &roughness()));
+    folder.write("a.tx2", profile(10.0, &roughness(500)));
     folder.write("a.tx3", settings("2.5mm", "10.0mm", "9.0000000um"));
     let value = folder.run(&["roughness", "a.tx2", "--json"]).json();
     assert!(
@@ -211,11 +210,11 @@ fn a_profile_that_looks_filtered_is_a_doubt() {
         let rows = rows.map(|(i, z)| format!("{:.3},{z:.5}\n", i as f64 * 5e-3));
         format!("x (mm),z (um)\n{}", rows.collect::<String>())
     };
-    folder.write("filtered.csv", table(&roughness()));
+    folder.write("filtered.csv", table(&roughness(200)));
     folder.write("primary.csv", table(&primary()));
     let of = |file: &str| {
         let value = folder
-            .run(&["roughness", file, "--cutoff", "2.5mm", "--json"])
+            .run(&["roughness", file, "--cutoff", "1mm", "--json"])
             .json();
         codes(&value).contains(&"looks_filtered".to_owned())
     };

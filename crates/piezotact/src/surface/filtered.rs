@@ -9,6 +9,8 @@ use super::{Form, HeightProfile, mean, remove_profile_form};
 const POINTS_PER_CUTOFF: f64 = 32.0;
 /// Cut-offs that the profile must hold: each is one line of the spectrum below the cut-off.
 const FEWEST_CUTOFFS: f64 = 4.0;
+/// Rounding of lengths in files, in cut-offs.
+const ROUNDING: f64 = 1e-6;
 /// Beyond so many cut-offs the rest of the profile says nothing new.
 const MOST_CUTOFFS: f64 = 60.0;
 /// The spectrum that is continued to long waves: from this many waves to a cut-off …
@@ -36,7 +38,8 @@ const CONVINCING: f64 = 8.0;
 pub fn looks_filtered(profile: &HeightProfile, cutoff_m: f64) -> bool {
     let cutoffs = (profile.length_m() / cutoff_m).min(MOST_CUTOFFS);
     let points = (POINTS_PER_CUTOFF * cutoffs) as usize;
-    if cutoffs.is_nan() || cutoffs < FEWEST_CUTOFFS || points > profile.heights_m().len() {
+    if cutoffs.is_nan() || cutoffs < FEWEST_CUTOFFS - ROUNDING || points > profile.heights_m().len()
+    {
         return false;
     }
     let Ok(level) = remove_profile_form(profile, Form::Level) else {
@@ -50,7 +53,7 @@ pub fn looks_filtered(profile: &HeightProfile, cutoff_m: f64) -> bool {
     let Some(law) = Law::of(upper.start.ceil() as usize, upper.end as usize, power) else {
         return false;
     };
-    let gained = (1..=cutoffs as usize).map(|wave| {
+    let gained = (1..=(cutoffs + ROUNDING) as usize).map(|wave| {
         let kept = kept(wave, cutoffs);
         let (found, expected) = (power(wave), law.at(wave));
         -kept.ln() + found / expected - found / (expected * kept)

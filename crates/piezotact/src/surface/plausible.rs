@@ -15,8 +15,11 @@ const USUAL_CHANGES: f64 = 10.0;
 const SATURATED: (f64, usize) = (0.01, 5);
 /// A surface of two heights is no saturated one.
 const TWO_HEIGHTS: f64 = 0.9;
-/// One value for so many points, and for so many times as many as 95 % of its repeats have, was not measured.
-const HELD: (usize, usize) = (20, 10);
+/// One value for so many points, for so many times as many as 95 % of its repeats have, was not measured: rounding to 4 nm holds a
+/// value over 32 points of a measured plateau …
+const HELD: (usize, usize) = (50, 20);
+/// … and for this share of the profile.
+const HELD_SHARE: f64 = 0.005;
 
 /// The doubt that a root-mean-square `slope` is that of no surface: the units of heights or steps are wrong.
 pub(super) fn of_slope(slope: f64) -> Option<Doubt> {
@@ -98,7 +101,10 @@ fn drop_outs(
     let usual = lengths.get(lengths.len() * 95 / 100).copied()?;
     let is_limit = |height: f64| limits.iter().flatten().any(|(limit, _)| *limit == height);
     let held: Vec<&(usize, usize)> = (runs.0.iter())
-        .filter(|(first, length)| *length >= HELD.0.max(HELD.1 * usual) && !is_limit(z[*first]))
+        .filter(|(first, length)| {
+            let share = *length as f64 / z.len() as f64;
+            *length >= HELD.0.max(HELD.1 * usual) && share >= HELD_SHARE && !is_limit(z[*first])
+        })
         .collect();
     let (first, longest) = held.iter().max_by_key(|(_, length)| *length)?;
     Some(Doubt::from(SurfaceDoubt::HeldHeights {
