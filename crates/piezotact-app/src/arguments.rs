@@ -141,7 +141,7 @@ impl<'a> Arguments<'a> {
                             .iter()
                             .map(|one| (place, if output { value.clone() } else { one.into() })),
                     ),
-                    Some(name) => options.push((place, option(name, &valued.argument, &value))),
+                    Some(name) => options.push((place, option(name, valued.argument, &value))),
                 }
             }
         }

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use piezotact::document::INVOCATION;
 use piezotact::invocation::{Invocation, Output, Setting};
 use piezotact_dataset::reads::{inputs, sha256};
-use piezotact_report::invocation::with_invocation;
+use piezotact_report::invocation::{command_line, with_invocation};
 use serde_json::Value;
 
 use crate::arguments::{Arguments, output_of};
@@ -149,9 +149,7 @@ pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
     let Some(invocation) = of_results(html, Some(path)) else {
         return write_text(path, html);
     };
-    let again = format!(
-        "piezotact rerun {} does it again and compares every value.",
-        name(path)
-    );
+    let rerun = command_line(&["rerun".to_owned(), name(path)]);
+    let again = format!("{rerun} does it again and compares every value.");
     write_text(path, &with_invocation(html, &invocation, &again)?)
 }

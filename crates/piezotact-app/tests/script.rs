@@ -69,6 +69,7 @@ impl Checkouts {
             "[package]\nname = \"piezotact-app\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n\
              [dependencies]\npiezotact = { path = \"../piezotact\" }\n\
              dependency = { path = \"../../../dependency\" }\n\n\
+             [features]\nfull = []\n\n\
              [[bin]]\nname = \"piezotact\"\npath = \"src/main.rs\"\n",
         );
         file(

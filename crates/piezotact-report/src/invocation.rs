@@ -76,7 +76,7 @@ fn input_row(input: &Input) -> Markup {
         Found::Changed => ("–".into(), "changed while it was read"),
         Found::Nothing => ("–".into(), "no file"),
     };
-    html! { tr { td.text { (input.path) } td.n { (bytes) } td { code.sum { (sum) } } } }
+    html! { tr { td.text { (input.path) } td.n { (bytes) } td.text { code.sum { (sum) } } } }
 }
 
 fn setting_row(setting: &Setting, origin: &str) -> Markup {
