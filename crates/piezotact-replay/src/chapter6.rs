@@ -15,7 +15,10 @@ use super::claims::{
     no_exception,
 };
 use super::comb::{Comb, band_peak, comb_of};
-use super::figure::{Counterpart, decibels, density, frequency, line, linear, names, over_names};
+use super::figure::{
+    Counterpart, decibels, density, frequency, line, linear, names, over_names, share_scales,
+    side_by_side,
+};
 use super::measured::{Taken, run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
 use super::{Chapter, Replay, ReplayError, said_once};
@@ -521,7 +524,7 @@ fn figures(free: &[Free]) -> Vec<Counterpart> {
             let values = theirs.filter_map(|one| value(&one.summary));
             over_names(&format!("P{participant:02}"), values)
         };
-        (1..=PARTICIPANTS).map(one).collect()
+        side_by_side((1..=PARTICIPANTS).map(one).collect())
     };
     for (number, caption, label, lines) in [
         (
@@ -547,5 +550,6 @@ fn figures(free: &[Free]) -> Vec<Counterpart> {
             lines,
         ));
     }
+    share_scales(&mut figures);
     figures
 }

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::criterion::Outcome;
 use crate::feature::Statistics;
-use crate::number::digits;
+use crate::number::{digits, plus};
 
 impl SpatialPeriod {
     /// What the spatial period is, in mm with its interval, or why it is not decided.
@@ -113,7 +113,8 @@ impl ActivePassive {
                     .map_or("?".into(), |db| format!("{db:.1}")),
                 pair.level_difference_db
                     .map_or("more than can be measured".into(), |db| format!(
-                        "{db:+.1} dB"
+                        "{} dB",
+                        plus(db, 1)
                     ))
             )
         });
@@ -139,7 +140,8 @@ impl Summary {
     pub fn line(&self) -> String {
         let several = self.strokes > 1;
         let spread = |s: Statistics, decimals: fn(f64) -> String| {
-            if several {
+            // What was stated for all strokes has no spread.
+            if several && s.sd > 0.0 {
                 format!("{} ± {}", decimals(s.mean), decimals(s.sd))
             } else {
                 decimals(s.mean)

@@ -133,10 +133,11 @@ impl FeaturePlan {
             Some(psd.iter().zip(weights).map(|(p, w)| p * w).sum())
         };
         let (pacinian_power, detection_power) = (weighted(0), weighted(1));
-        let mut receptor_power = [0.0; 4];
+        let nyquist = self.rate.nyquist();
+        let mut receptor_power = [None; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
             let band = receptor.band().map_err(FeatureError::Quantity)?;
-            *power = band_power(&psd, resolution_hz, band);
+            *power = (band.high() <= nyquist).then(|| band_power(&psd, resolution_hz, band));
         }
         let (friction_coefficient, normal_force_n) = self.forces(signals, segmentation, steady);
         let features = StrokeFeatures {
