@@ -54,20 +54,23 @@ export function faults() {
     const frame = svg.getBoundingClientRect();
     const texts = [...svg.querySelectorAll("text")].filter((text) => text.textContent.trim());
     if (texts.length === 0) found.add(`${named(svg)}: a figure without a text`);
+    const small = [];
     const boxes = texts.map((text) => {
       const matrix = text.getScreenCTM();
       const scale = Math.sqrt(Math.abs(matrix.a * matrix.d - matrix.b * matrix.c));
       const size = parseFloat(getComputedStyle(text).fontSize) * scale;
-      if (size < 11 - 0.05) found.add(`${named(svg)}: text of ${px(size)}: ${shortened(text.textContent)}`);
-      const { left, right, top, bottom } = text.getBoundingClientRect();
-      if (left < frame.left - 0.5 || right > frame.right + 0.5 || top < frame.top - 0.5 || bottom > frame.bottom + 0.5) {
+      if (size < 11 - 0.05) small.push(size);
+      const box = text.getBoundingClientRect();
+      // The letters are lower than the line that they stand on.
+      const upright = Math.abs(matrix.b) > Math.abs(matrix.a);
+      const [x, y] = upright ? [0.15 * box.width, 0] : [0, 0.15 * box.height];
+      const [left, right, top, bottom] = [box.left + x, box.right - x, box.top + y, box.bottom - y];
+      if (left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom) {
         found.add(`${named(svg)}: a text leaves the figure: ${shortened(text.textContent)}`);
       }
-      // The letters are lower than the line that they stand on.
-      const upright = bottom - top > 1.5 * size && right - left < 1.6 * size;
-      const [x, y] = upright ? [0.2 * (right - left), 0] : [0, 0.2 * (bottom - top)];
-      return { text: text.textContent, left: left + x, right: right - x, top: top + y, bottom: bottom - y };
+      return { text: text.textContent, left, right, top, bottom };
     });
+    if (small.length > 0) found.add(`${named(svg)}: ${small.length} texts of ${px(Math.min(...small))} and more`);
     boxes.forEach((a, i) => {
       for (const b of boxes.slice(i + 1)) {
         const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);

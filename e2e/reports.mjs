@@ -30,8 +30,8 @@ const touches = () => [
   ...["S2", "S8", "S13"].map((sample) => touched("acttouch", sample, `active/${sample}`, "--strokes", "10", "--participant", "0")),
   ...[1, 2, 3].map((who) => touched("acttouch", "S4", `people/P${who}`, "--strokes", "10", "--participant", `${who}`)),
   ...[0.2, 0.4, 0.6].map((load) => touched("triboair", "S3", `loads/S3_F${load}`, "--load", `${load}`)),
-  ...["proximal", "transversal", "circular"].map((direction) =>
-    touched("acttouch", "S3", `directions/S3_${direction}`, "--strokes", "10", "--direction", direction)),
+  ...["proximal", "distal", "transversal", "circular"].map((direction) =>
+    touched("acttouch", "S3", `directions/S3_${direction}`, "--strokes", "12", "--participant", "0", "--direction", direction)),
 ];
 
 /// `files(folder)`: what was recorded into it.
@@ -66,6 +66,8 @@ const rows = (twin) => [
     ["compare", "--by", "sample", ...files("passive"), "--report", "compare-sample.html"],
     ["compare", "--by", "speed", ...files("speeds"), "--report", "compare-speed.html"],
     ["compare", "--by", "participant", ...files("people"), "--report", "compare-participant.html"],
+    ["compare", "--by", "load", ...files("loads"), "--report", "compare-load.html"],
+    ["compare", "--by", "direction", ...files("directions"), "--report", "compare-direction.html"],
     ["compare", "--by", "touch", ...files("passive"), ...files("active"), "--report", "compare-touch.html"],
   ],
   [["replay", "--chapter", "6", "--out", "replay"]],

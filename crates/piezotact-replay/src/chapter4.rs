@@ -14,7 +14,7 @@ use super::rendering::{
     characterised, compared, device, judged_as, played, rendered, resting, sent_straight, target,
 };
 use super::{Chapter, Replay, ReplayError, exchange, said_once};
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
+use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 
 /// Who takes part (*thesis* 4.3.2 has ten; five are enough for a rendering).
 const PARTICIPANTS: u64 = 5;
@@ -55,7 +55,7 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             let person = Participant::of(participant, seed, &replay.parameters);
             let protocol = ActiveProtocol {
                 strokes: 3,
-                movement: Movement::Proximal,
+                movement: SlidingDirection::Proximal,
                 pace: Pace::Metronome {
                     speed_m_s: 0.03,
                     stroke_s: None,

@@ -24,7 +24,7 @@ use super::rendering::{characterised, compared, device, played, rendered, restin
 use super::{Chapter, Replay, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::FORCE_CHANNEL;
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TriboAir};
+use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection, TriboAir};
 
 /// Who takes part (*thesis* 6.2).
 const PARTICIPANTS: u64 = 10;
@@ -104,7 +104,7 @@ fn touched(replay: &Replay) -> Result<Vec<Free>, ReplayError> {
             let person = Participant::of(participant, replay.seed, &replay.parameters);
             let protocol = ActiveProtocol {
                 strokes: STROKES,
-                movement: Movement::Proximal,
+                movement: SlidingDirection::Proximal,
                 pace: Pace::Free,
             };
             let sample = replay.parameters.sample(surface)?;

@@ -338,6 +338,18 @@ mod tests {
         assert_eq!(drawn(vec![dots]).lines[0].points.len(), 3);
     }
 
+    /// Names have no order that a line could follow; steps have one.
+    #[test]
+    fn only_steps_are_joined() {
+        let values = || [3.0, 1.0, 2.0].into_iter();
+        assert_eq!(over_names("", values()).mark, Mark::Dots);
+        assert_eq!(over_steps("", values()).mark, Mark::Joined);
+        let beside = side_by_side(vec![over_names("", values()), over_names("", values())]);
+        let first = beside.iter().map(|line| line.points[0].0);
+        let first: Vec<f64> = first.collect();
+        assert!(first[0] > -0.5 && first[0] < first[1] && first[1] < 0.5);
+    }
+
     /// Figures of one family and one quantity are compared: 38a has the scale of 38b, and no other figure has.
     #[test]
     fn what_is_compared_has_one_scale() {

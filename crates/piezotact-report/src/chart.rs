@@ -20,6 +20,8 @@ pub const HEIGHT: u32 = 300;
 pub(crate) const FINE: u32 = 8;
 /// The largest number of points of a line in a wide figure; of longer lines only the extremes of every stretch are drawn.
 const MOST_POINTS: usize = 2400;
+/// What stays free around a chart.
+pub(crate) const EDGE: u32 = 4;
 /// How long the mark of a tick is; its number stands as far from it.
 const TICK: u32 = 4;
 /// The room of a name that stands upright below a chart.
@@ -167,7 +169,7 @@ impl<'c> Plot<'c> {
         let line = line_height(format);
         let along = f64::from(height.saturating_sub(5 * line));
         let above = if format.is_narrow() || format.width_of(&chart.y.label) > along {
-            format.lines(&chart.y.label, f64::from(format.width - 8))
+            format.lines(&chart.y.label, f64::from(format.width - 2 * EDGE))
         } else {
             Vec::new()
         };
@@ -181,16 +183,16 @@ impl<'c> Plot<'c> {
         };
         plot.upright = plot.needs_upright_names();
         // What stands above and below the plot does not take from it.
-        plot.height += plot.legend.rows() * line + plot.above.len() as u32 * line;
+        plot.height += 2 * EDGE + plot.legend.rows() * line + plot.above.len() as u32 * line;
         if plot.upright {
-            plot.height += plot.below() - 3 * line;
+            plot.height += plot.below().saturating_sub(3 * line);
         }
         plot
     }
 
     /// How wide the plot itself is.
     fn inner_width(&self) -> u32 {
-        self.format.width - self.left() - self.right() - self.legend.width()
+        self.format.width - 2 * EDGE - self.left() - self.right() - self.legend.width()
     }
 
     /// What stands left of the plot: numbers, and the label of y along its axis.
@@ -217,7 +219,7 @@ impl<'c> Plot<'c> {
                 let widths = names.iter().map(|name| self.format.width_of(name));
                 widths.fold(0.0, f64::max).min(LONGEST_NAME) as u32 + line + label
             }
-            _ => 2 * line + label,
+            _ => line + 2 * TICK + label,
         }
     }
 
@@ -238,18 +240,20 @@ impl<'c> Plot<'c> {
         {
             let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
             area.fill(&WHITE).map_err(plot_failed)?;
+            let edge = EDGE * FINE;
+            let area = area.margin(edge, edge, edge, edge);
             let line = line_height(self.format) * FINE;
             let (head, below) = area.split_vertically(self.legend.rows() * line);
             self.legend.rows_in(&head)?;
             let (head, below) = below.split_vertically(self.above.len() as u32 * line);
             for (i, text) in self.above.iter().enumerate() {
-                let place = (4 * FINE as i32, (line * i as u32 + line / 2) as i32);
+                let place = (0, (line * i as u32 + line / 2) as i32);
                 let style = font(self.format).pos(Pos::new(HPos::Left, VPos::Center));
                 head.draw(&Text::new(text.as_str(), place, style))
                     .map_err(plot_failed)?;
             }
-            let (plot, side) =
-                below.split_horizontally((self.format.width - self.legend.width()) * FINE);
+            let (plot, side) = below
+                .split_horizontally((self.format.width - 2 * EDGE - self.legend.width()) * FINE);
             self.legend.column_in(&side)?;
             let mut builder = ChartBuilder::on(&plot);
             builder
@@ -533,4 +537,86 @@ fn extremes(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
             both
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::figure::Axis;
+
+    /// The sizes of all texts, in units of the drawing, and how often `part` stands in it.
+    fn sizes(svg: &str) -> Vec<f64> {
+        let parts = svg.split("font-size=\"").skip(1);
+        parts
+            .map(|part| part.split('"').next().unwrap().parse::<f64>().unwrap() / f64::from(FINE))
+            .collect()
+    }
+
+    fn over_names(count: usize, lines: usize) -> Chart {
+        let names = (1..=count).map(|i| format!("sample {i}")).collect();
+        let points: Vec<(f64, f64)> = (0..count).map(|i| (i as f64, 1.0)).collect();
+        let line = |i: usize| Line::new(format!("line {i}"), Tone::Main, points.clone());
+        let lines = (0..lines).map(|i| line(i).marked(Mark::Dots)).collect();
+        Chart::new(
+            Axis::names("sample", names),
+            Axis::new("a quantity with a long name, in a unit", 0.0, 2.0),
+            lines,
+        )
+    }
+
+    /// A page shows the wide format from 620 px on and the narrow one below: no text is below 11 px in either.
+    #[test]
+    fn texts_are_readable_wherever_a_format_is_shown() {
+        let chart = over_names(14, 12);
+        for (format, shown) in [(Format::WIDE, 620.0), (Format::NARROW, 300.0)] {
+            let svg = Plot::new(&chart, format, HEIGHT).svg().unwrap();
+            let sizes = sizes(&svg);
+            assert!(sizes.len() > 20);
+            for size in sizes {
+                let drawn = size * shown / f64::from(format.width);
+                assert!(drawn > 10.9, "{drawn} px");
+            }
+        }
+        let both = svg(&chart, HEIGHT).unwrap();
+        assert_eq!(both.matches("<svg").count(), 2);
+        assert!(both.contains("class=\"wide-format\"") && both.contains("class=\"narrow-format\""));
+        let alone = file(&chart, HEIGHT).unwrap();
+        assert_eq!(alone.matches("<svg").count(), 1);
+    }
+
+    /// All names are there, upright where they do not fit side by side; only what fits in no way is left out.
+    #[test]
+    fn names_stand_upright_where_they_do_not_fit() {
+        let drawn = |count: usize, format: Format| {
+            let chart = over_names(count, 1);
+            let svg = Plot::new(&chart, format, HEIGHT).svg().unwrap();
+            (
+                svg.matches("\nsample ").count(),
+                svg.matches("rotate(270").count(),
+            )
+        };
+        // The label of y is upright too in the wide format; in the narrow one it stands above.
+        assert_eq!(drawn(3, Format::WIDE), (3, 1));
+        assert_eq!(drawn(14, Format::WIDE), (14, 15));
+        assert_eq!(drawn(3, Format::NARROW), (3, 0));
+        assert_eq!(drawn(14, Format::NARROW), (14, 14));
+        let (shown, upright) = drawn(60, Format::NARROW);
+        assert!(shown > 2 && shown < 20 && upright == 0, "{shown}");
+    }
+
+    /// Every line is named once, beside the chart or above it, however many there are.
+    #[test]
+    fn a_legend_names_every_line() {
+        for count in [2, 8, 40] {
+            for format in [Format::WIDE, Format::NARROW] {
+                let chart = over_names(2, count);
+                let plot = Plot::new(&chart, format, HEIGHT);
+                let svg = plot.svg().unwrap();
+                assert_eq!(svg.matches("\nline ").count(), count);
+                let beside = plot.legend.width() > 0;
+                assert_eq!(beside, !format.is_narrow() && count == 8, "{count}");
+                assert_eq!(beside, plot.legend.rows() == 0);
+            }
+        }
+    }
 }

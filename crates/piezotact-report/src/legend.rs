@@ -7,7 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use piezotact::figure::{Line, Mark};
 
 use crate::DrawError;
-use crate::chart::{FINE, colour, font, half_pixels, line_height, plot_failed};
+use crate::chart::{EDGE, FINE, colour, font, half_pixels, line_height, plot_failed};
 use crate::format::Format;
 
 /// More labelled lines than this have their legend beside a wide chart.
@@ -40,17 +40,18 @@ impl<'l> Place<'l> {
             };
         }
         let mut rows: Vec<Vec<(u32, &Line)>> = Vec::new();
-        let mut next = format.width;
+        let room = format.width - 2 * EDGE;
+        let mut next = room;
         for line in lines {
-            let width = MARK + format.width_of(&line.label) as u32 + AFTER;
-            if next + width > format.width {
+            let width = MARK + format.width_of(&line.label) as u32;
+            if next + width > room {
                 rows.push(Vec::new());
-                next = 4;
+                next = 0;
             }
             if let Some(row) = rows.last_mut() {
                 row.push((next, line));
             }
-            next += width;
+            next += width + AFTER;
         }
         Self {
             format,
@@ -81,7 +82,7 @@ impl<'l> Place<'l> {
         for (i, row) in self.rows.iter().enumerate() {
             let y = line_px * i as u32 + line_px / 2;
             for (x, line) in row {
-                self.entry(area, (*x, y), self.format.width - x, line)?;
+                self.entry(area, (*x, y), self.format.width - 2 * EDGE - x, line)?;
             }
         }
         Ok(())

@@ -53,7 +53,9 @@ fn around(label: impl Into<String>, lines: &[Line]) -> Axis {
 fn magnitude(page: &Page<'_>, lines: &[Line]) -> Axis {
     let spreads = page.said.spreads.iter();
     let ends = spreads.flat_map(|one| one.bundle.lowest_db.iter().chain(&one.bundle.highest_db));
-    let points = lines.iter().flat_map(|line| line.points.iter().map(|p| p.1));
+    let points = lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p.1));
     Axis::around(unit(page), Scale::Linear, ends.copied().chain(points))
 }
 

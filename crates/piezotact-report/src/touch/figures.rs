@@ -354,6 +354,46 @@ pub(super) fn by_name(
     Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
 }
 
+/// A setting, and x, mean and standard deviation of something at each of its groups.
+pub(super) type Courses = Vec<(String, Vec<(f64, f64, f64)>)>;
+
+/// Something of every group over a quantity, both logarithmic: joined points for each setting.
+pub(super) fn over_quantity(
+    x_label: &str,
+    y_label: String,
+    courses: &Courses,
+) -> Result<String, DrawError> {
+    let colours = Tone::several(courses.len());
+    let lines = courses.iter().zip(&colours);
+    let lines: Vec<Line> = lines
+        .map(|((label, course), colour)| {
+            let label = if courses.len() > 1 {
+                label.as_str()
+            } else {
+                ""
+            };
+            let points = course.iter().map(|(x, mean, _)| (*x, *mean));
+            // A bar that reaches zero has no end on a logarithmic axis.
+            let spread = course.iter().filter(|(_, mean, sd)| sd < mean);
+            let spread = spread.map(|(x, mean, sd)| (*x, mean - sd, mean + sd));
+            Line::new(label, *colour, points.collect())
+                .thin()
+                .marked(Mark::Joined)
+                .spread(spread.collect())
+        })
+        .collect();
+    let x = lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p.0));
+    let ends = lines.iter().flat_map(|line| {
+        let spread = line.spread.iter().flat_map(|(_, low, high)| [*low, *high]);
+        spread.chain(line.points.iter().map(|p| p.1))
+    });
+    let x = Axis::around(x_label, Scale::Logarithmic, x);
+    let y = Axis::around(y_label, Scale::Logarithmic, ends);
+    Chart::new(x, y, lines).svg(HEIGHT)
+}
+
 /// The axes of all figures of peaks over speed, which are compared with each other.
 pub(super) fn period_axes<'p>(periods: impl Iterator<Item = &'p SpatialPeriod>) -> (Axis, Axis) {
     let peaks = periods.flat_map(|period| &period.peaks);

@@ -2,8 +2,9 @@
 
 mod apart;
 mod figures;
+mod touching;
 
-use figures::{Sets, SpectralAxes};
+use figures::{Courses, Sets, SpectralAxes};
 use maud::{Markup, html};
 use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::Words;
@@ -61,6 +62,8 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
         @if let Some(discrimination) = &study.discrimination { (apart::section(discrimination)) }
         (samples(study)?)
         (speeds(study, words)?)
+        (touching::section(study, By::Load, words)?)
+        (touching::section(study, By::Direction, words)?)
         (active_passive(study)?)
         (single(study)?)
         (signals(&study.takes, SHOWN)?)
@@ -169,6 +172,22 @@ fn groups(study: &StudyAnalysis) -> Markup {
     }
 }
 
+/// The names of the groups of all comparisons, in their order: first those of the one with most.
+fn names_of(comparisons: &[Comparison]) -> Vec<String> {
+    let mut longest: Vec<&Comparison> = comparisons.iter().collect();
+    longest.sort_by_key(|comparison| std::cmp::Reverse(comparison.groups.len()));
+    let mut names: Vec<String> = Vec::new();
+    for group in longest
+        .into_iter()
+        .flat_map(|comparison| &comparison.groups)
+    {
+        if !names.contains(&group.summary.name) {
+            names.push(group.summary.name.clone());
+        }
+    }
+    names
+}
+
 /// The axes of all figures of spectra: what is compared has one scale.
 fn spectral_axes(study: &StudyAnalysis) -> SpectralAxes {
     let band = study
@@ -213,12 +232,7 @@ fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     if all.is_empty() {
         return Ok(html! {});
     }
-    let mut names: Vec<String> = Vec::new();
-    for summary in all.iter().flat_map(|c| &c.groups).map(|g| &g.summary) {
-        if !names.contains(&summary.name) {
-            names.push(summary.name.clone());
-        }
-    }
+    let names = names_of(all);
     let of = |value: &dyn Fn(&Summary) -> Option<Statistics>| -> Sets {
         let settings = all.iter().map(|comparison| {
             let named = |name: &String| {
@@ -331,31 +345,19 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
         });
     let peak_axes = figures::period_axes(peaks_shown);
     let mut parts = Vec::new();
-    let mut names: Vec<String> = Vec::new();
     let mut rows: Vec<[String; 6]> = Vec::new();
-    let mut sets: Sets = Vec::new();
+    let mut courses: Courses = Vec::new();
     for comparison in all {
         let Trend::Speeds(trend) = &comparison.trend else {
             continue;
         };
         let summaries = comparison.summaries();
         rows.push(speed_row(comparison, trend));
-        names.push(comparison.setting.clone());
-        for summary in &summaries {
-            let value = Some((summary.rms.mean, summary.rms.sd));
-            let at = names.len() - 1;
-            let place = sets.iter().position(|(name, _)| *name == summary.name);
-            let values = match place {
-                Some(place) => &mut sets[place].1,
-                None => {
-                    sets.push((summary.name.clone(), Vec::new()));
-                    let last = sets.len() - 1;
-                    &mut sets[last].1
-                }
-            };
-            values.resize(at, None);
-            values.push(value);
-        }
+        let course = summaries.iter().filter_map(|s| {
+            let speed = s.speed_m_s?;
+            Some((speed.mean * 1e3, s.rms.mean, s.rms.sd))
+        });
+        courses.push((comparison.setting.clone(), course.collect()));
         if parts.len() < SETTINGS_SHOWN {
             parts.push(html! {
                 (heading(comparison))
@@ -380,20 +382,12 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
         .groups
         .first()
         .map_or(String::new(), |g| g.summary.unit.to_string());
-    let over_all = if names.len() > 1 {
-        let svg = figures::by_name(&names, format!("rms, {unit}"), "", &sets)?;
-        figure(
-            &svg,
-            "Rms of the vibration at each speed: mean and standard deviation over strokes.",
-        )
-    } else {
-        html! {}
-    };
+    let over_all = figures::over_quantity("speed, mm/s", format!("rms, {unit}"), &courses)?;
     let shown = parts.len();
     Ok(html! {
         section {
             h2 { "Across speeds" }
-            (over_all)
+            (figure(&over_all, "Rms of the vibration at each speed: mean and standard deviation over strokes."))
             @if all.len() > 1 {
                 div.wide { table.tight {
                     tr { th { "setting" } th.n { "exponent of rms versus speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }

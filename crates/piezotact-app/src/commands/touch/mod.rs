@@ -10,7 +10,7 @@ use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::page::Table;
 use piezotact::quantity::{Measure, Newtons, Unit};
-use piezotact::recording::{Condition, Touch};
+use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, Breadth, By, Gesture, Question, Recorded, Stated, StudyAnalysis, StudyError,
@@ -22,7 +22,7 @@ use piezotact_report::{report, touch};
 
 use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
-use crate::cli::{self, Computing, Takes, TouchName};
+use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, say, write_text};
 use crate::report::name;
@@ -34,7 +34,20 @@ impl From<cli::By> for By {
             cli::By::Speed => Self::Speed,
             cli::By::Participant => Self::Participant,
             cli::By::Touch => Self::Touch,
+            cli::By::Load => Self::Load,
+            cli::By::Direction => Self::Direction,
             cli::By::File => Self::File,
+        }
+    }
+}
+
+impl From<DirectionName> for SlidingDirection {
+    fn from(direction: DirectionName) -> Self {
+        match direction {
+            DirectionName::Proximal => Self::Proximal,
+            DirectionName::Distal => Self::Distal,
+            DirectionName::Transversal => Self::Transversal,
+            DirectionName::Circular => Self::Circular,
         }
     }
 }
@@ -134,6 +147,7 @@ fn stated(args: &Takes) -> Outcome<Stated> {
             load_n: args.load.map(Newtons),
             speed_m_s,
             touch,
+            direction: args.direction.map(Into::into),
             ..Condition::default()
         },
         vibration: args.vibration.clone(),
@@ -228,6 +242,8 @@ fn failed(error: StudyError) -> Failure {
                 By::Speed => "{speed:mm/s}",
                 By::Participant => "{participant}",
                 By::Touch => "{touch}",
+                By::Load => "{load:N}",
+                By::Direction => "{direction}",
             };
             usage(anyhow!(
                 "{sentence}: say it in the file names with --meta and {field}, or in NAME.wav.json"
