@@ -1,11 +1,12 @@
 //! One chart as SVG text: lines, points with their spread, shaded ranges, over linear, logarithmic or named axes.
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use piezotact::figure::{Chart, Legend, Line, Mark, Scale, Tone, Weight};
+use piezotact::figure::{Chart, Line, Mark, Scale, Tone, Weight};
 
 use crate::DrawError;
 use crate::axis::{Drawable, Ticked};
@@ -22,6 +23,8 @@ pub(crate) const FINE: u32 = 8;
 const MOST_POINTS: usize = 2400;
 /// What stays free around a chart.
 pub(crate) const EDGE: u32 = 4;
+/// The most numbers along the axis of y.
+const Y_MARKS: usize = 6;
 /// How long the mark of a tick is; its number stands as far from it.
 const TICK: u32 = 4;
 /// The room of a name that stands upright below a chart.
@@ -165,7 +168,7 @@ impl<'c> Plot<'c> {
             height
         };
         let labelled = chart.lines.iter().filter(|l| !l.label.is_empty()).collect();
-        let legend = Place::of(labelled, format, chart.legend == Legend::Beside, height);
+        let legend = Place::of(labelled, format, chart.legend, height);
         let line = line_height(format);
         let along = f64::from(height.saturating_sub(5 * line));
         let above = if format.is_narrow() || format.width_of(&chart.y.label) > along {
@@ -197,13 +200,18 @@ impl<'c> Plot<'c> {
 
     /// What stands left of the plot: numbers, and the label of y along its axis.
     fn left(&self) -> u32 {
-        let letters = if self.format.is_narrow() { 4 } else { 5 };
-        letters * self.format.text
-            + if self.above.is_empty() {
-                self.format.text * 3 / 2
-            } else {
-                0
-            }
+        let axis = self.y.ranged(14, f64::INFINITY, &|_| 0.0);
+        let marks = axis.key_points(BoldPoints(Y_MARKS));
+        let widths = marks
+            .iter()
+            .map(|mark| self.format.width_of(&self.y.text(*mark)));
+        let widest = widths.fold(0.0, f64::max) as u32;
+        let label = if self.above.is_empty() {
+            self.format.text * 3 / 2
+        } else {
+            0
+        };
+        widest.max(2 * self.format.text) + 3 * TICK + label
     }
 
     fn right(&self) -> u32 {
@@ -332,7 +340,7 @@ impl<'c> Plot<'c> {
             .x_desc(&self.x.label)
             .y_desc(along)
             .x_labels(x_labels)
-            .y_labels(6)
+            .y_labels(Y_MARKS)
             .set_all_tick_mark_size(TICK * FINE)
             .x_label_formatter(&text)
             .y_label_formatter(&|v| self.y.text(*v))

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use piezotact::figure::{Line, Mark};
+use piezotact::figure::{Legend, Line, Mark};
 
 use crate::DrawError;
 use crate::chart::{EDGE, FINE, colour, font, half_pixels, line_height, plot_failed};
@@ -28,10 +28,13 @@ pub(crate) struct Place<'l> {
 }
 
 impl<'l> Place<'l> {
-    /// Beside the chart where `beside` asks for it or there are many `lines`, and the format and the `height` have room.
-    pub(crate) fn of(lines: Vec<&'l Line>, format: Format, beside: bool, height: u32) -> Self {
+    /// Beside the chart where it is `wanted` there or there are many `lines`, and the format and the `height` have room.
+    pub(crate) fn of(lines: Vec<&'l Line>, format: Format, wanted: Legend, height: u32) -> Self {
         let fits = line_height(format) * lines.len() as u32 + 2 * format.text <= height;
-        if !format.is_narrow() && fits && !lines.is_empty() && (beside || lines.len() > MOST_ABOVE)
+        if !format.is_narrow()
+            && fits
+            && !lines.is_empty()
+            && (wanted == Legend::Beside || lines.len() > MOST_ABOVE)
         {
             return Self {
                 format,

@@ -61,12 +61,10 @@ impl FingertipFriction {
         let drag: &Drag = match (dragging, movement) {
             (MovingSide::Surface, _) => &parameters.drag.held,
             (MovingSide::Hand, SlidingDirection::Proximal) => &parameters.drag.active,
-            (
-                MovingSide::Hand,
-                SlidingDirection::Distal
-                | SlidingDirection::Transversal
-                | SlidingDirection::Circular,
-            ) => &parameters.drag.across,
+            (MovingSide::Hand, SlidingDirection::Distal) => &parameters.drag.distal,
+            (MovingSide::Hand, SlidingDirection::Transversal | SlidingDirection::Circular) => {
+                &parameters.drag.across
+            }
         };
         let model = &parameters.friction;
         // A length of the path, converted to time at the reference speed, as the control points of a hand are in seconds.

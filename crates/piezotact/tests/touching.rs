@@ -177,6 +177,36 @@ fn stick_slip_is_counted() {
         (3, 6)
     );
     assert!(trend.lines()[1].ends_with("stick-slip in 3 of 6 strokes"));
+
+    // A direction with nothing but stick-slip has no level, and is said all the same; of another sample it is not.
+    let mut circular = made(
+        "S1 circular",
+        1.0,
+        1.0,
+        condition("S1", 0.2, Some(SlidingDirection::Circular)),
+    );
+    circular.kinds = vec![Kind::StickSlip; 4];
+    let mut other = made(
+        "S9",
+        1.0,
+        1.0,
+        condition("S9", 0.2, Some(SlidingDirection::Distal)),
+    );
+    other.kinds = vec![Kind::StickSlip; 4];
+    all.extend([circular, other]);
+    let study = compared(&all, By::Direction).unwrap();
+    let Trend::Directions(trend) = &study.comparisons()[0].trend else {
+        panic!("directions are compared");
+    };
+    let [_, _, circular] = trend.directions.as_slice() else {
+        panic!("{trend:?}");
+    };
+    assert_eq!(circular.level_difference_db, None);
+    assert_eq!(
+        (circular.contacts.stick_slip, circular.contacts.all),
+        (4, 4)
+    );
+    assert_eq!(study.contrasts(By::Direction).len(), 1);
 }
 
 /// Directions that were pressed differently, or moved at a speed that nobody knows, leave open what made the difference.

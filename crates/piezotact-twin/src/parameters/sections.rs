@@ -86,7 +86,7 @@ parameters! {
 }
 parameters! {
     /// The sections `drag`.
-    DragParameters { active: Drag, across: Drag, held: Drag }
+    DragParameters { active: Drag, across: Drag, distal: Drag, held: Drag }
 }
 parameters! {
     /// Section `accelerometer`.

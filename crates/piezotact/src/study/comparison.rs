@@ -3,7 +3,7 @@
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{By, Group, StudyError, Take};
 use crate::compare::{
-    AcrossSamples, ActivePassive, Contacts, DirectionContrast, DirectionTrend,
+    AcrossSamples, ActivePassive, Contacts, DirectionContrast, DirectionDifference, DirectionTrend,
     DiscriminationConfig, DiscriminationError, Groups, LevelSpread, LoadTrend, RoughnessTrend,
     Sliding, SpatialPeriod, Summary, Texture, across_participants, across_roughness,
     active_against_passive, comparable, direction_contrasts, direction_trend, discriminate,
@@ -16,7 +16,7 @@ use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{LogFit, RankCorrelation};
-use crate::stroke::{Reason, Rejected};
+use crate::stroke::Reason;
 
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
@@ -233,25 +233,45 @@ impl Grouping<'_> {
     /// How level and stick-slip differ between directions.
     fn directions(&self, groups: &[Group]) -> DirectionTrend {
         let contacts = groups.iter().map(|group| {
-            let takes = group
-                .takes
-                .iter()
-                .map(|place| &self.takes[*place].segmentation);
-            takes.fold(Contacts::default(), |sum, cut| {
-                let stuck =
-                    |rejected: &&Rejected| matches!(rejected.reason, Reason::StickSlip { .. });
-                let slipped = cut.rejected.iter().filter(stuck).count();
+            let takes = group.takes.iter().map(|place| &self.takes[*place]);
+            takes.fold(Contacts::default(), |sum, take| {
+                let stick_slip = stick_slips(take);
                 Contacts {
-                    all: sum.all + cut.strokes.len() + slipped,
-                    stick_slip: sum.stick_slip + slipped,
+                    all: sum.all + take.segmentation.strokes.len() + stick_slip,
+                    stick_slip: sum.stick_slip + stick_slip,
                 }
             })
         });
-        direction_trend(
+        let mut trend = direction_trend(
             &summaries(groups),
             &contacts.collect::<Vec<_>>(),
             &self.stated_loads_n(groups),
-        )
+        );
+        // A direction in which every stroke stuck and slipped has no level, but is no less said.
+        let first = groups.first().and_then(|group| group.takes.first());
+        for place in first.map_or_else(Vec::new, |first| self.without_strokes(*first)) {
+            let take = &self.takes[place];
+            let stick_slip = stick_slips(take);
+            let Some(direction) = take.condition().direction.filter(|_| stick_slip > 0) else {
+                continue;
+            };
+            let mut known = trend.directions.iter_mut();
+            match known.find(|one| one.direction == direction.word()) {
+                Some(one) => {
+                    one.contacts.all += stick_slip;
+                    one.contacts.stick_slip += stick_slip;
+                }
+                None => trend.directions.push(DirectionDifference {
+                    direction: direction.word().into(),
+                    level_difference_db: None,
+                    contacts: Contacts {
+                        all: stick_slip,
+                        stick_slip,
+                    },
+                }),
+            }
+        }
+        trend
     }
 
     /// The mean of the loads that the recordings of each group state, N; absent where one states none.
@@ -351,6 +371,14 @@ impl Grouping<'_> {
             found,
         })
     }
+}
+
+/// How many contacts were rejected for stick-slip.
+fn stick_slips(take: &Take) -> usize {
+    let rejected = take.segmentation.rejected.iter();
+    rejected
+        .filter(|rejected| matches!(rejected.reason, Reason::StickSlip { .. }))
+        .count()
 }
 
 impl Take {

@@ -310,6 +310,20 @@ impl Grouping<'_> {
             .collect()
     }
 
+    /// The recordings without strokes that differ from recording number `like` in nothing but the direction.
+    pub(super) fn without_strokes(&self, like: usize) -> Vec<usize> {
+        let key = |place: usize| {
+            let mut key = Key::of(&self.takes[place]);
+            key.direction.clear();
+            key.file.clear();
+            key
+        };
+        let wanted = key(like);
+        (0..self.takes.len())
+            .filter(|place| self.takes[*place].analysis.is_none() && key(*place) == wanted)
+            .collect()
+    }
+
     /// The analysed recordings of `touch` by sample, each with a counterpart among those of `other` at its speed and by its
     /// participant.
     pub(super) fn with_counterpart(
