@@ -22,7 +22,7 @@ pub(crate) use device::{
 };
 pub(crate) use export::Export;
 pub(crate) use score::{Feeling, Score};
-pub(crate) use twin::Replay;
+pub(crate) use twin::{DirectionName, Replay};
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.
@@ -50,12 +50,15 @@ pub(crate) struct Takes {
     #[arg(required = true, help = format!("Recordings ({})", recording_formats()))]
     pub(crate) recordings: Vec<PathBuf>,
     /// Pattern that reads the conditions from the file names, such as '{sample}_F{load:N}_V{speed:mm/s}_{repeat}'.
-    /// Fields: sample, participant, load, speed, angle, touch (active or passive); other fields are kept as labels.
+    /// Fields: sample, participant, load, speed, angle, touch (active or passive), direction (proximal, distal, transversal or circular); other fields are kept as labels.
     #[arg(long, value_name = "PATTERN")]
     pub(crate) meta: Option<NamePattern>,
     /// Active or passive touch; overrides what the recordings state.
     #[arg(long, value_enum)]
     pub(crate) touch: Option<TouchName>,
+    /// The direction of sliding relative to the finger; overrides what the recordings state.
+    #[arg(long, value_enum)]
+    pub(crate) direction: Option<DirectionName>,
     /// The nominal normal force, in N; overrides what the recordings state. If it is stated nowhere, the thresholds
     /// are those for 0.2 N.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -122,6 +125,10 @@ pub(crate) enum By {
     Participant,
     /// Active or passive touch.
     Touch,
+    /// The nominal normal force.
+    Load,
+    /// The direction of sliding: proximal, distal, transversal, circular.
+    Direction,
     /// Each recording separately.
     File,
 }
@@ -227,7 +234,7 @@ Every entry is optional:
     "full_scale": {"value": 200, "unit": "m/s2"},
     "channels": ["acc", "fz"],
     "units": {"fz": "2 N"},
-    "condition": {"sample": "S4", "participant": "P01", "load_n": 0.4, "angle_deg": 20, "speed_m_s": 0.03, "touch": "active"},
+    "condition": {"sample": "S4", "participant": "P01", "load_n": 0.4, "angle_deg": 20, "speed_m_s": 0.03, "touch": "active", "direction": "proximal"},
     "started_at": "2024-03-01T10:22:33+01:00",
     "labels": {"session": "2"},
     "events": [{"onset_s": 1.2, "duration_s": 0, "kind": "answer", "value": "rough"}]

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use piezotact::Doubt;
 use piezotact::quantity::{Degrees, Newtons, Unit};
-use piezotact::recording::Touch;
+use piezotact::recording::{SlidingDirection, Touch};
 pub use piezotact::study::Naming;
 
 /// The patterns that are tried when none is given: those of public collections, strict enough to fit nothing else.
@@ -168,6 +168,7 @@ impl NamePattern {
                 "sample" => condition.sample = Some(text.clone()),
                 "participant" => condition.participant = Some(text.clone()),
                 "touch" => condition.touch = touch(&text),
+                "direction" => condition.direction = SlidingDirection::named(&text),
                 "load" | "speed" | "angle" if unit.is_empty() => {
                     naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
                         what: format!(
@@ -295,6 +296,13 @@ fn fits(parts: &[Part], text: &str, found: &mut Vec<(String, String, String)>) -
                 .filter(|end| unit.is_empty() || is_number(&text[..*end]))
                 // A kind of touch is one of three words.
                 .filter(|end| name != "touch" || touch(&text[..*end]).is_some())
+                // A direction is one of four words, or an angle.
+                .filter(|end| {
+                    let text = &text[..*end];
+                    name != "direction"
+                        || SlidingDirection::named(text).is_some()
+                        || is_number(text)
+                })
                 .collect();
             for end in ends {
                 let before = found.len();
@@ -335,6 +343,17 @@ mod tests {
         let naming = touched.read(Path::new("P1_S4_Active.csv")).unwrap();
         assert_eq!(naming.condition.sample.as_deref(), Some("P1_S4"));
         assert_eq!(naming.condition.touch, Some(Touch::Active));
+        let slid: NamePattern = "{sample}_{direction}_{repeat}".parse().unwrap();
+        let naming = slid.read(Path::new("P1_S4_Transversal_2.csv")).unwrap();
+        assert_eq!(naming.condition.sample.as_deref(), Some("P1_S4"));
+        assert_eq!(
+            naming.condition.direction,
+            Some(SlidingDirection::Transversal)
+        );
+        let angle = slid.read(Path::new("S4_45_2.csv")).unwrap();
+        assert_eq!(angle.condition.direction, None);
+        assert_eq!(angle.labels["direction"], "45");
+        assert!(slid.read(Path::new("S4_sideways_2.csv")).is_err());
         let loose: NamePattern = "{sample}_F{load}".parse().unwrap();
         let naming = loose.read(Path::new("S1_F135")).unwrap();
         assert_eq!((naming.condition.load_n, naming.doubts.len()), (None, 1));

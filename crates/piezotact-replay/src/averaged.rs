@@ -11,7 +11,7 @@ use super::figure::{Counterpart, density, frequency, line};
 use super::measured::{run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
 use super::{Replay, ReplayError};
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
+use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 
 /// Whose fingers are new to the panel of twenty.
 const NEW: std::ops::RangeInclusive<u64> = 21..=25;
@@ -37,7 +37,7 @@ pub(super) fn with_average(
     let sample = replay.parameters.sample(TEXTURE)?;
     let protocol = ActiveProtocol {
         strokes: 3,
-        movement: Movement::Proximal,
+        movement: SlidingDirection::Proximal,
         pace: Pace::Metronome {
             speed_m_s: 0.03,
             stroke_s: None,

@@ -15,13 +15,16 @@ use super::claims::{
     no_exception,
 };
 use super::comb::{Comb, band_peak, comb_of};
-use super::figure::{Counterpart, decibels, density, frequency, line, linear, names, over_names};
+use super::figure::{
+    Counterpart, decibels, density, frequency, line, linear, names, over_names, share_scales,
+    side_by_side,
+};
 use super::measured::{Taken, run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
 use super::{Chapter, Replay, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::FORCE_CHANNEL;
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TriboAir};
+use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection, TriboAir};
 
 /// Who takes part (*thesis* 6.2).
 const PARTICIPANTS: u64 = 10;
@@ -101,7 +104,7 @@ fn touched(replay: &Replay) -> Result<Vec<Free>, ReplayError> {
             let person = Participant::of(participant, replay.seed, &replay.parameters);
             let protocol = ActiveProtocol {
                 strokes: STROKES,
-                movement: Movement::Proximal,
+                movement: SlidingDirection::Proximal,
                 pace: Pace::Free,
             };
             let sample = replay.parameters.sample(surface)?;
@@ -521,7 +524,7 @@ fn figures(free: &[Free]) -> Vec<Counterpart> {
             let values = theirs.filter_map(|one| value(&one.summary));
             over_names(&format!("P{participant:02}"), values)
         };
-        (1..=PARTICIPANTS).map(one).collect()
+        side_by_side((1..=PARTICIPANTS).map(one).collect())
     };
     for (number, caption, label, lines) in [
         (
@@ -547,5 +550,6 @@ fn figures(free: &[Free]) -> Vec<Counterpart> {
             lines,
         ));
     }
+    share_scales(&mut figures);
     figures
 }

@@ -308,8 +308,9 @@ pub const CLAIMS: [Claim; 37] = [
         2,
         "2.3.1, fig. 13",
         "Transversal touch gives lower levels and more stick-slip than proximal touch.",
-        "rms lower, more strokes with stick-slip, wider peaks: every coarse sample",
-    ),
+        "rms lower, more strokes with stick-slip, a wider peak of the fingerprint: every coarse sample, S1–S4, in active touch",
+    )
+    .quoting("the contact during the transversal sliding is characterized by a strong mechanical instability of the finger, leading to the occurrence of stick-slip […] the amplitude of vibration is lower in case of transversal sliding, with respect to the longitudinal one […] The main frequency peaks are more defined and characterized by a smaller bandwidth in the longitudinal direction."),
     claim(
         36,
         6,

@@ -12,7 +12,7 @@ use super::figure::{Counterpart, decibels, density, frequency, line, linear};
 use super::measured::{run, take};
 use super::rendering::target;
 use super::{Replay, ReplayError};
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant};
+use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 
 /// The pairs of *thesis* table 6, the lowest and the highest of each set of three.
 const PAIRS: [[&str; 2]; 2] = [["S2", "S13"], ["S5", "S11"]];
@@ -96,7 +96,7 @@ fn touched(
     let person = Participant::of(1, replay.seed, &replay.parameters);
     let protocol = ActiveProtocol {
         strokes: 3,
-        movement: Movement::Proximal,
+        movement: SlidingDirection::Proximal,
         pace: Pace::Metronome {
             speed_m_s: 0.03,
             stroke_s: None,

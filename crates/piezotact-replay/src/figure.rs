@@ -96,13 +96,68 @@ pub(super) fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Line {
     Line::new(label, SINGLE, points)
 }
 
-/// A line of `values` over whole numbers from 0.
+/// A point for each of `values` over whole numbers from 0, which stand for names: these have no order that a line could follow.
 pub(super) fn over_names(label: &str, values: impl Iterator<Item = f64>) -> Line {
-    line(
-        label,
-        values.enumerate().map(|(i, v)| (i as f64, v)).collect(),
-    )
-    .marked(Mark::Joined)
+    let points = values.enumerate().map(|(i, v)| (i as f64, v)).collect();
+    line(label, points).marked(Mark::Dots)
+}
+
+/// The same, joined: over steps that rise.
+pub(super) fn over_steps(label: &str, values: impl Iterator<Item = f64>) -> Line {
+    over_names(label, values).marked(Mark::Joined)
+}
+
+/// Points over the same names side by side instead of above each other.
+pub(super) fn side_by_side(mut lines: Vec<Line>) -> Vec<Line> {
+    let count = lines.len() as f64;
+    for (i, line) in lines.iter_mut().enumerate() {
+        let beside = 0.6 * ((i as f64 + 0.5) / count - 0.5);
+        for (x, _) in &mut line.points {
+            *x += beside;
+        }
+    }
+    lines
+}
+
+/// Gives figures of one quantity over another one scale, so that they can be compared: those whose numbers differ in the letter
+/// alone, such as 38a and 38b.
+pub(super) fn share_scales(figures: &mut [Counterpart]) {
+    let family = |number: &str| {
+        let digits = number.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+        digits.to_owned()
+    };
+    let mut scales: Vec<(String, Axis, Axis)> = Vec::new();
+    let same = |a: &Axis, b: &Axis| a.label == b.label && a.scale == b.scale;
+    let widen = |wide: &mut Axis, other: &Axis| {
+        wide.low = wide.low.min(other.low);
+        wide.high = wide.high.max(other.high);
+    };
+    for one in figures.iter() {
+        let (Drawn::Chart(chart), family) = (&one.figure.drawn, family(one.number)) else {
+            continue;
+        };
+        let known = scales
+            .iter_mut()
+            .find(|(of, x, y)| *of == family && same(x, &chart.x) && same(y, &chart.y));
+        match known {
+            Some((_, x, y)) => {
+                widen(x, &chart.x);
+                widen(y, &chart.y);
+            }
+            None => scales.push((family, chart.x.clone(), chart.y.clone())),
+        }
+    }
+    for one in figures {
+        let (Drawn::Chart(chart), family) = (&mut one.figure.drawn, family(one.number)) else {
+            continue;
+        };
+        let shared = scales
+            .iter()
+            .find(|(of, x, y)| *of == family && same(x, &chart.x) && same(y, &chart.y));
+        if let Some((_, x, y)) = shared {
+            (chart.x, chart.y) = (x.clone(), y.clone());
+        }
+    }
 }
 
 /// A PSD in dB between two frequencies.
@@ -281,6 +336,43 @@ mod tests {
         // Dots above each other are all there.
         let dots = line("", vec![(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]).marked(Mark::Dots);
         assert_eq!(drawn(vec![dots]).lines[0].points.len(), 3);
+    }
+
+    /// Names have no order that a line could follow; steps have one.
+    #[test]
+    fn only_steps_are_joined() {
+        let values = || [3.0, 1.0, 2.0].into_iter();
+        assert_eq!(over_names("", values()).mark, Mark::Dots);
+        assert_eq!(over_steps("", values()).mark, Mark::Joined);
+        let beside = side_by_side(vec![over_names("", values()), over_names("", values())]);
+        let first = beside.iter().map(|line| line.points[0].0);
+        let first: Vec<f64> = first.collect();
+        assert!(first[0] > -0.5 && first[0] < first[1] && first[1] < 0.5);
+    }
+
+    /// Figures of one family and one quantity are compared: 38a has the scale of 38b, and no other figure has.
+    #[test]
+    fn what_is_compared_has_one_scale() {
+        let one = |number, label: &str, high: f64| {
+            let lines = vec![line("", vec![(0.0, 1.0), (high, high)])];
+            Counterpart::chart(number, "", (linear("x"), linear(label)), lines)
+        };
+        let mut figures = vec![
+            one("38a", "y", 10.0),
+            one("38b", "y", 90.0),
+            one("38c", "z", 500.0),
+            one("39a", "y", 20.0),
+        ];
+        share_scales(&mut figures);
+        let highest = figures.iter().map(|one| match &one.figure.drawn {
+            Drawn::Chart(chart) => (chart.x.high, chart.y.high.floor()),
+            _ => panic!("no chart"),
+        });
+        let highest: Vec<_> = highest.collect();
+        assert_eq!(
+            highest,
+            [(90.0, 97.0), (90.0, 97.0), (500.0, 540.0), (20.0, 21.0)]
+        );
     }
 
     /// Beyond the colours that are easily distinguished every second line is dashed; thin ones and dots are not.

@@ -3,19 +3,17 @@
 use piezotact::figure::{Axis, Scale};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-/// Letters that stand side by side below a chart.
-const MOST_LETTERS: usize = 95;
-
 /// How the values of an axis are drawn.
 pub(crate) trait Drawable {
-    /// The range of places with its ticks.
-    fn ranged(&self) -> Ticked;
+    /// The range of places with its ticks: about `marks` of a logarithmic axis, and as many names, each as wide as `width`
+    /// says, as there is room for.
+    fn ranged(&self, marks: usize, room: f64, width: &dyn Fn(&str) -> f64) -> Ticked;
     /// The label of a tick at `place`.
     fn text(&self, place: f64) -> String;
 }
 
 impl Drawable for Axis {
-    fn ranged(&self) -> Ticked {
+    fn ranged(&self, marks: usize, room: f64, width: &dyn Fn(&str) -> f64) -> Ticked {
         let (low, high) = (self.place(self.low), self.place(self.high));
         Ticked {
             range: (low..high).into(),
@@ -23,13 +21,12 @@ impl Drawable for Axis {
             high,
             ticks: match &self.scale {
                 Scale::Linear => None,
-                // As many names as there is room for.
                 Scale::Names(names) => {
-                    let letters: usize = names.iter().map(|name| name.chars().count() + 2).sum();
-                    let every = letters.div_ceil(MOST_LETTERS).max(1);
+                    let needed: f64 = names.iter().map(|name| width(name) + width("m")).sum();
+                    let every = (needed / room).ceil().max(1.0) as usize;
                     Some((0..names.len()).step_by(every).map(|i| i as f64).collect())
                 }
-                Scale::Logarithmic => Some(log_ticks(low, high)),
+                Scale::Logarithmic => Some(log_ticks(low, high, marks)),
             },
         }
     }
@@ -54,10 +51,12 @@ impl Drawable for Axis {
 }
 
 /// Whole decades for long ranges; 1, 2, 5 and more between for short ones.
-fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+fn log_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     let steps: &[f64] = match high - low {
         span if span > 3.6 => &[1.0],
+        span if span > 2.2 && most < 10 => &[1.0],
         span if span > 2.2 => &[1.0, 2.0, 5.0],
+        span if span > 0.7 && most < 10 => &[1.0, 2.0, 5.0],
         span if span > 0.7 => &[1.0, 2.0, 3.0, 5.0, 7.0],
         span if span > 0.3 => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
         _ => &[
@@ -69,7 +68,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         .flat_map(|e| steps.iter().map(move |m| m.log10() + f64::from(e)))
         .filter(|t| *t >= low - 1e-9 && *t <= high + 1e-9)
         .collect();
-    let every = ticks.len().div_ceil(14).max(1);
+    let every = ticks.len().div_ceil(most).max(1);
     ticks.into_iter().step_by(every).collect()
 }
 

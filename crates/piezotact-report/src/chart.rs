@@ -1,31 +1,34 @@
 //! One chart as SVG text: lines, points with their spread, shaded ranges, over linear, logarithmic or named axes.
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::prelude::*;
+use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use piezotact::figure::{Chart, Corner, Line, Mark, Scale, Tone, Weight};
+use piezotact::figure::{Chart, Line, Mark, Scale, Tone, Weight};
 
 use crate::DrawError;
 use crate::axis::{Drawable, Ticked};
+use crate::format::{Format, both};
+use crate::legend::Place;
 
 /// The width of a figure in a page.
-pub const WIDTH: u32 = 900;
+pub const WIDTH: u32 = Format::WIDE.width;
 /// The usual height of a chart in a page.
 pub const HEIGHT: u32 = 300;
 /// The figure is drawn this many times larger, since points fall on whole units.
-const FINE: u32 = 8;
-/// The largest number of points of a line; of longer lines only the extremes of every stretch are drawn.
+pub(crate) const FINE: u32 = 8;
+/// The largest number of points of a line in a wide figure; of longer lines only the extremes of every stretch are drawn.
 const MOST_POINTS: usize = 2400;
-/// More labelled lines than this have their legend beside the chart.
-const LEGEND_INSIDE: usize = 3;
-/// Letters of a name in a legend beside the chart.
-const LONGEST_LABEL: usize = 30;
-/// The least width of a legend beside the chart, and how much of it stands before the names.
-const LEGEND_WIDTH: u32 = 150;
-const LEGEND_MARK: u32 = 36;
-/// How wide a letter of a name is, about.
-const LETTER: f64 = 7.6;
+/// What stays free around a chart.
+pub(crate) const EDGE: u32 = 4;
+/// The most numbers along the axis of y.
+const Y_MARKS: usize = 6;
+/// How long the mark of a tick is; its number stands as far from it.
+const TICK: u32 = 4;
+/// The room of a name that stands upright below a chart.
+const LONGEST_NAME: f64 = 180.0;
 
 pub(crate) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
@@ -76,7 +79,7 @@ pub(crate) fn palette(count: usize) -> Vec<RGBColor> {
 }
 
 /// The colour of a tone.
-fn colour(tone: Tone) -> RGBColor {
+pub(crate) fn colour(tone: Tone) -> RGBColor {
     match tone {
         Tone::Reference => RGBColor(30, 30, 30),
         Tone::Pale => RGBColor(172, 180, 188),
@@ -93,8 +96,13 @@ fn colour(tone: Tone) -> RGBColor {
     }
 }
 
+/// From one line of text to the next.
+pub(crate) fn line_height(format: Format) -> u32 {
+    format.text * 13 / 10
+}
+
 /// The width of a line in half pixels.
-fn half_pixels(weight: Weight) -> u32 {
+pub(crate) fn half_pixels(weight: Weight) -> u32 {
     match weight {
         Weight::Thin => 2,
         Weight::Usual => 4,
@@ -102,20 +110,21 @@ fn half_pixels(weight: Weight) -> u32 {
     }
 }
 
-/// A chart `height` high and [`WIDTH`] wide, as SVG text that takes the width there is.
+/// A chart in both formats, as SVG text that takes the width there is; `height` is that of the wide one.
 ///
 /// # Errors
 /// [`DrawError`] where the plotting library refuses it.
 pub fn svg(chart: &Chart, height: u32) -> Result<String, DrawError> {
-    Plot(chart).svg(height)
+    both(|format| Plot::new(chart, format, height).svg())
 }
 
-/// The same with its size in pixels, for a file of its own.
+/// The wide one with its size in pixels, for a file of its own.
 ///
 /// # Errors
 /// As [`svg()`].
 pub fn file(chart: &Chart, height: u32) -> Result<String, DrawError> {
-    Ok(sized(&svg(chart, height)?, height))
+    let plot = Plot::new(chart, Format::WIDE, height);
+    Ok(sized(&plot.svg()?, plot.height))
 }
 
 /// `svg` with its size, which a page leaves to the width there is.
@@ -124,53 +133,166 @@ pub(crate) fn sized(svg: &str, height: u32) -> String {
     svg.replacen("role=\"img\"", &size, 1)
 }
 
+/// A text of `format`, with the size that the plotting library takes for it.
+pub(crate) fn font<'f>(format: Format) -> TextStyle<'f> {
+    // The library divides by this.
+    let size = 1.24 * f64::from(format.text * FINE);
+    ("sans-serif", size).into_font().color(&TEXT)
+}
+
 /// A chart while it is drawn.
-struct Plot<'c>(&'c Chart);
+struct Plot<'c> {
+    chart: &'c Chart,
+    format: Format,
+    legend: Place<'c>,
+    /// The label of y above the chart, where it is too long to stand along its axis.
+    above: Vec<String>,
+    /// Whether the names of x stand upright.
+    upright: bool,
+    height: u32,
+}
 
 impl std::ops::Deref for Plot<'_> {
     type Target = Chart;
 
     fn deref(&self) -> &Chart {
-        self.0
+        self.chart
     }
 }
 
-impl Plot<'_> {
-    fn svg(&self, height: u32) -> Result<String, DrawError> {
+impl<'c> Plot<'c> {
+    fn new(chart: &'c Chart, format: Format, height: u32) -> Self {
+        let height = if format.is_narrow() {
+            (height * 3 / 5).max(190)
+        } else {
+            height
+        };
+        let labelled = chart.lines.iter().filter(|l| !l.label.is_empty()).collect();
+        let legend = Place::of(labelled, format, chart.legend, height);
+        let line = line_height(format);
+        let along = f64::from(height.saturating_sub(5 * line));
+        let above = if format.is_narrow() || format.width_of(&chart.y.label) > along {
+            format.lines(&chart.y.label, f64::from(format.width - 2 * EDGE))
+        } else {
+            Vec::new()
+        };
+        let mut plot = Self {
+            chart,
+            format,
+            legend,
+            above,
+            upright: false,
+            height,
+        };
+        plot.upright = plot.needs_upright_names();
+        // What stands above and below the plot does not take from it.
+        plot.height += 2 * EDGE + plot.legend.rows() * line + plot.above.len() as u32 * line;
+        if plot.upright {
+            plot.height += plot.below().saturating_sub(3 * line);
+        }
+        plot
+    }
+
+    /// How wide the plot itself is.
+    fn inner_width(&self) -> u32 {
+        self.format.width - 2 * EDGE - self.left() - self.right() - self.legend.width()
+    }
+
+    /// What stands left of the plot: numbers, and the label of y along its axis.
+    fn left(&self) -> u32 {
+        let axis = self.y.ranged(14, f64::INFINITY, &|_| 0.0);
+        let marks = axis.key_points(BoldPoints(Y_MARKS));
+        let widths = marks
+            .iter()
+            .map(|mark| self.format.width_of(&self.y.text(*mark)));
+        let widest = widths.fold(0.0, f64::max) as u32;
+        let label = if self.above.is_empty() {
+            self.format.text * 3 / 2
+        } else {
+            0
+        };
+        widest.max(2 * self.format.text) + 3 * TICK + label
+    }
+
+    fn right(&self) -> u32 {
+        self.format.text * 3 / 2
+    }
+
+    /// What stands below the plot: numbers or names, and the label of x.
+    fn below(&self) -> u32 {
+        let line = line_height(self.format);
+        let label = if self.x.label.is_empty() { 0 } else { line };
+        match &self.x.scale {
+            Scale::Names(names) if self.upright => {
+                let widths = names.iter().map(|name| self.format.width_of(name));
+                widths.fold(0.0, f64::max).min(LONGEST_NAME) as u32 + line + label
+            }
+            _ => line + 2 * TICK + label,
+        }
+    }
+
+    /// Whether names that are too many to stand side by side have room upright.
+    fn needs_upright_names(&self) -> bool {
+        let Scale::Names(names) = &self.x.scale else {
+            return false;
+        };
+        let each = f64::from(self.inner_width()) / names.len().max(1) as f64;
+        let widest = names.iter().map(|name| self.format.width_of(name));
+        let letter = self.format.width_of("m");
+        widest.fold(0.0, f64::max) + letter > each && 1.1 * f64::from(self.format.text) < each
+    }
+
+    fn svg(&self) -> Result<String, DrawError> {
         let mut svg = String::new();
+        let (width, height) = (self.format.width * FINE, self.height * FINE);
         {
-            let area = SVGBackend::with_string(&mut svg, (WIDTH * FINE, height * FINE))
-                .into_drawing_area();
+            let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
             area.fill(&WHITE).map_err(plot_failed)?;
-            let labelled: Vec<&Line> = self.lines.iter().filter(|l| !l.label.is_empty()).collect();
-            let beside = labelled.len() > LEGEND_INSIDE
-                || (self.legend == Corner::Beside && !labelled.is_empty());
-            let plot = if beside {
-                let (plot, legend) =
-                    area.split_horizontally((WIDTH - legend_width(&labelled)) * FINE);
-                legend_beside(&legend, &labelled)?;
-                plot
-            } else {
-                area.clone()
-            };
+            let edge = EDGE * FINE;
+            let area = area.margin(edge, edge, edge, edge);
+            let line = line_height(self.format) * FINE;
+            let (head, below) = area.split_vertically(self.legend.rows() * line);
+            self.legend.rows_in(&head)?;
+            let (head, below) = below.split_vertically(self.above.len() as u32 * line);
+            for (i, text) in self.above.iter().enumerate() {
+                let place = (0, (line * i as u32 + line / 2) as i32);
+                let style = font(self.format).pos(Pos::new(HPos::Left, VPos::Center));
+                head.draw(&Text::new(text.as_str(), place, style))
+                    .map_err(plot_failed)?;
+            }
+            let (plot, side) = below
+                .split_horizontally((self.format.width - 2 * EDGE - self.legend.width()) * FINE);
+            self.legend.column_in(&side)?;
             let mut builder = ChartBuilder::on(&plot);
             builder
-                .margin(10 * FINE)
-                .margin_right(28 * FINE)
-                .x_label_area_size(44 * FINE)
-                .y_label_area_size(76 * FINE);
+                .margin_top(self.format.text * FINE * 2 / 3)
+                .margin_bottom(4 * FINE)
+                .margin_right(self.right() * FINE)
+                .x_label_area_size(self.below() * FINE)
+                .y_label_area_size(self.left() * FINE);
             if !self.title.is_empty() {
-                builder.caption(&self.title, ("sans-serif", 17 * FINE));
+                let size = 1.24 * f64::from(self.format.text * FINE);
+                builder.caption(&self.title, ("sans-serif", size));
             }
+            let marks = if self.format.is_narrow() { 7 } else { 14 };
+            let room = if self.upright {
+                f64::INFINITY
+            } else {
+                f64::from(self.inner_width())
+            };
+            let names = |name: &str| self.format.width_of(name);
             let chart = builder
-                .build_cartesian_2d(self.x.ranged(), self.y.ranged())
+                .build_cartesian_2d(
+                    self.x.ranged(marks, room, &names),
+                    self.y.ranged(14, f64::INFINITY, &names),
+                )
                 .map_err(plot_failed)?;
-            self.draw(chart, if beside { 0 } else { labelled.len() })?;
+            self.draw(chart, &plot)?;
             area.present().map_err(plot_failed)?;
         }
         // In a page the figure takes the width there is.
         Ok(svg.replacen(
-            &format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, height * FINE),
+            &format!("width=\"{width}\" height=\"{height}\""),
             "role=\"img\"",
             1,
         ))
@@ -187,9 +309,9 @@ impl Plot<'_> {
     fn draw<'a, 'b: 'a>(
         &'b self,
         mut chart: ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticked, Ticked>>,
-        legend_inside: usize,
+        area: &DrawingArea<SVGBackend<'b>, Shift>,
     ) -> Result<(), DrawError> {
-        let font = ("sans-serif", 17 * FINE).into_font().color(&TEXT);
+        let font = font(self.format);
         let shades = self.shaded.iter().map(|range| (range, SHADE, 0.10));
         let rejects = self.rejected.iter().map(|range| (range, LIMIT, 0.08));
         for ((from, to), colour, strength) in shades.chain(rejects) {
@@ -201,15 +323,26 @@ impl Plot<'_> {
         }
         let x_labels = match &self.x.scale {
             Scale::Names(names) => names.len(),
+            _ if self.format.is_narrow() => 5,
             _ => 9,
+        };
+        let along = if self.above.is_empty() {
+            self.y.label.as_str()
+        } else {
+            ""
+        };
+        let text = |place: &f64| match self.upright {
+            true => String::new(),
+            false => self.x.text(*place),
         };
         chart
             .configure_mesh()
             .x_desc(&self.x.label)
-            .y_desc(&self.y.label)
+            .y_desc(along)
             .x_labels(x_labels)
-            .y_labels(6)
-            .x_label_formatter(&|v| self.x.text(*v))
+            .y_labels(Y_MARKS)
+            .set_all_tick_mark_size(TICK * FINE)
+            .x_label_formatter(&text)
             .y_label_formatter(&|v| self.y.text(*v))
             .label_style(font.clone())
             .axis_desc_style(font.clone())
@@ -234,19 +367,18 @@ impl Plot<'_> {
             self.draw_line(&mut chart, line)?;
         }
         self.draw_notes(&mut chart, &font)?;
-        if legend_inside > 0 {
-            chart
-                .configure_series_labels()
-                .position(match self.legend {
-                    Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
-                    Corner::UpperRight | Corner::Beside => SeriesLabelPosition::UpperRight,
-                })
-                .margin(10 * FINE as i32)
-                .legend_area_size(30 * FINE as i32)
-                .background_style(WHITE.mix(0.85))
-                .label_font(font)
-                .draw()
-                .map_err(plot_failed)?;
+        if let (Scale::Names(names), true) = (&self.x.scale, self.upright) {
+            let (left, top) = area.get_base_pixel();
+            let style = font
+                .transform(FontTransform::Rotate270)
+                .pos(Pos::new(HPos::Right, VPos::Center));
+            for (i, name) in names.iter().enumerate() {
+                let (x, y) = chart.backend_coord(&(i as f64, self.y.place(self.y.low)));
+                let place = (x - left, y - top + 2 * (TICK * FINE) as i32);
+                let name = self.format.cut(name, LONGEST_NAME);
+                area.draw(&Text::new(name, place, style.clone()))
+                    .map_err(plot_failed)?;
+            }
         }
         Ok(())
     }
@@ -280,7 +412,8 @@ impl Plot<'_> {
         font: &TextStyle<'_>,
     ) -> Result<(), DrawError> {
         let fine = FINE as i32;
-        let (wide, high) = (10 * fine, 17 * fine);
+        let size = self.format.text as i32;
+        let (wide, high) = (size * 3 / 5 * fine, size * fine);
         let dots: Vec<(i32, i32)> = self
             .notes
             .iter()
@@ -364,98 +497,44 @@ impl Plot<'_> {
                 .map(|point| Circle::new(*point, 4 * fine, colour(line.tone).filled()));
             chart.draw_series(dots).map_err(plot_failed)?;
         }
-        let drawn = match line.mark {
-            Mark::Dots => {
-                let none = LineSeries::new(std::iter::empty(), style);
-                chart.draw_series(none).map_err(plot_failed)?
+        // A narrow figure shows no more points than a wide one.
+        let most = MOST_POINTS * self.format.width as usize / WIDTH as usize;
+        match line.mark {
+            Mark::Dots => {}
+            Mark::Dashed => {
+                chart
+                    .draw_series(DashedLineSeries::new(
+                        extremes(inside, most),
+                        9 * FINE,
+                        5 * FINE,
+                        style,
+                    ))
+                    .map_err(plot_failed)?;
             }
-            Mark::Dashed => chart
-                .draw_series(DashedLineSeries::new(
-                    extremes(inside),
-                    9 * FINE,
-                    5 * FINE,
-                    style,
-                ))
-                .map_err(plot_failed)?,
-            Mark::Line | Mark::Joined => chart
-                .draw_series(LineSeries::new(extremes(inside), style))
-                .map_err(plot_failed)?,
-        };
-        if !line.label.is_empty() {
-            drawn
-                .label(&line.label)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20 * fine, y)], style));
+            Mark::Line | Mark::Joined => {
+                chart
+                    .draw_series(LineSeries::new(extremes(inside, most), style))
+                    .map_err(plot_failed)?;
+            }
         }
         Ok(())
     }
 }
 
-/// As wide as the longest name needs.
-fn legend_width(lines: &[&Line]) -> u32 {
-    let longest = lines.iter().map(|line| line.label.chars().count()).max();
-    let letters = longest.unwrap_or(0).min(LONGEST_LABEL);
-    LEGEND_WIDTH.max(LEGEND_MARK + (LETTER * letters as f64) as u32)
-}
-
-/// The legend of many lines: one below the other, as each is drawn.
-fn legend_beside(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    lines: &[&Line],
-) -> Result<(), DrawError> {
-    let fine = FINE as i32;
-    let (_, height) = area.dim_in_pixel();
-    let room = height as i32 - 30 * fine;
-    let step = (22 * fine).min(room / lines.len().max(1) as i32);
-    let size = (17 * FINE).min((step as u32).saturating_sub(FINE).max(6 * FINE));
-    for (i, line) in lines.iter().enumerate() {
-        let y = 24 * fine + step * i as i32;
-        let style = colour(line.tone).stroke_width(half_pixels(line.weight) * FINE / 2);
-        let dash = |from: i32, to: i32| PathElement::new([(from * fine, y), (to * fine, y)], style);
-        match line.mark {
-            Mark::Dashed => {
-                for (from, to) in [(0, 9), (14, 23)] {
-                    area.draw(&dash(from, to)).map_err(plot_failed)?;
-                }
-            }
-            Mark::Line | Mark::Joined => area.draw(&dash(0, 23)).map_err(plot_failed)?,
-            Mark::Dots => {}
-        }
-        if matches!(line.mark, Mark::Dots | Mark::Joined) {
-            let dot = Circle::new((12 * fine, y), 4 * fine, colour(line.tone).filled());
-            area.draw(&dot).map_err(plot_failed)?;
-        }
-        let font = ("sans-serif", size)
-            .into_font()
-            .color(&TEXT)
-            .pos(Pos::new(HPos::Left, VPos::Center));
-        // A name is cut where the room ends.
-        let label: String = match line.label.chars().count() {
-            long if long > LONGEST_LABEL => line
-                .label
-                .chars()
-                .take(LONGEST_LABEL - 1)
-                .chain(['…'])
-                .collect(),
-            _ => line.label.clone(),
-        };
-        area.draw(&Text::new(label, (30 * fine, y), font))
-            .map_err(plot_failed)?;
-    }
-    Ok(())
-}
-
-fn plot_failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> DrawError {
+pub(crate) fn plot_failed<E: std::error::Error + Send + Sync>(
+    error: DrawingAreaErrorKind<E>,
+) -> DrawError {
     DrawError::Drawing {
         reason: error.to_string(),
     }
 }
 
 /// A long line as the lowest and highest point of every stretch, which looks the same.
-fn extremes(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    if points.len() <= MOST_POINTS {
+fn extremes(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
+    if points.len() <= most {
         return points;
     }
-    let stretch = points.len().div_ceil(MOST_POINTS / 2);
+    let stretch = points.len().div_ceil(most / 2);
     points
         .chunks(stretch)
         .flat_map(|chunk| {
@@ -466,4 +545,86 @@ fn extremes(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
             both
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::figure::Axis;
+
+    /// The sizes of all texts, in units of the drawing, and how often `part` stands in it.
+    fn sizes(svg: &str) -> Vec<f64> {
+        let parts = svg.split("font-size=\"").skip(1);
+        parts
+            .map(|part| part.split('"').next().unwrap().parse::<f64>().unwrap() / f64::from(FINE))
+            .collect()
+    }
+
+    fn over_names(count: usize, lines: usize) -> Chart {
+        let names = (1..=count).map(|i| format!("sample {i}")).collect();
+        let points: Vec<(f64, f64)> = (0..count).map(|i| (i as f64, 1.0)).collect();
+        let line = |i: usize| Line::new(format!("line {i}"), Tone::Main, points.clone());
+        let lines = (0..lines).map(|i| line(i).marked(Mark::Dots)).collect();
+        Chart::new(
+            Axis::names("sample", names),
+            Axis::new("a quantity with a long name, in a unit", 0.0, 2.0),
+            lines,
+        )
+    }
+
+    /// A page shows the wide format from 620 px on and the narrow one below: no text is below 11 px in either.
+    #[test]
+    fn texts_are_readable_wherever_a_format_is_shown() {
+        let chart = over_names(14, 12);
+        for (format, shown) in [(Format::WIDE, 620.0), (Format::NARROW, 300.0)] {
+            let svg = Plot::new(&chart, format, HEIGHT).svg().unwrap();
+            let sizes = sizes(&svg);
+            assert!(sizes.len() > 20);
+            for size in sizes {
+                let drawn = size * shown / f64::from(format.width);
+                assert!(drawn > 10.9, "{drawn} px");
+            }
+        }
+        let both = svg(&chart, HEIGHT).unwrap();
+        assert_eq!(both.matches("<svg").count(), 2);
+        assert!(both.contains("class=\"wide-format\"") && both.contains("class=\"narrow-format\""));
+        let alone = file(&chart, HEIGHT).unwrap();
+        assert_eq!(alone.matches("<svg").count(), 1);
+    }
+
+    /// All names are there, upright where they do not fit side by side; only what fits in no way is left out.
+    #[test]
+    fn names_stand_upright_where_they_do_not_fit() {
+        let drawn = |count: usize, format: Format| {
+            let chart = over_names(count, 1);
+            let svg = Plot::new(&chart, format, HEIGHT).svg().unwrap();
+            (
+                svg.matches("\nsample ").count(),
+                svg.matches("rotate(270").count(),
+            )
+        };
+        // The label of y is upright too in the wide format; in the narrow one it stands above.
+        assert_eq!(drawn(3, Format::WIDE), (3, 1));
+        assert_eq!(drawn(14, Format::WIDE), (14, 15));
+        assert_eq!(drawn(3, Format::NARROW), (3, 0));
+        assert_eq!(drawn(14, Format::NARROW), (14, 14));
+        let (shown, upright) = drawn(60, Format::NARROW);
+        assert!(shown > 2 && shown < 20 && upright == 0, "{shown}");
+    }
+
+    /// Every line is named once, beside the chart or above it, however many there are.
+    #[test]
+    fn a_legend_names_every_line() {
+        for count in [2, 8, 40] {
+            for format in [Format::WIDE, Format::NARROW] {
+                let chart = over_names(2, count);
+                let plot = Plot::new(&chart, format, HEIGHT);
+                let svg = plot.svg().unwrap();
+                assert_eq!(svg.matches("\nline ").count(), count);
+                let beside = plot.legend.width() > 0;
+                assert_eq!(beside, !format.is_narrow() && count == 8, "{count}");
+                assert_eq!(beside, plot.legend.rows() == 0);
+            }
+        }
+    }
 }

@@ -9,7 +9,7 @@ use piezotact::verify::{Beside, Tones, UninvertedPrediction, Verification};
 use crate::chart::{self, HEIGHT};
 use crate::verify::{Page, Straight};
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Tone, range};
+use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Tone, range};
 use piezotact::number::digits;
 
 const TARGET: Tone = Tone::Reference;
@@ -53,7 +53,7 @@ pub fn psd(
         levels: Vec::new(),
         rejected: Vec::new(),
         notes: Vec::new(),
-        legend: Corner::UpperRight,
+        legend: Legend::Above,
     };
     chart::file(&chart, HEIGHT + 120)
 }
@@ -173,8 +173,7 @@ pub(crate) fn amplitudes(verification: &Verification, tones: &Tones) -> Result<S
     };
     let (target, measured) = (points(&tones.target), points(&tones.measured));
     let both = target.iter().chain(&measured).map(|(_, v)| *v);
-    // Room for the legend above the lines.
-    let top = both.fold(f64::MIN_POSITIVE, f64::max) * 1.3;
+    let top = both.fold(f64::MIN_POSITIVE, f64::max) * 1.08;
     let lines = vec![
         Line::new("target", UNDER, target).thick(),
         Line::new("measured on the finger", MEASURED, measured).thin(),
@@ -202,7 +201,7 @@ pub(crate) fn beside_spectra(
         shaded: judged(verification),
         ..Chart::new(
             Axis::log("frequency, Hz", from, to),
-            Axis::new("PSD divided by mean square, dB re 1/Hz", low, high + 10.0),
+            Axis::new("PSD divided by mean square, dB re 1/Hz", low, high),
             vec![
                 Line::new("texture", UNDER, target).thick(),
                 Line::new("drive", OTHER, drive),
@@ -249,9 +248,7 @@ pub(crate) fn before_waveforms(page: &Page<'_>) -> Result<(String, String), Draw
     let label = level_label("target", standard_deviation(page.texture.samples()));
     let after = vec![Line::new(label, MEASURED, points(page.texture)).thin()];
     let all = before.iter().chain(&after).flat_map(|line| &line.points);
-    // Room for the legend above the lines.
-    let room = 1.5 + 0.25 * before.len() as f64;
-    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * room;
+    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * 1.08;
     let drawn = |lines| {
         Chart::new(
             Axis::new("time, s", 0.0, BEFORE_DRAWN_S),
@@ -294,7 +291,7 @@ pub(crate) fn before_spectra(page: &Page<'_>) -> Result<String, DrawError> {
         shaded: vec![(band.low().0, band.high().0)],
         ..Chart::new(
             Axis::log("frequency, Hz", from, to),
-            Axis::new(label, low, high + 14.0),
+            Axis::new(label, low, high),
             lines,
         )
     }
@@ -346,17 +343,12 @@ fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Result<String
     Chart {
         title: String::new(),
         x: Axis::log("frequency, Hz", from, to),
-        // Room for the legend above the lines.
-        y: Axis::new(
-            format!("PSD, dB re 1 {}", verification.psd_unit),
-            low,
-            high + 12.0,
-        ),
+        y: Axis::new(format!("PSD, dB re 1 {}", verification.psd_unit), low, high),
         shaded: judged(verification),
         levels: Vec::new(),
         rejected: Vec::new(),
         notes: Vec::new(),
-        legend: Corner::UpperRight,
+        legend: Legend::Above,
         lines,
     }
     .svg(HEIGHT + 40)
@@ -382,7 +374,7 @@ pub(crate) fn error(verification: &Verification) -> Result<String, DrawError> {
         levels: vec![-limit_db, limit_db],
         rejected: Vec::new(),
         notes: Vec::new(),
-        legend: Corner::UpperRight,
+        legend: Legend::Above,
         lines: vec![Line::new("", MEASURED, points)],
     }
     .svg(HEIGHT - 60)
@@ -443,7 +435,7 @@ fn stretch(
     let reach = points
         .map(|(_, y)| y.abs())
         .fold(f64::MIN_POSITIVE, f64::max)
-        * 1.5;
+        * 1.08;
     let seconds = |samples: usize| samples as f64 / rate_hz;
     Chart::new(
         Axis::new("time, s", seconds(start), seconds(start + shown)),
@@ -476,8 +468,6 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
     let phase = points(&phase_of);
     let coherence = points(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
-    // Room for the legend.
-    let high = high + 0.3 * (high - low);
     let limits = function.confidence();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     if let Some(limits) = &limits {
@@ -602,7 +592,7 @@ pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Result<String, DrawErr
         levels: vec![-limit, limit],
         rejected: Vec::new(),
         notes: Vec::new(),
-        legend: Corner::UpperRight,
+        legend: Legend::Above,
         lines: vec![Line::new("", MEASURED, points).thin()],
     }
     .svg(HEIGHT - 60)

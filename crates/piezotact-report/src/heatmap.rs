@@ -3,63 +3,66 @@
 use piezotact::figure::Heatmap;
 
 use crate::DrawError;
-use crate::axis::number;
-use crate::chart::WIDTH;
-use crate::image::{BAR, Image, Svg, ticks};
+use crate::format::{Format, both};
+use crate::image::{Image, Svg, ticks};
 
-/// The frame of the image: its left and top, and the largest size that it has.
-const LEFT: f64 = 86.0;
-const TOP: f64 = 14.0;
-const WIDEST: f64 = 640.0;
-const HIGHEST: f64 = 460.0;
 /// The least that a side of the image has, so that a narrow map can be seen.
 const LEAST: f64 = 40.0;
-/// From the image to its scale of colours.
-const GAP: f64 = 34.0;
-const SHORTEST_BAR: f64 = 160.0;
+/// The largest height of the image, as a share of the width of a figure.
+const HIGHEST: f64 = 0.5;
+/// What stands left of the image, below it, and between it and its scale of colours, in heights of a text.
+const LEFT: f64 = 5.0;
+const BELOW: f64 = 3.4;
+const GAP: f64 = 1.5;
+const SHORTEST_BAR: f64 = 10.0;
 
-/// A heat map as SVG text that takes the width there is.
+/// A heat map in both formats as SVG text that takes the width there is.
 ///
 /// # Errors
 /// [`DrawError`] where the image cannot be made.
 pub fn svg(map: &Heatmap) -> Result<String, DrawError> {
-    let (width, height) = frame(map);
-    let left = (f64::from(WIDTH) - LEFT - width - GAP - BAR - 90.0).max(0.0) / 2.0 + LEFT;
-    let mut svg = Svg::new(TOP + (height + 54.0).max(SHORTEST_BAR + 20.0));
+    both(|format| drawn(map, format))
+}
+
+fn drawn(map: &Heatmap, format: Format) -> Result<String, DrawError> {
+    let (width, height) = frame(map, format);
+    let all = format.em(LEFT + GAP) + width + format.scale_width();
+    let left = (f64::from(format.width) - all).max(0.0) / 2.0 + format.em(LEFT);
+    let top = format.em(1.0);
+    let bar = height.max(format.em(SHORTEST_BAR));
+    let mut svg = Svg::new(format, top + (height + format.em(BELOW)).max(bar + top));
     let image = Image {
         values: &map.values,
         columns: map.columns,
         scale: map.scale,
     };
-    svg.image((left, TOP), (width, height), &image)?;
-    svg.frame((left, TOP), (width, height));
-    let bottom = TOP + height;
-    for tick in ticks(0.0, map.size.0, width / 80.0) {
-        let x = left + width * tick / map.size.0;
-        svg.line((x, bottom), (x, bottom + 6.0));
-        svg.text((x, bottom + 20.0), "middle", &number(tick));
+    svg.image((left, top), (width, height), &image)?;
+    svg.frame((left, top), (width, height));
+    let bottom = top + height;
+    for tick in ticks(0.0, map.size.0, width / format.em(5.0)) {
+        svg.mark_below(left + width * tick / map.size.0, bottom, tick);
     }
     svg.text(
-        (left + width / 2.0, bottom + 42.0),
+        (left + width / 2.0, bottom + format.em(2.9)),
         "middle",
         &format!("x, {}", map.length_unit),
     );
-    for tick in ticks(0.0, map.size.1, height / 50.0) {
-        let y = TOP + height * tick / map.size.1;
-        svg.line((left - 6.0, y), (left, y));
-        svg.text((left - 10.0, y + 4.0), "end", &number(tick));
+    for tick in ticks(0.0, map.size.1, height / format.em(3.0)) {
+        svg.mark_left(left, top + height * tick / map.size.1, tick);
     }
     let label = format!("y, {}", map.length_unit);
-    svg.upright((left - 58.0, TOP + height / 2.0), &label);
-    let place = (left + width + GAP, TOP);
-    svg.colour_bar(place, height.max(SHORTEST_BAR), map.scale, &map.label);
+    svg.upright((left - format.em(LEFT - 1.0), top + height / 2.0), &label);
+    let place = (left + width + format.em(GAP), top);
+    svg.colour_bar(place, bar, map.scale, &map.label);
     Ok(svg.finish())
 }
 
 /// The size of the image: as wide to its height as the area is, unless that could not be seen.
-fn frame(map: &Heatmap) -> (f64, f64) {
+fn frame(map: &Heatmap, format: Format) -> (f64, f64) {
     let (wide, high) = map.size;
-    let scale = (WIDEST / wide).min(HIGHEST / high);
+    let room = f64::from(format.width) - format.em(LEFT + GAP) - format.scale_width();
+    let highest = HIGHEST * f64::from(format.width);
+    let scale = (room / wide).min(highest.max(room.min(240.0)) / high);
     ((wide * scale).max(LEAST), (high * scale).max(LEAST))
 }
 

@@ -8,13 +8,12 @@ use plotters::style::{RGBColor, WHITE};
 
 use crate::DrawError;
 use crate::axis::number;
-use crate::chart::{TEXT, WIDTH, palette};
+use crate::chart::{TEXT, palette};
+use crate::format::Format;
 
 /// The colours of the scale; one more stands for what was not measured.
 const COLOURS: usize = 200;
 const MISSING: RGBColor = RGBColor(214, 218, 222);
-/// How wide the scale of colours is.
-pub(crate) const BAR: f64 = 22.0;
 
 /// Values as colours, row by row from the top; NaN where nothing was measured.
 pub(crate) struct Image<'a> {
@@ -87,22 +86,30 @@ fn escaped(text: &str) -> String {
 
 /// SVG text that grows, as wide as a figure.
 pub(crate) struct Svg {
+    format: Format,
     text: String,
 }
 
 impl Svg {
-    pub(crate) fn new(height: f64) -> Self {
+    pub(crate) fn new(format: Format, height: f64) -> Self {
+        let Format { width, text, .. } = format;
         Self {
+            format,
             text: format!(
-                "<svg role=\"img\" viewBox=\"0 0 {WIDTH} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"12\" fill=\"{}\">",
+                "<svg role=\"img\" viewBox=\"0 0 {width} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{text}\" fill=\"{}\">",
                 hex(TEXT)
             ),
         }
     }
 
+    /// `share` of the height of a text.
+    pub(crate) fn em(&self, share: f64) -> f64 {
+        self.format.em(share)
+    }
+
     /// White behind everything, where the page may not be.
     pub(crate) fn background(&mut self, height: f64) {
-        self.area((0.0, 0.0), (f64::from(WIDTH), height), WHITE);
+        self.area((0.0, 0.0), (f64::from(self.format.width), height), WHITE);
     }
 
     /// The colour of what was not measured, where no image may cover it.
@@ -134,6 +141,19 @@ impl Svg {
             self.text,
             "\n<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#969ea6\"/>"
         );
+    }
+
+    /// A mark and its number below a frame that ends at `bottom`.
+    pub(crate) fn mark_below(&mut self, x: f64, bottom: f64, value: f64) {
+        self.line((x, bottom), (x, bottom + self.em(0.4)));
+        self.text((x, bottom + self.em(1.5)), "middle", &number(value));
+    }
+
+    /// A mark and its number left of a frame that begins at `left`.
+    pub(crate) fn mark_left(&mut self, left: f64, y: f64, value: f64) {
+        self.line((left - self.em(0.4), y), (left, y));
+        let at = (left - self.em(0.7), y + self.em(0.35));
+        self.text(at, "end", &number(value));
     }
 
     /// A text that starts, ends or has its middle there, as `anchor` says.
@@ -169,7 +189,7 @@ impl Svg {
         Ok(())
     }
 
-    /// The scale of colours from `low` to `high`, [`BAR`] wide, with its ticks and its label to the right.
+    /// The scale of colours from `low` to `high`, with its ticks and its label to the right: [`Format::scale_width`] wide.
     pub(crate) fn colour_bar(
         &mut self,
         (left, top): (f64, f64),
@@ -177,23 +197,27 @@ impl Svg {
         (low, high): (f64, f64),
         label: &str,
     ) {
+        let bar = self.em(1.2);
         let colours = palette(COLOURS);
         let each = height / colours.len() as f64;
         for (i, colour) in colours.iter().rev().enumerate() {
             let y = top + each * i as f64;
             self.add(&format!(
-                "<rect x=\"{left}\" y=\"{y:.2}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"{}\"/>",
+                "<rect x=\"{left}\" y=\"{y:.2}\" width=\"{bar:.1}\" height=\"{:.2}\" fill=\"{}\"/>",
                 each + 0.6,
                 hex(*colour)
             ));
         }
-        self.frame((left, top), (BAR, height + 0.6));
-        for tick in ticks(low, high, height / 32.0) {
+        self.frame((left, top), (bar, height + 0.6));
+        let right = left + bar;
+        for tick in ticks(low, high, height / self.em(2.2)) {
             let y = top + height * (high - tick) / (high - low);
-            self.line((left + BAR, y), (left + BAR + 6.0, y));
-            self.text((left + BAR + 10.0, y + 4.0), "start", &number(tick));
+            self.line((right, y), (right + self.em(0.4), y));
+            let at = (right + self.em(0.6), y + self.em(0.35));
+            self.text(at, "start", &number(tick));
         }
-        self.upright((left + BAR + 66.0, top + height / 2.0), label);
+        let at = left + self.format.scale_width() - self.em(0.5);
+        self.upright((at, top + height / 2.0), label);
     }
 
     pub(crate) fn finish(self) -> String {
@@ -237,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_text_stays_a_text() {
-        let mut svg = Svg::new(10.0);
+        let mut svg = Svg::new(Format::WIDE, 10.0);
         svg.text((0.0, 0.0), "start", "<a> & b");
         assert!(svg.finish().contains(">&lt;a&gt; &amp; b</text>"));
     }

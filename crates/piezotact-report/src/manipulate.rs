@@ -12,8 +12,8 @@ use crate::Draw;
 use crate::chart::HEIGHT;
 use crate::report::doubts_section;
 use crate::{DrawError, bench_text, document, figure, origin};
-use piezotact::figure::{Axis, Chart, Corner, Line, Tone, range};
-use piezotact::number::digits;
+use piezotact::figure::{Axis, Chart, Line, Tone, range};
+use piezotact::number::{digits, plus};
 
 const BEFORE: Tone = Tone::Pale;
 const AFTER: Tone = Tone::Main;
@@ -105,7 +105,7 @@ fn numbers(page: &Page<'_>) -> Markup {
             div.numbers {
                 (number(level(before.rms_about_mean().value), "rms before"))
                 (number(level(after.rms_about_mean().value), "rms after"))
-                (number(format!("{change:+.2} dB").replace('-', "−"), "change of level"))
+                (number(format!("{} dB", plus(change, 2)), "change of level"))
                 (number(level(after.peak()), &format!("peak after ({} before)", level(before.peak()))))
                 (number(format!("{:.2}", after.duration()), &format!("duration after ({:.2} before)", before.duration())))
                 @for other in page.others {
@@ -160,8 +160,7 @@ fn waveforms(page: &Page<'_>) -> Result<[String; 2], DrawError> {
     );
     let after = vec![Line::new(label("after", page.after), AFTER, points(page.after)).thin()];
     let all = before.iter().chain(&after).flat_map(|line| &line.points);
-    // Room for the legend above the lines.
-    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * 1.5;
+    let reach = all.map(|(_, v)| v.abs()).fold(f64::MIN_POSITIVE, f64::max) * 1.08;
     let drawn = |lines| {
         let seconds = Axis::new("time, s", 0.0, DRAWN_S);
         let level = Axis::new("acceleration, m/s²", -reach, reach);
@@ -197,11 +196,9 @@ fn spectra(page: &Page<'_>) -> Result<String, DrawError> {
     let density = Axis::new(
         format!("PSD, dB re 1 {}", Acceleration::UNIT.of_psd()),
         low,
-        high + 15.0,
+        high,
     );
-    let mut chart = Chart::new(Axis::log("frequency, Hz", from, to), density, lines);
-    chart.legend = Corner::UpperRight;
-    chart.svg(HEIGHT + 80)
+    Chart::new(Axis::log("frequency, Hz", from, to), density, lines).svg(HEIGHT + 80)
 }
 
 fn origin_of(page: &Page<'_>) -> Markup {

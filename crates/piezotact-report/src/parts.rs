@@ -1,6 +1,7 @@
 //! The figures and tables of a report as files of their own.
 
 use crate::DrawError;
+use crate::format::Format;
 
 /// A figure of a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,16 +52,34 @@ pub fn figures(html: &str, columns: Columns) -> Vec<FigurePart> {
             heading = plain(inner);
             continue;
         }
-        let Some((_, _, caption)) = next(inner, &["svg"]) else {
+        let Some(svg) = drawn_for(inner, columns) else {
             continue;
         };
-        let svg = &inner[inner.find("<svg").unwrap_or(0)..inner.len() - caption.len()];
+        let caption = next(inner, &["figcaption"]).map_or("", |(_, caption, _)| caption);
         found.push(FigurePart {
             name: format!("{:02}-{}", found.len() + 1, short(&heading)),
             svg: alone(svg, &plain(caption), columns),
         });
     }
     found
+}
+
+/// Of the drawings in a figure the one for `columns`, or the only one.
+fn drawn_for(figure: &str, columns: Columns) -> Option<&str> {
+    let class = match columns {
+        Columns::One => Format::NARROW.class,
+        Columns::Two => Format::WIDE.class,
+    };
+    let (mut first, mut rest) = (None, figure);
+    while let Some((_, _, after)) = next(rest, &["svg"]) {
+        let svg = &rest[rest.find("<svg")?..rest.len() - after.len()];
+        rest = after;
+        if svg.split('>').next().is_some_and(|tag| tag.contains(class)) {
+            return Some(svg);
+        }
+        first = first.or(Some(svg));
+    }
+    first
 }
 
 /// The tables of the report `html`, in order, as tidy CSV: one line of names, numbers with a point and a plain minus sign, and

@@ -7,7 +7,7 @@ use piezotact::correct::{CorrectedRendering as Row, RenderingSums};
 use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact::lineage::Mode;
-use piezotact::number::{difference_db, signed};
+use piezotact::number::{difference_db, plus, signed};
 use piezotact::quantity::Band;
 use piezotact::verify::CLOSE_DB;
 
@@ -185,7 +185,7 @@ fn line(row: &Row<'_>) -> Markup {
     html! {
         tr {
             td { (row.called) }
-            td.n { (format!("{:+.1}", row.level_db).replace('-', "−").replace("+0.0", "0")) }
+            td.n { (plus(row.level_db, 1)) }
             td class=(if row.is_close { "n near" } else { "n" }) { (then(open.judged_error_db(), closed.judged_error_db(), 2)) }
             td.n { (then(open.error_db_max_achievable(), closed.error_db_max_achievable(), 1)) }
             td.n { (difference_db(closed.level_error_db)) }

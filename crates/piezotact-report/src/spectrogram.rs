@@ -3,24 +3,21 @@
 use piezotact::figure::{SpectrogramPanel, Spectrograms};
 
 use crate::DrawError;
-use crate::axis::number;
-use crate::chart::{WIDTH, sized};
-use crate::image::{BAR, Image, Svg, ticks};
+use crate::chart::sized;
+use crate::format::{Format, both};
+use crate::image::{Image, Svg, ticks};
 
-/// Around the panels: labels and ticks on the left, the scale of colours on the right, time below.
-const LEFT: f64 = 70.0;
-const RIGHT: f64 = GAP + BAR + 82.0;
-const BELOW: f64 = 46.0;
+/// Around the panels, in heights of a text: labels and ticks on the left, time below.
+const LEFT: f64 = 5.0;
+const BELOW: f64 = 3.6;
 /// Above every panel, for its title; and between one column of panels and the next.
-const ABOVE: f64 = 28.0;
-const BETWEEN: f64 = 16.0;
+const ABOVE: f64 = 1.9;
+const BETWEEN: f64 = 1.2;
 /// From the panels to the scale of colours.
-const GAP: f64 = 22.0;
+const GAP: f64 = 1.4;
 const TALLEST_BAR: f64 = 360.0;
-/// Below that, for a note.
-const LINE: f64 = 26.0;
-/// How wide a letter of a title is, about.
-const LETTER: f64 = 6.4;
+/// Below that, for each line of a note.
+const LINE: f64 = 1.4;
 /// The steps on which the scale of colours ends, and its least and largest depth, dB.
 const STEP_DB: f64 = 5.0;
 const SHALLOWEST_DB: f64 = 20.0;
@@ -28,15 +25,21 @@ const DEEPEST_DB: f64 = 80.0;
 /// The share of the cells that may lie below the scale of colours.
 const BELOW_SCALE: f64 = 0.02;
 
-/// Spectrograms with one scale of colours, one of time and one of frequency, as SVG text that takes the width there is.
+/// Spectrograms with one scale of colours, one of time and one of frequency, in both formats, as SVG text that takes the width
+/// there is.
 ///
 /// # Errors
 /// [`DrawError`] where an image cannot be made.
 pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
-    let (panels, unit, note) = (&figure.panels, &figure.unit, figure.note.as_str());
-    let layout = Layout::of(panels.len());
-    let height = layout.height(note);
-    let mut svg = Svg::new(height);
+    both(|format| drawn(figure, format))
+}
+
+fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
+    let (panels, unit) = (&figure.panels, &figure.unit);
+    let layout = Layout::of(panels.len(), format);
+    let notes = layout.notes(&figure.note);
+    let height = layout.height(&figure.note);
+    let mut svg = Svg::new(format, height);
     svg.background(height);
     let all = |values: fn(&SpectrogramPanel) -> (f64, f64)| {
         let ends = panels.iter().map(values);
@@ -53,11 +56,10 @@ pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
             time,
             frequency,
         };
-        let letters = (layout.size.0 / LETTER) as usize;
         svg.text(
-            (frame.at.0, frame.at.1 - 9.0),
+            (frame.at.0, frame.at.1 - format.em(0.5)),
             "start",
-            &shortened(&panel.title, letters),
+            &format.cut(&panel.title, layout.size.0),
         );
         let image = Image {
             values: &panel.levels_db,
@@ -76,25 +78,24 @@ pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
     let (left, top) = layout.place(0);
     let middle = 0.5 * (top + layout.bottom());
     svg.text(
-        (0.5 * (left + layout.right()), layout.bottom() + 40.0),
+        (
+            0.5 * (left + layout.right()),
+            layout.bottom() + format.em(2.9),
+        ),
         "middle",
         "time, s",
     );
-    svg.text(
-        (layout.right(), layout.bottom() + 40.0),
-        "end",
-        "grey: no segment is centred there",
-    );
-    svg.upright((18.0, middle), "frequency, Hz");
+    svg.upright((format.em(1.1), middle), "frequency, Hz");
     let tall = (layout.bottom() - top).min(TALLEST_BAR);
     svg.colour_bar(
-        (layout.right() + GAP, middle - 0.5 * tall),
+        (layout.right() + format.em(GAP), middle - 0.5 * tall),
         tall,
         scale,
         &format!("PSD, dB re 1 {unit}"),
     );
-    if !note.is_empty() {
-        svg.text((LEFT, height - 12.0), "start", note);
+    for (i, note) in notes.iter().enumerate() {
+        let y = layout.bottom() + format.em(BELOW + LINE * (i as f64 + 0.9));
+        svg.text((format.em(0.5), y), "start", note);
     }
     Ok(svg.finish())
 }
@@ -104,38 +105,49 @@ pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
 /// # Errors
 /// As [`svg()`].
 pub fn file(figure: &Spectrograms) -> Result<String, DrawError> {
-    let height = Layout::of(figure.panels.len()).height(&figure.note);
-    Ok(sized(&svg(figure)?, height.round() as u32))
+    let layout = Layout::of(figure.panels.len(), Format::WIDE);
+    let height = layout.height(&figure.note).round() as u32;
+    Ok(sized(&drawn(figure, Format::WIDE)?, height))
 }
 
 /// Where panels stand: the same size each, in rows.
 struct Layout {
+    format: Format,
     across: usize,
     down: usize,
     size: (f64, f64),
 }
 
 impl Layout {
-    fn of(panels: usize) -> Self {
+    fn of(panels: usize, format: Format) -> Self {
         let (across, high) = match panels {
+            0 | 1 if format.is_narrow() => (1, 170.0),
             0 | 1 => (1, 300.0),
-            2..=4 => (2, 170.0),
-            _ => (3, 130.0),
+            2..=4 if !format.is_narrow() => (2, 170.0),
+            2 => (1, 130.0),
+            _ if format.is_narrow() => (2, 110.0),
+            _ => (3, 140.0),
         };
-        let room = f64::from(WIDTH) - LEFT - RIGHT - BETWEEN * (across - 1) as f64;
+        let around = format.em(LEFT + GAP) + format.scale_width();
+        let between = format.em(BETWEEN) * (across - 1) as f64;
         Self {
+            format,
             across,
             down: panels.div_ceil(across).max(1),
-            size: (room / across as f64, high),
+            size: (
+                (f64::from(format.width) - around - between) / across as f64,
+                high,
+            ),
         }
     }
 
     /// The left and the top of panel `i`.
     fn place(&self, i: usize) -> (f64, f64) {
         let (column, row) = ((i % self.across) as f64, (i / self.across) as f64);
+        let em = |share| self.format.em(share);
         (
-            LEFT + (self.size.0 + BETWEEN) * column,
-            ABOVE + (self.size.1 + ABOVE) * row,
+            em(LEFT) + (self.size.0 + em(BETWEEN)) * column,
+            em(ABOVE) + (self.size.1 + em(ABOVE)) * row,
         )
     }
 
@@ -144,11 +156,21 @@ impl Layout {
     }
 
     fn bottom(&self) -> f64 {
-        (self.size.1 + ABOVE) * self.down as f64
+        (self.size.1 + self.format.em(ABOVE)) * self.down as f64
+    }
+
+    /// What stands below: what grey means, and a note.
+    fn notes(&self, note: &str) -> Vec<String> {
+        let room = f64::from(self.format.width) - self.format.em(1.0);
+        let grey = self
+            .format
+            .lines("Grey: no segment is centred there.", room);
+        [grey, self.format.lines(note, room)].concat()
     }
 
     fn height(&self, note: &str) -> f64 {
-        self.bottom() + BELOW + if note.is_empty() { 0.0 } else { LINE }
+        let lines = self.notes(note).len() as f64;
+        self.bottom() + self.format.em(BELOW + LINE * lines + 0.4)
     }
 }
 
@@ -187,19 +209,15 @@ impl Frame {
 
     fn time_ticks(&self, svg: &mut Svg) {
         let bottom = self.at.1 + self.size.1;
-        for tick in ticks(self.time.0, self.time.1, self.size.0 / 80.0) {
-            let x = self.x(tick);
-            svg.line((x, bottom), (x, bottom + 6.0));
-            svg.text((x, bottom + 20.0), "middle", &number(tick));
+        for tick in ticks(self.time.0, self.time.1, self.size.0 / svg.em(5.0)) {
+            svg.mark_below(self.x(tick), bottom, tick);
         }
     }
 
     fn frequency_ticks(&self, svg: &mut Svg) {
-        let left = self.at.0;
-        for tick in ticks(self.frequency.0, self.frequency.1, self.size.1 / 45.0) {
-            let y = self.y(tick);
-            svg.line((left - 6.0, y), (left, y));
-            svg.text((left - 10.0, y + 4.0), "end", &number(tick));
+        let (low, high) = self.frequency;
+        for tick in ticks(low, high, self.size.1 / svg.em(2.8)) {
+            svg.mark_left(self.at.0, self.y(tick), tick);
         }
     }
 }
@@ -238,14 +256,6 @@ fn scale_db(panels: &[SpectrogramPanel]) -> (f64, f64) {
     let high = (high / STEP_DB).ceil() * STEP_DB;
     let low = (low / STEP_DB).floor() * STEP_DB;
     (low.clamp(high - DEEPEST_DB, high - SHALLOWEST_DB), high)
-}
-
-/// A title cut where its room ends.
-fn shortened(title: &str, letters: usize) -> String {
-    if title.chars().count() <= letters {
-        return title.into();
-    }
-    title.chars().take(letters - 1).chain(['…']).collect()
 }
 
 #[cfg(test)]
@@ -296,13 +306,13 @@ mod tests {
             .collect();
         for panels in 1..=7 {
             let panels = spectrograms[..panels].to_vec();
-            let svg = svg(&figure(panels.clone(), "(m/s²)²/Hz")).unwrap();
+            let svg = drawn(&figure(panels.clone(), "(m/s²)²/Hz"), Format::WIDE).unwrap();
             assert_eq!(count(&svg, "<image"), panels.len());
             assert_eq!(count(&svg, "&amp; more"), panels.len());
             for once in [">time, s<", ">frequency, Hz<", ">PSD, dB re 1 (m/s²)²/Hz<"] {
                 assert_eq!(count(&svg, once), 1, "{once}");
             }
-            let across = Layout::of(panels.len()).across;
+            let across = Layout::of(panels.len(), Format::WIDE).across;
             let down = panels.len().div_ceil(across);
             // 0 s once for every column, 0 Hz once for every row.
             assert_eq!(count(&svg, "middle\">0<"), across);
@@ -331,12 +341,6 @@ mod tests {
         check(&[], (-20.0, 0.0));
     }
 
-    #[test]
-    fn a_long_title_is_cut() {
-        assert_eq!(shortened("S1 at 30 mm/s", 20), "S1 at 30 mm/s");
-        assert_eq!(shortened("ä".repeat(9).as_str(), 5), "ääää…");
-    }
-
     /// The highest row comes first, and a file of its own has a size.
     #[test]
     fn high_frequencies_are_on_top() {
@@ -351,7 +355,7 @@ mod tests {
         assert!((100.0..=130.0).contains(&at_hz), "{at_hz}");
         let alone = file(&figure(vec![panel], "V²/Hz")).unwrap();
         assert!(
-            alone.starts_with("<svg width=\"900\" height=\"374\""),
+            alone.starts_with("<svg width=\"900\" height=\"417\""),
             "{}",
             &alone[..80]
         );

@@ -39,6 +39,9 @@ pub(crate) fn captions<I: Quantity, O: Quantity>(
     }
 }
 
+/// A level below any that can be measured, dB.
+const NOTHING_DB: f64 = -300.0;
+
 /// What a report of a transfer function shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a, I: Quantity, O: Quantity> {
@@ -169,7 +172,11 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                 @if let Some((repeats, apart_db)) = page.repeats {
                     (number(format!("{apart_db:.2} dB"), &format!("largest rms difference between two of {repeats} repeats")))
                 }
-                @if let Some((level_db, band)) = page.distortion.and_then(Distortion::worst) {
+                @let distortion = page.distortion.and_then(Distortion::worst);
+                // Where none stands above the noise its level is that of nothing.
+                @if distortion.is_some_and(|(level_db, _)| level_db < NOTHING_DB) {
+                    (number("none".into(), "distortion above the noise"))
+                } @else if let Some((level_db, band)) = distortion {
                     (number(format!("{level_db:.0} dB").replace('-', "−"), &format!("largest distortion re the \
                         response, {band}")))
                 }

@@ -10,7 +10,9 @@ use super::RATE_HZ;
 use super::drag::MovingSide;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
-use super::protocol::{ANGLES_DEG, Movement, Pace, load_possible, strokes_possible, within};
+use super::protocol::{
+    ANGLES_DEG, Pace, SlidingDirection, load_possible, strokes_possible, within,
+};
 use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
     Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
@@ -33,7 +35,7 @@ pub struct ActiveProtocol {
     /// How many strokes.
     pub strokes: usize,
     /// The direction of the strokes.
-    pub movement: Movement,
+    pub movement: SlidingDirection,
     /// Who sets speed and force.
     pub pace: Pace,
 }
@@ -136,11 +138,7 @@ impl ActTouch {
 
     /// The name of a run for its random stream: the sample, how it is touched, and the label.
     fn scene_name(&self, run: &RunPlan) -> String {
-        let movement = match self.protocol.movement {
-            Movement::Proximal => "proximal",
-            Movement::Transversal => "transversal",
-            Movement::Circular => "circular",
-        };
+        let movement = self.protocol.movement.word();
         let pace = match self.protocol.pace {
             Pace::Metronome { speed_m_s, .. } => format!("{:.0} um/s", speed_m_s * 1e6),
             Pace::Free => "free".into(),
@@ -199,6 +197,7 @@ impl Touching for ActTouch {
                 Pace::Free => None,
             },
             touch: Some(Touch::Active),
+            direction: Some(self.protocol.movement),
             ..Condition::default()
         }
     }
@@ -208,11 +207,7 @@ impl Touching for ActTouch {
     }
 
     fn provenance(&self) -> Vec<String> {
-        let movement = match self.protocol.movement {
-            Movement::Proximal => "proximal",
-            Movement::Transversal => "transversal",
-            Movement::Circular => "circular",
-        };
+        let movement = self.protocol.movement.word();
         let pace = match self.protocol.pace {
             Pace::Metronome { .. } => "with a metronome",
             Pace::Free => "at free speed and force",
@@ -414,9 +409,10 @@ impl ActiveRun {
         let yaw = hand.yaw_deg.to_radians() * self.random.person();
         let straight = |angle: f64| [angle.cos(), angle.sin()];
         match self.bench.protocol.movement {
-            Movement::Proximal => vec![straight(TAU / 4.0 + yaw); speed.len()],
-            Movement::Transversal => vec![straight(yaw); speed.len()],
-            Movement::Circular => {
+            SlidingDirection::Proximal => vec![straight(TAU / 4.0 + yaw); speed.len()],
+            SlidingDirection::Distal => vec![straight(yaw - TAU / 4.0); speed.len()],
+            SlidingDirection::Transversal => vec![straight(yaw); speed.len()],
+            SlidingDirection::Circular => {
                 let mut angle = TAU * self.random.uniform();
                 speed
                     .iter()
@@ -489,7 +485,7 @@ mod tests {
     fn protocol() -> ActiveProtocol {
         ActiveProtocol {
             strokes: 15,
-            movement: Movement::Proximal,
+            movement: SlidingDirection::Proximal,
             pace: Pace::Metronome {
                 speed_m_s: 0.03,
                 stroke_s: None,

@@ -7,7 +7,7 @@
 
 use super::parameters::{Drag, Sample, TwinParameters};
 use super::participant::Participant;
-use super::protocol::Movement;
+use super::protocol::SlidingDirection;
 use super::wander::SmoothWander;
 use piezotact_bench::random::Random;
 
@@ -53,15 +53,16 @@ impl FingertipFriction {
         parameters: &TwinParameters,
         participant: &Participant,
         sample: &Sample,
-        movement: Movement,
+        movement: SlidingDirection,
         dragging: MovingSide,
         rate_hz: f64,
         random: Random,
     ) -> Self {
         let drag: &Drag = match (dragging, movement) {
             (MovingSide::Surface, _) => &parameters.drag.held,
-            (MovingSide::Hand, Movement::Proximal) => &parameters.drag.active,
-            (MovingSide::Hand, Movement::Transversal | Movement::Circular) => {
+            (MovingSide::Hand, SlidingDirection::Proximal) => &parameters.drag.active,
+            (MovingSide::Hand, SlidingDirection::Distal) => &parameters.drag.distal,
+            (MovingSide::Hand, SlidingDirection::Transversal | SlidingDirection::Circular) => {
                 &parameters.drag.across
             }
         };
@@ -146,7 +147,11 @@ impl FingertipFriction {
 mod tests {
     use super::*;
 
-    fn dragged(sample: &str, movement: Movement, dragging: MovingSide) -> FingertipFriction {
+    fn dragged(
+        sample: &str,
+        movement: SlidingDirection,
+        dragging: MovingSide,
+    ) -> FingertipFriction {
         let parameters = TwinParameters::built_in();
         let participant = Participant::of(0, 1, &parameters);
         let mut dragged = FingertipFriction::of(
@@ -184,12 +189,12 @@ mod tests {
     #[test]
     fn rough_samples_slide_and_the_plate_without_texture_sticks_and_slips_in_a_free_hand() {
         for sample in ["S1", "S8", "S13", "M8"] {
-            let mut dragged = dragged(sample, Movement::Proximal, MovingSide::Hand);
+            let mut dragged = dragged(sample, SlidingDirection::Proximal, MovingSide::Hand);
             assert_eq!(sticking(&mut dragged, 0.03), (0.0, 0.0), "{sample}");
         }
         // When the hand slows down.
         let (stuck, bursts_hz) = sticking(
-            &mut dragged("NO", Movement::Proximal, MovingSide::Hand),
+            &mut dragged("NO", SlidingDirection::Proximal, MovingSide::Hand),
             0.015,
         );
         // Bursts at 2–15 Hz.
@@ -198,12 +203,12 @@ mod tests {
             "{stuck} {bursts_hz}"
         );
         let held = sticking(
-            &mut dragged("NO", Movement::Proximal, MovingSide::Surface),
+            &mut dragged("NO", SlidingDirection::Proximal, MovingSide::Surface),
             0.01,
         );
         assert_eq!(held, (0.0, 0.0));
         let (stuck, bursts_hz) = sticking(
-            &mut dragged("S1", Movement::Transversal, MovingSide::Hand),
+            &mut dragged("S1", SlidingDirection::Transversal, MovingSide::Hand),
             0.03,
         );
         assert!(stuck > 0.1 && bursts_hz > 2.0, "{stuck} {bursts_hz}");
@@ -213,7 +218,7 @@ mod tests {
     #[test]
     fn steady_sliding_has_the_sample_s_friction() {
         for (force_n, expected) in [(0.2, 0.85), (0.4, 0.85 * 2f64.powf(-0.1))] {
-            let mut dragged = dragged("S1", Movement::Proximal, MovingSide::Surface);
+            let mut dragged = dragged("S1", SlidingDirection::Proximal, MovingSide::Surface);
             let ratios: Vec<f64> = (0..50_000)
                 .map(|_| dragged.next(0.03, force_n).friction_n / force_n)
                 .collect();
@@ -225,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_finger_in_the_air_feels_nothing() {
-        let mut dragged = dragged("S1", Movement::Proximal, MovingSide::Hand);
+        let mut dragged = dragged("S1", SlidingDirection::Proximal, MovingSide::Hand);
         let Moment {
             slip_m_s,
             friction_n,

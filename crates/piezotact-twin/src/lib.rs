@@ -32,7 +32,7 @@ pub use output::OutputStage;
 pub use parameters::{PARAMETERS, ParameterError, Sample, TwinParameters};
 pub use participant::{Hand, Participant, Skin};
 pub use passage::record_texture;
-pub use protocol::{Movement, Pace};
+pub use protocol::{Pace, SlidingDirection};
 pub use shaker::{ShakerBench, ShakerExcitation, ShakerMount};
 pub use surface::{Patch, Relief, SurfaceError};
 pub use triboair::TriboAir;

@@ -7,7 +7,7 @@ use piezotact::series::{Series, SeriesError};
 use super::RATE_HZ;
 use super::parameters::{Sample, TwinParameters};
 use super::participant::Participant;
-use super::protocol::Movement;
+use super::protocol::SlidingDirection;
 use super::session::rate;
 use super::texture::Texture;
 
@@ -25,7 +25,13 @@ pub fn record_texture(
     duration: Seconds,
 ) -> Result<(Series<Acceleration>, Condition, Provenance), SeriesError> {
     let load_n = parameters.texture.reference_load_n;
-    let mut texture = Texture::of(parameters, participant, sample, Movement::Proximal, RATE_HZ);
+    let mut texture = Texture::of(
+        parameters,
+        participant,
+        sample,
+        SlidingDirection::Proximal,
+        RATE_HZ,
+    );
     let random = participant.random(&format!("texture {}", sample.name));
     let mut passage = texture.passage(speed_m_s * duration.0, speed_m_s, random);
     let samples = (0..rate().samples_in(duration))

@@ -2,16 +2,7 @@
 
 use piezotact_bench::{DeviceError, RunPlan};
 
-/// The direction of sliding relative to the finger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Movement {
-    /// Along the finger, towards the body.
-    Proximal,
-    /// Across the finger.
-    Transversal,
-    /// In circles.
-    Circular,
-}
+pub use piezotact::recording::SlidingDirection;
 
 /// Who sets the speed and the force of active touch.
 #[derive(Clone, Copy, Debug, PartialEq)]

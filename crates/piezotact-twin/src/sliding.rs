@@ -10,7 +10,7 @@ use super::drag::{FingertipFriction, MovingSide};
 use super::finger::{Finger, Placement};
 use super::parameters::{Sample, TwinParameters};
 use super::participant::Participant;
-use super::protocol::Movement;
+use super::protocol::SlidingDirection;
 use super::texture::Texture;
 use piezotact_bench::random::Random;
 
@@ -38,7 +38,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) parameters: &'a TwinParameters,
     pub(crate) participant: &'a Participant,
     pub(crate) sample: &'a Sample,
-    pub(crate) movement: Movement,
+    pub(crate) movement: SlidingDirection,
     pub(crate) dragging: MovingSide,
     /// The load and the angle of the run.
     pub(crate) load_n: f64,

@@ -13,7 +13,7 @@ use piezotact_fourier::{ComplexToReal, RealPlanner};
 
 use super::parameters::{Sample, TextureModel, TwinParameters};
 use super::participant::Participant;
-use super::protocol::Movement;
+use super::protocol::SlidingDirection;
 use piezotact_bench::random::Random;
 
 /// The fastest that peaks of a comb are made for, Hz at the reference speed: nothing beyond is felt.
@@ -52,13 +52,14 @@ impl Texture {
         parameters: &TwinParameters,
         participant: &Participant,
         sample: &Sample,
-        movement: Movement,
+        movement: SlidingDirection,
         rate_hz: f64,
     ) -> Self {
         let model = parameters.texture.clone();
         let (level, widening) = match movement {
-            Movement::Proximal => (1.0, 1.0),
-            Movement::Transversal | Movement::Circular => {
+            SlidingDirection::Proximal => (1.0, 1.0),
+            SlidingDirection::Distal => (model.distal_level, 1.0),
+            SlidingDirection::Transversal | SlidingDirection::Circular => {
                 (model.direction_level, model.direction_width)
             }
         };
@@ -311,7 +312,7 @@ mod tests {
             &parameters,
             &participant,
             parameters.sample(sample).unwrap(),
-            Movement::Proximal,
+            SlidingDirection::Proximal,
             5_000.0,
         );
         let length_m = speed_m_s * seconds;

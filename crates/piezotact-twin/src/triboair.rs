@@ -11,7 +11,7 @@ use super::acttouch::smooth;
 use super::drag::MovingSide;
 use super::parameters::{Sample, TriboAirParameters, TwinParameters};
 use super::participant::Participant;
-use super::protocol::{ANGLES_DEG, Movement, load_possible, strokes_possible, within};
+use super::protocol::{ANGLES_DEG, SlidingDirection, load_possible, strokes_possible, within};
 use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
     CALIBRATION, Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
@@ -128,6 +128,8 @@ impl Touching for TriboAir {
             twin_seed: Some(self.participant.seed),
             speed_m_s: Some(self.speed_m_s),
             touch: Some(Touch::Passive),
+            // The sample moves away from the body.
+            direction: Some(SlidingDirection::Proximal),
             ..Condition::default()
         }
     }
@@ -178,7 +180,7 @@ impl Touching for TriboAir {
             parameters: &self.parameters,
             participant: &self.participant,
             sample: &self.sample,
-            movement: Movement::Proximal,
+            movement: SlidingDirection::Proximal,
             dragging: MovingSide::Surface,
             load_n: asked_n * self.participant.hand.force,
             angle_deg: run.angle.0,

@@ -5,8 +5,8 @@ use piezotact::device::{DeviceDescription, GainName};
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact_bench::conformance::{Subject, of_acquirer, of_bench};
 use piezotact_twin::{
-    ActTouch, ActiveProtocol, Movement, Pace, Participant, ShakerBench, ShakerExcitation,
-    ShakerMount, TriboAir, TwinBench, TwinParameters,
+    ActTouch, ActiveProtocol, Pace, Participant, ShakerBench, ShakerExcitation, ShakerMount,
+    SlidingDirection, TriboAir, TwinBench, TwinParameters,
 };
 
 fn subject() -> Subject {
@@ -39,7 +39,7 @@ fn touching_keeps_to_the_contract() {
     let acttouch = move || {
         let protocol = ActiveProtocol {
             strokes: 2,
-            movement: Movement::Proximal,
+            movement: SlidingDirection::Proximal,
             pace: Pace::Metronome {
                 speed_m_s: 0.03,
                 stroke_s: None,

@@ -48,12 +48,12 @@ pub struct Chart {
     pub levels: Vec<f64>,
     /// Texts beside points: x, y, text.
     pub notes: Vec<(f64, f64, String)>,
-    /// Where the legend of a few lines stands; that of many is beside the chart.
-    pub legend: Corner,
+    /// Where the legend stands; that of many lines is beside the chart wherever there is room.
+    pub legend: Legend,
 }
 
 impl Chart {
-    /// A chart of `lines` without marks, its legend in the upper right corner.
+    /// A chart of `lines` without marks, its legend above it.
     #[must_use]
     pub fn new(x: Axis, y: Axis, lines: Vec<Line>) -> Self {
         Self {
@@ -65,7 +65,7 @@ impl Chart {
             rejected: Vec::new(),
             levels: Vec::new(),
             notes: Vec::new(),
-            legend: Corner::UpperRight,
+            legend: Legend::Above,
         }
     }
 
@@ -73,7 +73,7 @@ impl Chart {
     #[must_use]
     pub fn beside(self) -> Self {
         Self {
-            legend: Corner::Beside,
+            legend: Legend::Beside,
             ..self
         }
     }
@@ -88,16 +88,14 @@ impl Chart {
     }
 }
 
-/// A corner of a chart, or outside it.
+/// Where a legend stands: it covers nothing that is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Corner {
-    /// The upper left corner.
-    UpperLeft,
-    /// The upper right corner.
-    UpperRight,
-    /// Outside, to the right.
+pub enum Legend {
+    /// Above the chart.
+    Above,
+    /// To its right, however few lines there are.
     Beside,
 }
 

@@ -41,10 +41,21 @@ pub fn digits_that_count(value: f64, count: u32) -> String {
 /// ```
 #[must_use]
 pub fn difference_db(value_db: f64) -> String {
-    let rounded_db = (value_db * 100.0).round() / 100.0 + 0.0;
-    match rounded_db {
-        0.0 => "0.00".into(),
-        other => format!("{other:+.2}").replace('-', "−"),
+    plus(value_db, 2)
+}
+
+/// `value` with `decimals` decimals and its sign, also above zero; what rounds to nothing has no sign.
+///
+/// ```
+/// use piezotact::number::plus;
+/// assert_eq!([plus(-1.26, 1), plus(-0.01, 1), plus(2.0, 0)], ["−1.3", "0.0", "+2"]);
+/// ```
+#[must_use]
+pub fn plus(value: f64, decimals: usize) -> String {
+    let text = signed(value, decimals);
+    match text.chars().any(|c| matches!(c, '1'..='9')) {
+        true if !text.starts_with('−') => format!("+{text}"),
+        _ => text,
     }
 }
 

@@ -35,7 +35,58 @@ pub enum Touch {
     Resting,
 }
 
-/// The experimental condition of a recording: sample, participant, load, angle, speed, touch. Unknown entries are absent.
+/// The direction of sliding relative to the finger.
+///
+/// L. Felicetti's thesis (2024), figure 3; ulnar and radial are both transversal here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum SlidingDirection {
+    /// Along the finger, towards the body.
+    Proximal,
+    /// Along the finger, away from the body.
+    Distal,
+    /// Across the finger.
+    Transversal,
+    /// In circles.
+    Circular,
+}
+
+impl SlidingDirection {
+    /// All of them, the usual one first.
+    pub const ALL: [Self; 4] = [
+        Self::Proximal,
+        Self::Distal,
+        Self::Transversal,
+        Self::Circular,
+    ];
+
+    /// As documents have it: `proximal`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Proximal => "proximal",
+            Self::Distal => "distal",
+            Self::Transversal => "transversal",
+            Self::Circular => "circular",
+        }
+    }
+
+    /// The direction that `text` names, in whatever case; `None` for another word.
+    #[must_use]
+    pub fn named(text: &str) -> Option<Self> {
+        let text = text.to_lowercase();
+        Self::ALL.into_iter().find(|one| one.word() == text)
+    }
+}
+
+impl fmt::Display for SlidingDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// The experimental condition of a recording: sample, participant, load, angle, speed, touch, direction. Unknown entries are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -61,6 +112,9 @@ pub struct Condition {
     /// How the finger meets the surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<Touch>,
+    /// The direction in which the finger slides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<SlidingDirection>,
 }
 
 impl fmt::Display for Condition {
@@ -76,6 +130,8 @@ impl fmt::Display for Condition {
             self.load_n.map(|load| format!("load {load}")),
             self.angle_deg.map(|angle| format!("angle {}°", angle.0)),
             self.speed_m_s.map(|speed| format!("speed {speed} m/s")),
+            self.direction
+                .map(|direction| format!("direction {direction}")),
         ];
         let known: Vec<String> = known.into_iter().flatten().collect();
         f.write_str(&known.join(", "))

@@ -25,5 +25,6 @@ mod structure;
 mod studies;
 mod study;
 mod touch_golden;
+mod touching;
 mod transfer;
 mod vibrations;

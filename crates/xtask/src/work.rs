@@ -18,7 +18,9 @@ use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
 use piezotact_bench::{Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, TwinParameters};
+use piezotact_twin::{
+    ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection, TwinParameters,
+};
 use serde_json::json;
 
 /// Runs the work `name` on the inputs in `folder`, once uncounted and then `repetitions` times, and prints
@@ -79,7 +81,7 @@ fn t1() -> Result<Prepared> {
         let protocol = ActiveProtocol {
             // More than an hour of strokes of 1.9 s: the run is left when the hour is over.
             strokes: 2_000,
-            movement: Movement::Proximal,
+            movement: SlidingDirection::Proximal,
             pace: Pace::Metronome {
                 speed_m_s: 0.03,
                 stroke_s: None,

@@ -54,10 +54,12 @@ pub(crate) enum TouchBench {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum MovementName {
+pub(crate) enum DirectionName {
     /// Along the finger, towards the body.
     #[default]
     Proximal,
+    /// Along the finger, away from the body.
+    Distal,
     /// Across the finger.
     Transversal,
     /// In circles.
@@ -85,7 +87,7 @@ pub(crate) struct Record {
     pub(crate) stroke_time: Option<f64>,
     /// The direction of active strokes.
     #[arg(long, value_enum, default_value = "proximal")]
-    pub(crate) direction: MovementName,
+    pub(crate) direction: DirectionName,
     /// Active touch at the participant's own speed and force.
     #[arg(long, conflicts_with_all = ["speed", "stroke_time", "load"])]
     pub(crate) free: bool,

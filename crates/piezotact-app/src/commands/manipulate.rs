@@ -261,6 +261,7 @@ fn takes_of(path: &Path, channel: Option<&str>, reading: &Reading) -> Takes {
         recordings: vec![path.to_owned()],
         meta: None,
         touch: None,
+        direction: None,
         load: None,
         speed: None,
         vibration: channel.map(str::to_owned).into_iter().collect(),

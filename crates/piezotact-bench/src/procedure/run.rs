@@ -3,6 +3,7 @@
 use piezotact::Series;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
+use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
@@ -673,7 +674,9 @@ fn with_rest(start: &RunStart, at_rest: &SensorCalibration) -> Provenance {
         .iter()
         .zip(at_rest.offset.iter().zip(&at_rest.noise_rms))
         .filter(|(_, (_, noise))| **noise > 0.0)
-        .map(|((name, unit), (offset, noise))| format!("{name} {offset:.4} ± {noise:.4} {unit}"))
+        .map(|((name, unit), (offset, noise))| {
+            format!("{name} {} ± {noise:.4} {unit}", signed(*offset, 4))
+        })
         .collect();
     match read.is_empty() {
         true => start.about.provenance.clone(),

@@ -35,7 +35,7 @@ const ENTRIES: [&str; 13] = [
 const OF_FULL_SCALE: [&str; 2] = ["value", "unit"];
 const OF_EVENTS: [&str; 4] = ["onset_s", "duration_s", "kind", "value"];
 /// The entries of a condition, with how each is written.
-const OF_CONDITION: [(&str, &str); 7] = [
+const OF_CONDITION: [(&str, &str); 8] = [
     ("sample", r#""S4""#),
     ("participant", r#""P01""#),
     ("twin_seed", "7"),
@@ -43,6 +43,10 @@ const OF_CONDITION: [(&str, &str); 7] = [
     ("angle_deg", "20"),
     ("speed_m_s", "0.04"),
     ("touch", r#""active", "passive" or "resting""#),
+    (
+        "direction",
+        r#""proximal", "distal", "transversal" or "circular""#,
+    ),
 ];
 const EVENT: &str = r#"{"onset_s": 1.2, "duration_s": 0, "kind": "answer"}"#;
 

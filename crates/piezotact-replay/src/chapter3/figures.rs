@@ -9,6 +9,7 @@ use super::{Touched, named};
 use crate::ReplayError;
 use crate::figure::{
     Counterpart, decibels, density, frequency, line, linear, logarithmic, names, over_names,
+    share_scales,
 };
 use piezotact_bench::ProcedureError;
 
@@ -92,24 +93,25 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Counterpart>, ReplayErr
         passive_at(samples, &all, 2),
     ));
     figures.push(by_sample(
-        "33",
-        "Roughness and level of passive touch at 30 mm/s.",
-        "Ra, µm; rms, m/s²",
+        "33a",
+        "Roughness of the samples.",
+        "Ra, µm",
         samples,
-        vec![
-            over_names("Ra, µm", values(|s| s.ra_m * 1e6)),
-            over_names("rms, m/s²", values(Touched::level)),
-        ],
+        vec![over_names("", values(|s| s.ra_m * 1e6))],
+    ));
+    figures.push(by_sample(
+        "33b",
+        "Level of passive touch at 30 mm/s.",
+        "rms, m/s²",
+        samples,
+        vec![over_names("", values(Touched::level))],
     ));
     figures.push(by_sample(
         "34",
-        "Level and friction coefficient of passive touch at 30 mm/s.",
-        "rms, m/s²; friction coefficient",
+        "Friction coefficient of passive touch at 30 mm/s; the level stands in the counterpart of figure 33b.",
+        "friction coefficient",
         samples,
-        vec![
-            over_names("rms, m/s²", values(Touched::level)),
-            over_names("friction coefficient", values(friction_of)),
-        ],
+        vec![over_names("", values(friction_of))],
     ));
     for (number, name) in [("35a", "S1"), ("35b", "S2"), ("35c", "S3")] {
         if let Some(sample) = named(samples, name) {
@@ -170,6 +172,7 @@ pub(super) fn figures(samples: &[Touched]) -> Result<Vec<Counterpart>, ReplayErr
             active_of(samples, names),
         ));
     }
+    share_scales(&mut figures);
     Ok(figures)
 }
 

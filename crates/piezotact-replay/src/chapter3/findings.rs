@@ -4,6 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use piezotact::compare::{Summary, active_against_passive, difference_db_rms};
 use piezotact::feature::{StrokeSpectra, band_power};
+use piezotact::number::plus;
 use piezotact::quantity::Band;
 use piezotact::statistics::{log_fit, mean, rms, spearman};
 use piezotact::stroke::Judging;
@@ -439,6 +440,105 @@ pub(super) fn repeatable(samples: &[Touched], within: Band) -> Finding {
             fewest.unwrap_or(0),
             variation * 100.0
         ),
+    )
+}
+
+/// The width of the peak near `near_hz` as a share of its frequency: where the mean PSD stands above the middle between the peak and
+/// the higher of the lowest points beside it. NaN where there is no peak.
+fn peak_width(psd: &StrokeSpectra, near_hz: f64) -> f64 {
+    let line = |hz: f64| (hz / psd.resolution_hz).round() as usize;
+    let power = |k: usize| psd.mean.get(k).copied().unwrap_or(f64::NAN);
+    let inside = line(0.6 * near_hz)..=line(1.5 * near_hz);
+    let Some(top) = inside
+        .clone()
+        .max_by(|a, b| power(*a).total_cmp(&power(*b)))
+    else {
+        return f64::NAN;
+    };
+    let lowest = |lines: std::ops::RangeInclusive<usize>| lines.map(power).fold(f64::NAN, f64::min);
+    let (below, beyond) = (line(0.35 * near_hz), line(2.0 * near_hz));
+    let floor = lowest(below..=top).max(lowest(top..=beyond));
+    let half = 0.5 * (power(top) + floor);
+    // Between the lines, where the PSD crosses the middle.
+    let crossing = |outer: usize, inner: usize| {
+        let share = (power(inner) - half) / (power(inner) - power(outer));
+        (outer as f64 - inner as f64).abs() * share
+    };
+    let (mut left, mut right) = (top, top);
+    while left > below && power(left - 1) > half {
+        left -= 1;
+    }
+    while right < beyond && power(right + 1) > half {
+        right += 1;
+    }
+    if left == below || right == beyond {
+        return f64::NAN;
+    }
+    let lines = (right - left) as f64 + crossing(left - 1, left) + crossing(right + 1, right);
+    lines / top as f64
+}
+
+/// What transversal touch of a coarse sample is beside proximal touch of it.
+struct Across<'a> {
+    name: &'a str,
+    level_db: f64,
+    /// Strokes with stick-slip: transversal, proximal.
+    slipped: [usize; 2],
+    /// The width of the fingerprint's peak: transversal, proximal.
+    width: [f64; 2],
+}
+
+pub(super) fn transversal_touch(samples: &[Touched], ridge_m: f64) -> Finding {
+    let near_hz = SPEEDS_M_S[2] / ridge_m;
+    let across = samples.iter().filter_map(|s| {
+        let (taken, summary) = s.transversal.as_ref()?;
+        Some(Across {
+            name: &s.name,
+            level_db: 20.0 * (summary.rms.mean / s.active_summary.rms.mean).log10(),
+            slipped: [taken.slipped, s.active.slipped],
+            width: [&taken.analysis.psd, &s.active.analysis.psd]
+                .map(|psd| peak_width(psd, near_hz)),
+        })
+    });
+    let across: Vec<Across<'_>> = across.collect();
+    let more_slips = |one: &Across<'_>| {
+        let [transversal, proximal] = one.slipped.map(|count| count as f64);
+        (transversal - proximal) / ACTIVE_STROKES as f64
+    };
+    let told = across.iter().map(|one| {
+        let [transversal, proximal] = one.width.map(|share| format!("{:.0} %", share * 100.0));
+        format!(
+            "{}: level {} dB re proximal, stick-slip in {} of {ACTIVE_STROKES} strokes ({} proximal), peak {transversal} wide \
+                ({proximal} proximal)",
+            one.name,
+            plus(one.level_db, 1),
+            one.slipped[0],
+            one.slipped[1],
+        )
+    });
+    Finding::of(
+        35,
+        Holds::all([
+            below(
+                most(across.iter().map(|one| one.level_db)),
+                0.0,
+                "dB",
+                "a coarse sample has no lower level in transversal touch",
+            ),
+            above(
+                least(across.iter().map(more_slips)),
+                0.0,
+                "",
+                "a coarse sample has no more strokes with stick-slip in transversal touch",
+            ),
+            above(
+                least(across.iter().map(|one| one.width[0] / one.width[1])),
+                1.0,
+                "",
+                "a coarse sample has no wider peak in transversal touch",
+            ),
+        ]),
+        told.collect::<Vec<String>>().join("; "),
     )
 }
 

@@ -6,7 +6,7 @@ mod findings;
 use figures::figures;
 use findings::{
     active_as_passive, broad_and_similar, close_levels, fingerprint, friction, hard_samples,
-    level_falls, repeatable, same_roughness, speed, stick_slip,
+    level_falls, repeatable, same_roughness, speed, stick_slip, transversal_touch,
 };
 use piezotact::Doubt;
 use piezotact::compare::{Periods, Summary};
@@ -15,11 +15,12 @@ use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
 use piezotact::recording::Recording;
 use piezotact::series::Series;
 
-use super::claims::Finding;
 use super::measured::{Taken, run, take};
 use super::{Chapter, Replay, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
-use piezotact_twin::{ActTouch, ActiveProtocol, Movement, Pace, Participant, Relief, TriboAir};
+use piezotact_twin::{
+    ActTouch, ActiveProtocol, Pace, Participant, Relief, SlidingDirection, TriboAir,
+};
 
 /// Speeds of passive touch, m/s.
 const SPEEDS_M_S: [f64; 3] = [0.01, 0.02, 0.03];
@@ -44,6 +45,8 @@ struct Touched {
     doubts: Vec<Doubt>,
     active: Taken,
     active_summary: Summary,
+    /// What transversal strokes say, on the coarse samples.
+    transversal: Option<(Taken, Summary)>,
     /// The recording of active touch, and of passive touch at each speed, where a figure shows them.
     shown: Option<(Recording, Vec<Series<Acceleration>>)>,
 }
@@ -72,7 +75,7 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         fingerprint(&samples, replay.parameters.person.reference_ridge_m),
         active_as_passive(&samples, band(20.0, 500.0)?),
         repeatable(&samples, band(THIRD_OCTAVES_HZ[0], THIRD_OCTAVES_HZ[1])?),
-        Finding::not_yet(35, "measurements in several directions of touch"),
+        transversal_touch(&samples, replay.parameters.person.reference_ridge_m),
     ];
     let slipped = stick_slip(&samples);
     Ok(Chapter {
@@ -80,7 +83,7 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         title: "Vibrations of active and passive touch",
         measured: vec![
             format!(
-                "The reference participant (ridges {:.3} mm apart) touched the 14 isotropic samples at 0.2 N: passively {PASSIVE_STROKES} times at each of 10, 20 and 30 mm/s, actively in {ACTIVE_STROKES} proximal strokes at 30 mm/s.",
+                "The reference participant (ridges {:.3} mm apart) touched the 14 isotropic samples at 0.2 N: passively {PASSIVE_STROKES} times at each of 10, 20 and 30 mm/s, actively in {ACTIVE_STROKES} proximal strokes at 30 mm/s, and S1–S4 in as many transversal strokes.",
                 replay.parameters.person.reference_ridge_m * 1e3
             ),
             slipped,
@@ -123,17 +126,27 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
                     vibrations.push(strokes_joined(&taken, &recording)?);
                 }
             }
-            let protocol = ActiveProtocol {
-                strokes: ACTIVE_STROKES,
-                movement: Movement::Proximal,
-                pace: Pace::Metronome {
-                    speed_m_s: 0.03,
-                    stroke_s: None,
-                },
+            let stroked = |movement: SlidingDirection| {
+                let protocol = ActiveProtocol {
+                    strokes: ACTIVE_STROKES,
+                    movement,
+                    pace: Pace::Metronome {
+                        speed_m_s: 0.03,
+                        stroke_s: None,
+                    },
+                };
+                let bench = ActTouch::new(parameters, person(), sample, protocol)?;
+                take(bench.into_acquirer(), &run, SEGMENT)
             };
-            let bench = ActTouch::new(parameters, person(), sample, protocol)?;
-            let (active, recording) = take(bench.into_acquirer(), &run, SEGMENT)?;
+            let (active, recording) = stroked(SlidingDirection::Proximal)?;
             doubts.extend(active.doubts.iter().cloned());
+            let transversal = if COARSE.contains(&name.as_str()) {
+                let (taken, _) = stroked(SlidingDirection::Transversal)?;
+                let summary = taken.summary(&name, periods)?;
+                Some((taken, summary))
+            } else {
+                None
+            };
             Ok(Touched {
                 doubts,
                 ra_m: match sample.relief {
@@ -144,6 +157,7 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
                 shown: (name == "S1" || name == "S8").then_some((recording, vibrations)),
                 passive,
                 active,
+                transversal,
                 name,
             })
         })

@@ -13,7 +13,7 @@ use crate::claims::{
     Finding, Holds, above, alone, at_least, at_most, below, in_report_only, least, most,
     no_exception,
 };
-use crate::figure::{Counterpart, frequency, line, linear, names, over_names};
+use crate::figure::{Counterpart, frequency, line, linear, names, over_steps};
 
 /// The band of the thesis' figures, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
@@ -313,7 +313,7 @@ impl Panels {
         let loads = || LOADS_N.iter().map(|load_n| format!("{load_n} N"));
         let deviations = |label: &str, panel: &PanelAnalysis, angle: usize| {
             let found = panel.falls.get(angle).map(|f| f.deviations_db.clone());
-            over_names(label, found.unwrap_or_default().into_iter())
+            over_steps(label, found.unwrap_or_default().into_iter())
         };
         let by_load = |number, caption: &str, lines| {
             Counterpart::chart(

@@ -9,7 +9,7 @@ use piezotact::transfer::BundleAverage;
 
 use super::Page;
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Scale, Tone};
 
 const HEIGHT: u32 = 400;
 /// One among many.
@@ -49,6 +49,24 @@ fn around(label: impl Into<String>, lines: &[Line]) -> Axis {
     Axis::around(label, Scale::Linear, values)
 }
 
+/// The scale of all magnitudes, as they are compared: around all participants in all conditions, and `lines`.
+fn magnitude(page: &Page<'_>, lines: &[Line]) -> Axis {
+    let spreads = page.said.spreads.iter();
+    let ends = spreads.flat_map(|one| one.bundle.lowest_db.iter().chain(&one.bundle.highest_db));
+    let points = lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p.1));
+    Axis::around(unit(page), Scale::Linear, ends.copied().chain(points))
+}
+
+/// Magnitudes over the band that is analysed.
+fn magnitudes(page: &Page<'_>, lines: Vec<Line>) -> Result<String, DrawError> {
+    let y = magnitude(page, &lines);
+    let mut chart = Chart::new(frequency(page.said.config.band), y, lines);
+    chart.legend = Legend::Beside;
+    chart.svg(HEIGHT)
+}
+
 fn over_frequency(
     band: Band,
     label: impl Into<String>,
@@ -56,7 +74,7 @@ fn over_frequency(
 ) -> Result<String, DrawError> {
     let y = around(label, &lines);
     let mut chart = Chart::new(frequency(band), y, lines);
-    chart.legend = Corner::Beside;
+    chart.legend = Legend::Beside;
     chart.svg(HEIGHT)
 }
 
@@ -118,7 +136,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
         ));
     }
     let at_hz = spread.bundle.max_deviation_at_hz;
-    let y = around(unit(page), &lines);
+    let y = magnitude(page, &lines);
     let mut chart = Chart::new(frequency(page.said.config.band), y, lines);
     let bundle = &spread.bundle;
     let widest = bundle
@@ -131,7 +149,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
             .lines
             .push(Line::new("maximum deviation", WIDEST, Vec::new()).spread(vec![ends]));
     }
-    chart.legend = Corner::Beside;
+    chart.legend = Legend::Beside;
     chart.svg(HEIGHT)
 }
 
@@ -181,7 +199,7 @@ pub(super) fn deviations(said: &PanelAnalysis) -> Result<String, DrawError> {
     // From zero: a step is seen as large as it is.
     let y = Axis::new("maximum deviation, dB", 0.0, (highest * 1.15).max(0.1));
     let mut chart = Chart::new(Axis::names("load", names), y, lines);
-    chart.legend = Corner::Beside;
+    chart.legend = Legend::Beside;
     chart.svg(HEIGHT)
 }
 
@@ -215,7 +233,7 @@ pub(super) fn all(page: &Page<'_>) -> Result<String, DrawError> {
             }
         }
     }
-    over_frequency(page.said.config.band, unit(page), lines)
+    magnitudes(page, lines)
 }
 
 /// The first person who was measured in all of `cells`, with the curves.
@@ -241,7 +259,7 @@ fn drawn_example(
     let Some((who, lines)) = example(page, cells) else {
         return Ok(None);
     };
-    let svg = over_frequency(page.said.config.band, unit(page), lines)?;
+    let svg = magnitudes(page, lines)?;
     Ok(Some((who, svg)))
 }
 
@@ -280,7 +298,7 @@ pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String
             zipped(&average.frequencies_hz, db),
         )
     });
-    over_frequency(said.config.band, unit(page), coloured(lines.collect()))
+    magnitudes(page, coloured(lines.collect()))
 }
 
 /// The counterpart of figure 78: the participant and cell with most measurements.
@@ -299,7 +317,7 @@ pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)
         });
         coloured(named.collect())
     };
-    let functions = over_frequency(band, unit(page), of(|one| &one.level_db))?;
+    let functions = magnitudes(page, of(|one| &one.level_db))?;
     let lines = of(|one| &one.coherence);
     let lowest = lines
         .iter()
@@ -308,7 +326,7 @@ pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)
         .fold(1.0, f64::min);
     let low = if lowest > 0.9 { 0.9 } else { 0.0 };
     let mut chart = Chart::new(frequency(band), Axis::new("coherence", low, 1.005), lines);
-    chart.legend = Corner::Beside;
+    chart.legend = Legend::Beside;
     let caption = format!(
         "{} measurements of {} at {}.",
         repeats.each.len(),
@@ -325,7 +343,7 @@ pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Result<String,
         ("log magnitudes".to_owned(), log),
         ("complex".to_owned(), complex),
     ];
-    over_frequency(page.said.config.band, unit(page), coloured(lines))
+    magnitudes(page, coloured(lines))
 }
 
 pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<String, DrawError> {
@@ -416,9 +434,8 @@ pub(super) fn artefact(
     let window = cleaning.artefact.window_hz;
     chart.shaded.push((window.low().0, window.high().0));
     let both = match &curves.example_db {
-        Some([before, after]) => Some(over_frequency(
-            band,
-            unit(page),
+        Some([before, after]) => Some(magnitudes(
+            page,
             vec![
                 Line::new("before", SINGLE, before.clone()).thick(),
                 Line::new("after", MEAN, after.clone()),

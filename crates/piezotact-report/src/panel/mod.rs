@@ -8,6 +8,7 @@ mod tables;
 use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::document::Words;
+use piezotact::number::{plus, signed};
 use piezotact::panel::{
     Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelCurves,
     PanelKind,
@@ -395,11 +396,11 @@ fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
             h2 { "Average over participants" }
             p {
                 "At " (cell) " the complex mean differs from the mean of log magnitudes by "
-                (format!("{:+.2} dB on average over the band; the lowest difference is {:+.2} dB, at {:.0} \
-                    Hz.", difference.mean_db, difference.lowest_db, difference.lowest_at_hz))
-                (format!(" Differences of level between participants raise it (by {:+.2} dB), differences of phase lower it \
-                    (by {:.2} dB): the phases differ by {:.1}° rms over the band, and by {:.1}° where it is lowest.",
-                    difference.by_levels_db, difference.by_phases_db, difference.phase_rms_deg, difference.phase_rms_there_deg))
+                (format!("{} dB on average over the band; the lowest difference is {} dB, at {:.0} Hz.",
+                    plus(difference.mean_db, 2), plus(difference.lowest_db, 2), difference.lowest_at_hz))
+                (format!(" Differences of level between participants raise it (by {} dB), differences of phase lower it \
+                    (by {} dB): the phases differ by {:.1}° rms over the band, and by {:.1}° where it is lowest.",
+                    plus(difference.by_levels_db, 2), signed(difference.by_phases_db, 2), difference.phase_rms_deg, difference.phase_rms_there_deg))
             }
             div.counterparts {
                 (titled("Both averages", &figures::averages(page, found)?, &format!("At {cell}.")))

@@ -1,6 +1,7 @@
 //! The tables of a report on a panel.
 
 use maud::{Markup, html};
+use piezotact::number::plus;
 use piezotact::panel::{
     AverageCriterion, CellPenalties, LearningCurve, PairDistances, PanelAnalysis,
 };
@@ -10,11 +11,9 @@ use piezotact::transfer::BundleAverage;
 use super::{averaging_word, percent};
 
 fn test(paired: Option<PairedDifference>, mean_db: f64) -> String {
-    paired.map_or(format!("{mean_db:+.2}"), |p| {
-        format!(
-            "{:+.2} ({:+.2} to {:+.2})",
-            p.mean, p.interval[0], p.interval[1]
-        )
+    paired.map_or(plus(mean_db, 2), |p| {
+        let [low, high] = p.interval.map(|end| plus(end, 2));
+        format!("{} ({low} to {high})", plus(p.mean, 2))
     })
 }
 
@@ -53,7 +52,7 @@ pub(super) fn cells(said: &PanelAnalysis) -> Markup {
                         td.n { (format!("{:.1}", spread.bundle.max_deviation_db)) }
                         td.n { (format!("{:.0}", spread.bundle.max_deviation_at_hz)) }
                         td.n { (format!("{:.2}", spread.spread_rms_db)) }
-                        td { @if let Some(p) = furthest { (p.participant) (format!(": {:.1} dB rms, {:+.1} dB at {:.0} Hz", p.db_rms, p.db_max, p.at_hz)) } }
+                        td { @if let Some(p) = furthest { (p.participant) (format!(": {:.1} dB rms, {} dB at {:.0} Hz", p.db_rms, plus(p.db_max, 1), p.at_hz)) } }
                     }
                 }
             }
@@ -102,7 +101,7 @@ pub(super) fn loads(said: &PanelAnalysis) -> Markup {
                         td.n { (step.rising) }
                         td.n { (test(step.paired, step.mean_db)) }
                         td { (shown(step.paired)) }
-                        td.n { (format!("{least:+.2}")) }
+                        td.n { (plus(least, 2)) }
                         td.n { (percent(step.least_rising_share)) }
                         td.n { (p_value(step.paired.map(|p| p.p_value))) }
                         td.n { (p_value(step.sign_test_p)) }

@@ -1,15 +1,17 @@
 //! The figures of a report on strokes, one function for each.
 
+use std::collections::BTreeMap;
+
 use piezotact::compare::{RoughnessTrend, SpatialPeriod, Summary};
 use piezotact::feature::{Analysis, StrokeSpectra};
-use piezotact::quantity::Unit;
+use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::Channel;
 use piezotact::statistics::LogFit;
 use piezotact::stroke::Interval;
 
 use crate::chart::HEIGHT;
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Corner, Line, Mark, Scale, Tone};
+use piezotact::figure::{Axis, Chart, Line, Mark, Scale, Tone};
 use piezotact::study::Take;
 
 const SIGNAL: Tone = Tone::Signal;
@@ -20,97 +22,104 @@ const MEAN: Tone = Tone::Reference;
 /// The part of a recording that is shown: all of it, or its first `LONGEST_S` seconds.
 const LONGEST_S: f64 = 60.0;
 
-/// The signals of a recording with its cuts, one chart for each kind of channel.
-pub(super) fn signals(take: &Take) -> Result<Vec<String>, DrawError> {
+/// What a chart of signals shows, and its channels.
+type Shown<'t> = (String, Vec<&'t Channel>);
+
+/// How long a part of `take` is shown, s.
+fn shown_s(take: &Take) -> f64 {
     let rate = take.recording.rate();
-    let shown = take
-        .recording
-        .len()
-        .min(rate.samples_in(piezotact::quantity::Seconds(LONGEST_S)));
-    let length_s = rate.duration_of(shown).0;
+    let whole = rate.duration_of(take.recording.len()).0;
+    whole.min(LONGEST_S)
+}
+
+/// The channels of a recording, those of one kind together.
+fn kinds(take: &Take) -> Vec<Shown<'_>> {
     let roles = &take.segmentation.roles;
     let channel = |name: &String| take.recording.pick(Some(name), &Unit::Newton).ok();
-    let points = |channel: &Channel| -> Vec<(f64, f64)> {
-        channel.samples[..shown]
-            .iter()
-            .enumerate()
-            .map(|(i, v)| (i as f64 / rate.hz(), *v))
-            .collect()
-    };
-    let mut charts = Vec::new();
-    let mut draw = |label: String, channels: Vec<&Channel>| -> Result<(), DrawError> {
-        if channels.is_empty() {
-            return Ok(());
-        }
-        let colours = [SIGNAL, SECOND, Tone::Third];
-        let several = channels.len() > 1;
-        let lines: Vec<Line> = channels
-            .iter()
-            .zip(colours.iter().cycle())
-            .map(|(channel, colour)| {
-                let name = if several { channel.name.as_str() } else { "" };
-                Line::new(name, *colour, points(channel)).thin()
-            })
-            .collect();
-        let values = || {
-            lines
-                .iter()
-                .flat_map(|line| line.points.iter().map(|p| p.1))
-        };
-        let low = values().fold(f64::MAX, f64::min);
-        let high = values().fold(f64::MIN, f64::max);
-        let room = 0.06 * (high - low).max(f64::MIN_POSITIVE);
-        // Room for the legend above the lines.
-        let top = if several {
-            high + 5.0 * room
-        } else {
-            high + room
-        };
-        let span = |interval: &Interval| {
-            let at = |sample: usize| rate.duration_of(sample).0.min(length_s);
-            (at(interval.start), at(interval.end))
-        };
-        let mut chart = Chart::new(
-            Axis::new("time, s", 0.0, length_s),
-            Axis::new(label, low - room, top),
-            lines,
-        );
-        chart.shaded = take
-            .segmentation
-            .strokes
-            .iter()
-            .map(|s| span(&s.steady))
-            .collect();
-        chart.rejected = take
-            .segmentation
-            .rejected
-            .iter()
-            .map(|r| span(&r.interval))
-            .collect();
-        for ranges in [&mut chart.shaded, &mut chart.rejected] {
-            ranges.retain(|(from, to)| from < to);
-        }
-        charts.push(chart.svg(HEIGHT - 90)?);
-        Ok(())
-    };
     let vibration: Vec<&Channel> = roles.vibration.iter().filter_map(channel).take(3).collect();
     let unit = vibration.first().map_or("", |c| c.unit.symbol()).to_owned();
-    draw(axis_label("vibration", &unit), vibration)?;
-    draw(
-        "normal force, N".into(),
-        roles.normal_force.iter().filter_map(channel).collect(),
-    )?;
-    draw(
-        "tangential force, N".into(),
-        roles.tangential_force.iter().filter_map(channel).collect(),
-    )?;
-    if let Some(motion) = &roles.motion {
-        let name = motion.channel().to_owned();
-        let channel = channel(&name);
-        let label = channel.map_or(String::new(), |c| axis_label("motion", c.unit.symbol()));
-        draw(label, channel.into_iter().collect())?;
+    let mut kinds = vec![
+        (axis_label("vibration", &unit), vibration),
+        (
+            "normal force, N".into(),
+            roles.normal_force.iter().filter_map(channel).collect(),
+        ),
+        (
+            "tangential force, N".into(),
+            roles.tangential_force.iter().filter_map(channel).collect(),
+        ),
+    ];
+    if let Some(channel) = roles
+        .motion
+        .as_ref()
+        .and_then(|m| channel(&m.channel().to_owned()))
+    {
+        kinds.push((axis_label("motion", channel.unit.symbol()), vec![channel]));
     }
-    Ok(charts)
+    kinds.retain(|(_, channels)| !channels.is_empty());
+    kinds
+}
+
+/// The signals of recordings with their cuts: for each recording a chart of each kind of channel. One kind has one scale.
+pub(super) fn signals(takes: &[Take]) -> Result<Vec<Vec<String>>, DrawError> {
+    let kinds: Vec<Vec<Shown<'_>>> = takes.iter().map(kinds).collect();
+    let mut scales: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    for (take, kinds) in takes.iter().zip(&kinds) {
+        let shown = take.recording.rate().samples_in(Seconds(shown_s(take)));
+        for (label, channels) in kinds {
+            let samples = channels.iter().flat_map(|c| c.samples.iter().take(shown));
+            let scale = scales.entry(label).or_insert((f64::MAX, f64::MIN));
+            *scale = samples.fold(*scale, |(low, high), v| (low.min(*v), high.max(*v)));
+        }
+    }
+    let charts = takes.iter().zip(&kinds).map(|(take, kinds)| {
+        let charts = kinds.iter().map(|(label, channels)| {
+            let (low, high) = scales.get(label.as_str()).copied().unwrap_or((0.0, 1.0));
+            let room = 0.06 * (high - low).max(f64::MIN_POSITIVE);
+            let scale = Axis::new(label.as_str(), low - room, high + room);
+            signals_of(take, channels, scale)
+        });
+        charts.collect()
+    });
+    charts.collect()
+}
+
+/// Some channels of a recording with its cuts.
+fn signals_of(take: &Take, channels: &[&Channel], scale: Axis) -> Result<String, DrawError> {
+    let rate = take.recording.rate();
+    let length_s = shown_s(take);
+    let shown = rate.samples_in(Seconds(length_s));
+    let points = |channel: &Channel| -> Vec<(f64, f64)> {
+        let samples = channel.samples.iter().take(shown).enumerate();
+        samples.map(|(i, v)| (i as f64 / rate.hz(), *v)).collect()
+    };
+    let colours = [SIGNAL, SECOND, Tone::Third];
+    let several = channels.len() > 1;
+    let lines: Vec<Line> = channels
+        .iter()
+        .zip(colours.iter().cycle())
+        .map(|(channel, colour)| {
+            let name = if several { channel.name.as_str() } else { "" };
+            Line::new(name, *colour, points(channel)).thin()
+        })
+        .collect();
+    let span = |interval: &Interval| {
+        let at = |sample: usize| rate.duration_of(sample).0.min(length_s);
+        (at(interval.start), at(interval.end))
+    };
+    let mut chart = Chart::new(Axis::new("time, s", 0.0, length_s), scale, lines);
+    let segmentation = &take.segmentation;
+    chart.shaded = segmentation
+        .strokes
+        .iter()
+        .map(|s| span(&s.steady))
+        .collect();
+    let rejected = segmentation.rejected.iter();
+    chart.rejected = rejected.map(|r| span(&r.interval)).collect();
+    for ranges in [&mut chart.shaded, &mut chart.rejected] {
+        ranges.retain(|(from, to)| from < to);
+    }
+    chart.svg(HEIGHT - 90)
 }
 
 /// "acceleration, m/s²" where the unit says so.
@@ -203,8 +212,33 @@ pub(super) fn strokes_with_mean(analysis: &Analysis) -> Result<[String; 2], Draw
     ])
 }
 
+/// The axes of figures of PSDs that are compared with each other.
+pub(super) struct SpectralAxes {
+    frequency: Axis,
+    density: Axis,
+}
+
+impl SpectralAxes {
+    /// Around the mean PSDs of all `groups` over `band`, Hz.
+    pub(super) fn around(band: (f64, f64), groups: &[&Summary]) -> Self {
+        let frequency = frequency_axis(band.0, band.1);
+        let unit = groups
+            .first()
+            .map_or(String::new(), |group| group.unit.of_psd());
+        let lines = groups.iter().map(|group| {
+            let points = density(&group.psd, &group.psd.mean);
+            Line::new("", SINGLE, points)
+        });
+        let lines: Vec<Line> = lines.collect();
+        Self {
+            density: density_axis(format!("PSD, {unit}"), &frequency, &lines),
+            frequency,
+        }
+    }
+}
+
 /// The mean PSDs of groups, one line each.
-pub(super) fn psds(groups: &[&Summary], band: (f64, f64)) -> Result<String, DrawError> {
+pub(super) fn psds(groups: &[&Summary], axes: &SpectralAxes) -> Result<String, DrawError> {
     let colours = Tone::several(groups.len());
     let many = groups.len() > 7;
     let lines: Vec<Line> = groups
@@ -221,12 +255,7 @@ pub(super) fn psds(groups: &[&Summary], band: (f64, f64)) -> Result<String, Draw
             }
         })
         .collect();
-    let x = frequency_axis(band.0, band.1);
-    let unit = groups
-        .first()
-        .map_or(String::new(), |group| group.unit.of_psd());
-    let y = density_axis(format!("PSD, {unit}"), &x, &lines);
-    Chart::new(x, y, lines).svg(HEIGHT + 100)
+    Chart::new(axes.frequency.clone(), axes.density.clone(), lines).svg(HEIGHT + 100)
 }
 
 /// A power law of Ra in µm, within both axes.
@@ -274,7 +303,6 @@ pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<S
             .spread(spread),
     );
     let mut chart = Chart::new(x, y, lines);
-    chart.legend = Corner::UpperLeft;
     chart.notes = known
         .iter()
         .map(|(g, ra)| (*ra, g.rms.mean, g.name.clone()))
@@ -292,7 +320,8 @@ fn rms_label(groups: &[&Summary]) -> String {
 /// Mean and standard deviation of something for each group, one line for each setting.
 pub(super) type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
 
-/// Something of every group, over the names of the groups: one line for each of `sets`.
+/// Something of every group, over the names of the groups: a point for each of `sets`, those of one name side by side. Names
+/// have no order that a line could follow.
 pub(super) fn by_name(
     names: &[String],
     y_label: String,
@@ -300,61 +329,100 @@ pub(super) fn by_name(
     sets: &Sets,
 ) -> Result<String, DrawError> {
     let colours = Tone::several(sets.len());
+    let beside = |set: usize| 0.5 * ((set as f64 + 0.5) / sets.len() as f64 - 0.5);
     let lines: Vec<Line> = sets
         .iter()
         .zip(&colours)
-        .map(|((label, values), colour)| {
+        .enumerate()
+        .map(|(set, ((label, values), colour))| {
             let known = || {
-                values
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(i, v)| Some((i as f64, (*v)?)))
+                let values = values.iter().enumerate();
+                values.filter_map(move |(i, v)| Some((i as f64 + beside(set), (*v)?)))
             };
             let label = if sets.len() > 1 { label.as_str() } else { "" };
-            Line::new(
-                label,
-                *colour,
-                known().map(|(i, (mean, _))| (i, mean)).collect(),
-            )
-            .thin()
-            .marked(Mark::Joined)
-            .spread(
-                known()
-                    .map(|(i, (mean, sd))| (i, mean - sd, mean + sd))
-                    .collect(),
-            )
+            let points = known().map(|(x, (mean, _))| (x, mean)).collect();
+            let spread = known().map(|(x, (mean, sd))| (x, mean - sd, mean + sd));
+            Line::new(label, *colour, points)
+                .marked(Mark::Dots)
+                .spread(spread.collect())
         })
         .collect();
     let ends = lines
         .iter()
         .flat_map(|line| line.spread.iter().flat_map(|(_, a, b)| [*a, *b]));
-    let mut y = Axis::around(y_label, Scale::Linear, ends);
-    if sets.len() > 1 && sets.len() < 4 {
-        // Room for the legend above the lines.
-        y.high += 0.3 * (y.high - y.low);
-    }
+    let y = Axis::around(y_label, Scale::Linear, ends);
     Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
 }
 
+/// A setting, and x, mean and standard deviation of something at each of its groups.
+pub(super) type Courses = Vec<(String, Vec<(f64, f64, f64)>)>;
+
+/// Something of every group over a quantity, both logarithmic: joined points for each setting.
+pub(super) fn over_quantity(
+    x_label: &str,
+    y_label: String,
+    courses: &Courses,
+) -> Result<String, DrawError> {
+    let colours = Tone::several(courses.len());
+    let lines = courses.iter().zip(&colours);
+    let lines: Vec<Line> = lines
+        .map(|((label, course), colour)| {
+            let label = if courses.len() > 1 {
+                label.as_str()
+            } else {
+                ""
+            };
+            let points = course.iter().map(|(x, mean, _)| (*x, *mean));
+            // A bar that reaches zero has no end on a logarithmic axis.
+            let spread = course.iter().filter(|(_, mean, sd)| sd < mean);
+            let spread = spread.map(|(x, mean, sd)| (*x, mean - sd, mean + sd));
+            Line::new(label, *colour, points.collect())
+                .thin()
+                .marked(Mark::Joined)
+                .spread(spread.collect())
+        })
+        .collect();
+    let x = lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p.0));
+    let ends = lines.iter().flat_map(|line| {
+        let spread = line.spread.iter().flat_map(|(_, low, high)| [*low, *high]);
+        spread.chain(line.points.iter().map(|p| p.1))
+    });
+    let x = Axis::around(x_label, Scale::Logarithmic, x);
+    let y = Axis::around(y_label, Scale::Logarithmic, ends);
+    Chart::new(x, y, lines).svg(HEIGHT)
+}
+
+/// The axes of all figures of peaks over speed, which are compared with each other.
+pub(super) fn period_axes<'p>(periods: impl Iterator<Item = &'p SpatialPeriod>) -> (Axis, Axis) {
+    let peaks = periods.flat_map(|period| &period.peaks);
+    let (fastest, highest) = peaks.fold((0.0, 0.0), |(v, f): (f64, f64), peak| {
+        (v.max(peak.speed_m_s * 1e3), f.max(peak.frequency_hz))
+    });
+    (
+        Axis::new("speed, mm/s", 0.0, fastest * 1.1),
+        Axis::new("frequency of the peak, Hz", 0.0, highest * 1.15),
+    )
+}
+
 /// The peaks of a spatial period over speed, with the line f = v/λ.
-pub(super) fn period(period: &SpatialPeriod) -> Result<String, DrawError> {
+pub(super) fn period(
+    period: &SpatialPeriod,
+    (speed, frequency): &(Axis, Axis),
+) -> Result<String, DrawError> {
     let points: Vec<(f64, f64)> = period
         .peaks
         .iter()
         .map(|peak| (peak.speed_m_s * 1e3, peak.frequency_hz))
         .collect();
-    let top = |values: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(values).fold(0.0, f64::max);
-    let (fastest, highest) = (top(&|p| p.0) * 1.1, top(&|p| p.1) * 1.15);
     let label = format!("f = v / {:.3} mm", period.period_m * 1e3);
+    // The line ends where the first of the axes does.
+    let fastest = speed.high.min(frequency.high * period.period_m * 1e3);
     let law = vec![(0.0, 0.0), (fastest, fastest * 1e-3 / period.period_m)];
-    let mut chart = Chart::new(
-        Axis::new("speed, mm/s", 0.0, fastest),
-        Axis::new("frequency of the peak, Hz", 0.0, highest),
-        vec![
-            Line::new(label, SINGLE, law),
-            Line::new("", SIGNAL, points).marked(Mark::Dots),
-        ],
-    );
-    chart.legend = Corner::UpperLeft;
-    chart.svg(HEIGHT - 40)
+    let lines = vec![
+        Line::new(label, SINGLE, law),
+        Line::new("", SIGNAL, points).marked(Mark::Dots),
+    ];
+    Chart::new(speed.clone(), frequency.clone(), lines).svg(HEIGHT - 40)
 }

@@ -2,13 +2,14 @@
 
 mod apart;
 mod figures;
+mod touching;
 
-use figures::Sets;
+use figures::{Courses, Sets, SpectralAxes};
 use maud::{Markup, html};
 use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::{FailedFile, Words};
 use piezotact::feature::{Receptor, STROKE_COLUMNS, Statistics, Weighting};
-use piezotact::number::{counted, digits, p_text, signed};
+use piezotact::number::{counted, digits, p_text, plus, signed};
 use piezotact::statistics::{Direction, LogFit};
 use piezotact::study::{
     self, By, Comparison, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
@@ -19,6 +20,8 @@ use crate::{DrawError, document, figure};
 
 /// Recordings whose signals are shown; the others are in the tables.
 const SHOWN: usize = 4;
+/// Settings whose spectra are shown; the figure over all of them holds the rest.
+const SETTINGS_SHOWN: usize = 3;
 
 /// A report of cuts: the signals with their strokes and rejects.
 ///
@@ -61,6 +64,8 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
         @if let Some(discrimination) = &study.discrimination { (apart::section(discrimination)) }
         (samples(study)?)
         (speeds(study, words)?)
+        (touching::section(study, By::Load, words)?)
+        (touching::section(study, By::Direction, words)?)
         (active_passive(study)?)
         (single(study)?)
         (signals(&study.takes, SHOWN)?)
@@ -100,7 +105,8 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> String {
         return "–".into();
     };
     let mean = digits(s.mean * scale);
-    if strokes < 2 {
+    // What was stated for all strokes has no spread.
+    if strokes < 2 || s.sd <= 0.0 {
         return mean;
     }
     // The spread shows one digit that counts, where one more decimal is enough for it.
@@ -153,7 +159,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                 }
             } }
             @if touched || moved {
-                table.second {
+                div.wide { table.second.tight {
                     tr {
                         th { "group" }
                         @if touched { th.n { "friction coefficient" } th.n { "normal force, N" } }
@@ -173,17 +179,43 @@ fn groups(study: &StudyAnalysis) -> Markup {
                             }
                         }
                     }
-                }
+                } }
             }
         }
     }
 }
 
-/// The band that figures of spectra show, Hz.
-fn shown_band(study: &StudyAnalysis) -> (f64, f64) {
-    study
+/// The names of the groups of all comparisons, in their order: first those of the one with most.
+fn names_of(comparisons: &[Comparison]) -> Vec<String> {
+    let mut longest: Vec<&Comparison> = comparisons.iter().collect();
+    longest.sort_by_key(|comparison| std::cmp::Reverse(comparison.groups.len()));
+    let mut names: Vec<String> = Vec::new();
+    for group in longest
+        .into_iter()
+        .flat_map(|comparison| &comparison.groups)
+    {
+        if !names.contains(&group.summary.name) {
+            names.push(group.summary.name.clone());
+        }
+    }
+    names
+}
+
+/// The axes of all figures of spectra: what is compared has one scale.
+fn spectral_axes(study: &StudyAnalysis) -> SpectralAxes {
+    let band = study
         .band_hz
-        .map_or((1.0, 1000.0), |[low, high]| (low, high))
+        .map_or((1.0, 1000.0), |[low, high]| (low, high));
+    let all = study.asked.iter().chain(&study.beside);
+    let compared = all.flat_map(|across| &across.comparisons);
+    let compared = compared.flat_map(|comparison| &comparison.groups);
+    let both = study.both_ways.iter();
+    let both = both.flat_map(|both| both.active.iter().chain(&both.passive));
+    let groups = study.groups.iter().chain(compared).chain(both);
+    SpectralAxes::around(
+        band,
+        &groups.map(|group| &group.summary).collect::<Vec<_>>(),
+    )
 }
 
 fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
@@ -191,11 +223,10 @@ fn spectra(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     if summaries.len() < 2 {
         return Ok(html! {});
     }
-    let band = shown_band(study);
     Ok(html! {
         section {
             h2 { "Spectra of the groups" }
-            (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each group, over all its strokes."))
+            (figure(&figures::psds(&summaries, &spectral_axes(study))?, "Mean power spectral density of each group, over all its strokes."))
             @let lines = &study.common_lines;
             @if !lines.is_empty() {
                 p { "Spectral lines found in every sample:" }
@@ -214,12 +245,7 @@ fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     if all.is_empty() {
         return Ok(html! {});
     }
-    let mut names: Vec<String> = Vec::new();
-    for summary in all.iter().flat_map(|c| &c.groups).map(|g| &g.summary) {
-        if !names.contains(&summary.name) {
-            names.push(summary.name.clone());
-        }
-    }
+    let names = names_of(all);
     let of = |value: &dyn Fn(&Summary) -> Option<Statistics>| -> Sets {
         let settings = all.iter().map(|comparison| {
             let named = |name: &String| {
@@ -266,10 +292,10 @@ fn samples_in(
 ) -> Result<Markup, DrawError> {
     let summaries = comparison.summaries();
     let trend = &changes.roughness;
-    let band = shown_band(study);
+    let axes = spectral_axes(study);
     Ok(html! {
         (heading(comparison))
-        @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density of each sample.")) }
+        @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, &axes)?, "Mean power spectral density of each sample.")) }
         @if trend.samples.len() > 2 {
             (figure(&figures::roughness(&summaries, trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
         }
@@ -322,39 +348,34 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
     if all.is_empty() {
         return Ok(html! {});
     }
-    let band = shown_band(study);
+    let axes = spectral_axes(study);
+    let peaks_shown = all
+        .iter()
+        .take(SETTINGS_SHOWN)
+        .filter_map(|c| match &c.trend {
+            Trend::Speeds(trend) => trend.period.as_ref(),
+            _ => None,
+        });
+    let peak_axes = figures::period_axes(peaks_shown);
     let mut parts = Vec::new();
-    let mut names: Vec<String> = Vec::new();
     let mut rows: Vec<[String; 6]> = Vec::new();
-    let mut sets: Sets = Vec::new();
+    let mut courses: Courses = Vec::new();
     for comparison in all {
         let Trend::Speeds(trend) = &comparison.trend else {
             continue;
         };
         let summaries = comparison.summaries();
         rows.push(speed_row(comparison, trend));
-        names.push(comparison.setting.clone());
-        for summary in &summaries {
-            let value = Some((summary.rms.mean, summary.rms.sd));
-            let at = names.len() - 1;
-            let place = sets.iter().position(|(name, _)| *name == summary.name);
-            let values = match place {
-                Some(place) => &mut sets[place].1,
-                None => {
-                    sets.push((summary.name.clone(), Vec::new()));
-                    let last = sets.len() - 1;
-                    &mut sets[last].1
-                }
-            };
-            values.resize(at, None);
-            values.push(value);
-        }
-        // Three settings show what there is to see; the figure over all of them holds the rest.
-        if parts.len() < 3 {
+        let course = summaries.iter().filter_map(|s| {
+            let speed = s.speed_m_s?;
+            Some((speed.mean * 1e3, s.rms.mean, s.rms.sd))
+        });
+        courses.push((comparison.setting.clone(), course.collect()));
+        if parts.len() < SETTINGS_SHOWN {
             parts.push(html! {
                 (heading(comparison))
                 // One setting has its spectra above.
-                @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, band)?, "Mean power spectral density at each speed.")) }
+                @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, &axes)?, "Mean power spectral density at each speed.")) }
                 ul {
                     @if let Some(fit) = &trend.rms_on_speed {
                         li { (fit.conclusion("rms", "speed", "speeds")) }
@@ -365,7 +386,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
                     }
                 }
                 @if let Some(period) = &trend.period {
-                    (figure(&figures::period(period)?, "The peak of each speed, and the line f = v/λ."))
+                    (figure(&figures::period(period, &peak_axes)?, "The peak of each speed, and the line f = v/λ."))
                 }
             });
         }
@@ -374,25 +395,17 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
         .groups
         .first()
         .map_or(String::new(), |g| g.summary.unit.to_string());
-    let over_all = if names.len() > 1 {
-        let svg = figures::by_name(&names, format!("rms, {unit}"), "", &sets)?;
-        figure(
-            &svg,
-            "Rms of the vibration at each speed: mean and standard deviation over strokes.",
-        )
-    } else {
-        html! {}
-    };
+    let over_all = figures::over_quantity("speed, mm/s", format!("rms, {unit}"), &courses)?;
     let shown = parts.len();
     Ok(html! {
         section {
             h2 { "Across speeds" }
-            (over_all)
+            (figure(&over_all, "Rms of the vibration at each speed: mean and standard deviation over strokes."))
             @if all.len() > 1 {
-                table {
+                div.wide { table.tight {
                     tr { th { "setting" } th.n { "exponent of rms versus speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
                     @for row in &rows { tr { td { (row[0]) } @for cell in &row[1..] { td.n { (cell) } } } }
-                }
+                } }
             }
             @if all.len() > shown { p.soft { (format!("Spectra of the first {shown} of {}:", all.len())) } }
             @for part in &parts { (part) }
@@ -408,30 +421,43 @@ fn active_passive(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     if compared.pairs.is_empty() {
         return Ok(html! {});
     }
-    let band = shown_band(study);
-    let of = |groups: &[Group]| -> Result<String, DrawError> {
+    let axes = spectral_axes(study);
+    // Where the same samples are compared in one way of touching, their figure stands there.
+    let is_shown = |shared: &[&Summary]| {
+        let settings = study.across(By::Sample).iter();
+        let mut settings = settings.filter(|comparison| !comparison.setting.is_empty());
+        settings.any(|comparison| {
+            let there = comparison.summaries();
+            let same = |(a, b): (&&Summary, &&Summary)| a.name == b.name && a.psd == b.psd;
+            there.len() == shared.len() && there.iter().zip(shared).all(same)
+        })
+    };
+    let of = |groups: &[Group]| -> Result<Option<String>, DrawError> {
         let shared: Vec<&Summary> = groups
             .iter()
             .map(|group| &group.summary)
             .filter(|s| compared.pairs.iter().any(|pair| pair.sample == s.name))
             .collect();
-        figures::psds(&shared, band)
+        let new = !is_shown(&shared);
+        new.then(|| figures::psds(&shared, &axes)).transpose()
     };
+    let (passive, active) = (of(&both.passive)?, of(&both.active)?);
     Ok(html! {
         section {
             h2 { "Active and passive touch" }
-            (figure(&of(&both.passive)?, "Passive touch: mean power spectral density of each sample."))
-            (figure(&of(&both.active)?, "Active touch: mean power spectral density of each sample."))
-            table {
+            @if passive.is_none() || active.is_none() { p.soft { "Mean power spectral densities: see “Across samples”." } }
+            @if let Some(svg) = &passive { (figure(svg, "Passive touch: mean power spectral density of each sample.")) }
+            @if let Some(svg) = &active { (figure(svg, "Active touch: mean power spectral density of each sample.")) }
+            div.wide { table.tight {
                 tr { th { "sample" } th.n { "difference of the PSDs, dB rms" } th.n { "active − passive level, dB" } }
                 @for pair in &compared.pairs {
                     tr {
                         td { (pair.sample) }
                         td.n { (pair.difference_db_rms.map_or("–".into(), |db| format!("{db:.1}"))) }
-                        td.n { (pair.level_difference_db.map_or("–".into(), |db| format!("{db:+.1}"))) }
+                        td.n { (pair.level_difference_db.map_or("–".into(), |db| plus(db, 1))) }
                     }
                 }
-            }
+            } }
             p.soft {
                 (format!("PSDs over {}, levels over all frequencies.", compared.band_hz))
             }
@@ -465,8 +491,8 @@ fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
 
 fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     let mut parts = Vec::new();
-    for take in takes.iter().take(most) {
-        let charts = figures::signals(take)?;
+    let shown = &takes[..takes.len().min(most)];
+    for (take, charts) in shown.iter().zip(figures::signals(shown)?) {
         let last = charts.len().saturating_sub(1);
         parts.push(html! {
             h3 { (take.name) }
@@ -494,7 +520,7 @@ fn rejects(takes: &[Take]) -> Markup {
     html! {
         section {
             h2 { "Rejected parts" }
-            table {
+            div.wide { table {
                 tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } th { "criteria" } }
                 @for take in takes {
                     @for r in &take.segmentation.rejected {
@@ -507,7 +533,7 @@ fn rejects(takes: &[Take]) -> Markup {
                         }
                     }
                 }
-            }
+            } }
         }
     }
 }

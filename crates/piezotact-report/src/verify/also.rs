@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use piezotact::document::Words;
 use piezotact::doubt::Merged;
-use piezotact::number::difference_db;
+use piezotact::number::{difference_db, plus};
 use piezotact::verify::Verification;
 
 use super::Page;
@@ -33,7 +33,7 @@ pub enum Stated {
 
 fn row(label: &str, v: &Verification, stated: Stated) -> Markup {
     let level = match stated {
-        Stated::Rendering => format!("{:+.1} dB", v.level_db).replace('-', "−"),
+        Stated::Rendering => format!("{} dB", plus(v.level_db, 1)),
         Stated::Nothing => "not stated".into(),
     };
     html! {

@@ -8,6 +8,7 @@ mod straight;
 use maud::{Markup, html};
 use piezotact::document::Words;
 use piezotact::lineage::Lineage;
+use piezotact::number::plus;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::Rendering;
@@ -125,7 +126,7 @@ fn verdict(page: &Page<'_>) -> Markup {
                     (number(format!("{error_db:.2} dB"), "spectrum error, rms over the reached part of the band"))
                 }
                 (number(format!("{:.2} dB", v.error_db_max), &format!("largest error, at {:.0} Hz", v.error_max_at_hz)))
-                (number(format!("{:+.2} dB", v.level_error_db), "level error in the band"))
+                (number(format!("{} dB", plus(v.level_error_db, 2)), "level error in the band"))
                 (number(format!("{:.3}", v.waveform_correlation), "waveform correlation after alignment of the delay"))
                 (number(format!("{:.1} ms", v.delay_s * 1e3), &delay_words(page)))
                 (number(format!("{:.2} %", v.clipped_fraction * 100.0), "samples at a limit"))
@@ -272,9 +273,9 @@ fn origin_of(page: &Page<'_>) -> Markup {
         @if let Some(rendering) = page.rendering {
             (origin::row("transfer function", &origin::steps(&rendering.about.provenance.steps)))
             (origin::row("rendering", &format!(
-                "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {:+.1} dB",
+                "over {}, regularisation {:.1e}, modelling delay {}, fade {}, level {} dB",
                 rendering.config.inverse.band, rendering.config.inverse.regularisation,
-                rendering.config.modelling_delay, rendering.config.fade, rendering.level_db
+                rendering.config.modelling_delay, rendering.config.fade, plus(rendering.level_db, 1)
             )))
         }
     };

@@ -63,7 +63,7 @@ parameters! {
         reference_speed_m_s: f64, reference_load_n: f64, speed_exponent: f64, force_exponent: f64,
         rise_hz: f64, fall_hz: f64, shift_exponent: f64, ridge_teeth: Vec<f64>, ridge_width: f64,
         comb_width: f64, comb_decay: f64, comb_teeth: f64, tangential_to_nail: f64,
-        direction_level: f64, direction_width: f64,
+        direction_level: f64, direction_width: f64, distal_level: f64,
     }
 }
 parameters! {
@@ -86,7 +86,7 @@ parameters! {
 }
 parameters! {
     /// The sections `drag`.
-    DragParameters { active: Drag, across: Drag, held: Drag }
+    DragParameters { active: Drag, across: Drag, distal: Drag, held: Drag }
 }
 parameters! {
     /// Section `accelerometer`.

@@ -1,11 +1,13 @@
 //! What comparisons say, in words.
 
 use super::{
-    ActivePassive, CommonLine, LevelSpread, LineOrigin, PeriodUnit, SpatialPeriod, Summary,
+    ActivePassive, CommonLine, Contacts, DirectionContrast, DirectionDifference, DirectionTrend,
+    LevelSpread, LineOrigin, LoadTrend, PeriodUnit, SpatialPeriod, Summary,
 };
 use crate::criterion::Outcome;
 use crate::feature::Statistics;
-use crate::number::digits;
+use crate::number::{counted, digits, plus};
+use crate::statistics::LogFit;
 
 impl SpatialPeriod {
     /// What the spatial period is, in mm with its interval, or why it is not decided.
@@ -113,7 +115,8 @@ impl ActivePassive {
                     .map_or("?".into(), |db| format!("{db:.1}")),
                 pair.level_difference_db
                     .map_or("more than can be measured".into(), |db| format!(
-                        "{db:+.1} dB"
+                        "{} dB",
+                        plus(db, 1)
                     ))
             )
         });
@@ -133,13 +136,70 @@ impl ActivePassive {
     }
 }
 
+impl LoadTrend {
+    /// What changes with the load, line by line.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let of = |fit: &Option<LogFit>, what: &str| {
+            let fit = fit.as_ref();
+            fit.map(|fit| fit.conclusion(what, "load", "loads"))
+        };
+        let fits = [
+            of(&self.rms_on_load, "rms"),
+            of(&self.friction_on_load, "friction coefficient"),
+        ];
+        fits.into_iter().flatten().collect()
+    }
+}
+
+impl DirectionTrend {
+    /// How each direction differs from the first in level, and how much of it stuck and slipped.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let first = self
+            .directions
+            .first()
+            .map_or("", |one| one.direction.as_str());
+        let line = |one: &DirectionDifference| {
+            let Contacts { all, stick_slip } = one.contacts;
+            let level = one.level_difference_db.map_or(String::new(), |db| {
+                format!("level {} dB re {first}, ", plus(db, 1))
+            });
+            let contacts = counted(all, "stroke");
+            format!(
+                "{}: {level}stick-slip in {stick_slip} of {contacts}",
+                one.direction
+            )
+        };
+        self.directions.iter().map(line).collect()
+    }
+}
+
+impl DirectionContrast {
+    /// Whether the levels of two directions differ, over settings; one setting decides nothing.
+    #[must_use]
+    pub fn conclusion(&self) -> String {
+        let between = [self.direction.as_str(), self.reference.as_str()];
+        match &self.level {
+            Some(level) => level.conclusion_on_levels(between, "settings"),
+            None => format!(
+                "{} and {}: not decided from {}",
+                self.direction,
+                self.reference,
+                counted(self.settings, "setting")
+            ),
+        }
+    }
+}
+
 impl Summary {
     /// The group in one line: its strokes, and mean ± standard deviation over them with units.
     #[must_use]
     pub fn line(&self) -> String {
         let several = self.strokes > 1;
         let spread = |s: Statistics, decimals: fn(f64) -> String| {
-            if several {
+            // What was stated for all strokes has no spread.
+            if several && s.sd > 0.0 {
                 format!("{} ± {}", decimals(s.mean), decimals(s.sd))
             } else {
                 decimals(s.mean)

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::number::digits;
 
 doubts! {
     /// Doubts about summaries of groups and comparisons between them.
@@ -36,6 +37,26 @@ doubts! {
             /// In what they differ.
             what: String,
         },
+        /// Groups differ in something beside what is compared.
+        Confounded("confounded") {
+            /// In what they differ.
+            what: String,
+            /// What is compared.
+            by: String,
+            /// The least of them.
+            low: f64,
+            /// The largest.
+            high: f64,
+            /// Their unit.
+            unit: String,
+        },
+        /// Groups of which it is not known whether they differ in something beside what is compared.
+        MayDiffer("may_differ") {
+            /// In what they may differ.
+            what: String,
+            /// What is compared.
+            by: String,
+        },
         /// No spatial period stands out at all speeds.
         NoCommonPeriod("no_common_period") {
             /// How far the strongest candidate stands above the background, dB.
@@ -58,7 +79,9 @@ impl DoubtKind for CompareDoubt {
 
     fn advice(&self) -> Vec<Advice> {
         match self {
-            Self::NotCompared { .. } => vec![Advice::CompareLike],
+            Self::NotCompared { .. } | Self::Confounded { .. } | Self::MayDiffer { .. } => {
+                vec![Advice::CompareLike]
+            }
             Self::Scattered { .. } => vec![Advice::Check(Subject::LooseSensor)],
             Self::FewStrokes { recommended, .. } => vec![Advice::RecordMore {
                 count: *recommended,
@@ -88,6 +111,23 @@ impl fmt::Display for CompareDoubt {
             Self::Pooled { group, what } => write!(
                 f,
                 "{group}: recordings of different {what} are averaged together"
+            ),
+            Self::Confounded {
+                what,
+                by,
+                low,
+                high,
+                unit,
+            } => write!(
+                f,
+                "the groups differ in {what} too ({} to {} {unit}): a difference between them may come from the {what} and not \
+                    from the {by}",
+                digits(*low),
+                digits(*high)
+            ),
+            Self::MayDiffer { what, by } => write!(
+                f,
+                "the {what} of some recordings is not known: a difference between groups may come from it and not from the {by}"
             ),
             Self::NoCommonPeriod { prominence_db } => write!(
                 f,

@@ -1,4 +1,4 @@
-//! Comparisons: across samples, speeds, participants, and between active and passive touch.
+//! Comparisons: across samples, speeds, loads, directions, participants, and between active and passive touch.
 
 mod conclusion;
 mod distinguishability;
@@ -7,6 +7,7 @@ mod groups;
 mod lines;
 mod period;
 mod summary;
+mod touching;
 mod trends;
 
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
@@ -17,6 +18,10 @@ pub use period::{
     GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
 };
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
+pub use touching::{
+    Contacts, DirectionContrast, DirectionDifference, DirectionTrend, LoadTrend,
+    direction_contrasts, direction_trend, load_trend,
+};
 pub use trends::{
     ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
     across_roughness, active_against_passive, friction_against_rms, rms_on_speed,

@@ -74,8 +74,8 @@ pub struct Summary {
     pub crest_factor: Statistics,
     /// The numbers of strokes that have a heading in reports ([`STROKE_COLUMNS`]), by name.
     pub features: BTreeMap<&'static str, Statistics>,
-    /// Mean power in the bands of the four mechanoreceptors, u².
-    pub receptor_power: [f64; 4],
+    /// Mean power in the bands of the four mechanoreceptors, u²; absent for a band that some recording does not hold.
+    pub receptor_power: [Option<f64>; 4],
     /// Mean frequency of the power, Hz.
     pub centroid_hz: Statistics,
     /// Its spread, Hz.
@@ -172,10 +172,10 @@ pub fn summarise(
         let mut values: Vec<f64> = strokes.iter().filter_map(|s| value(s)).collect();
         Statistics::of(&mut values)
     };
-    let mut receptor_power = [0.0; 4];
-    for (i, power) in receptor_power.iter_mut().enumerate() {
-        *power = over(&|s| s.receptor_power[i])?.mean;
-    }
+    let receptor_power = [0, 1, 2, 3].map(|i| {
+        let powers: Option<Vec<f64>> = strokes.iter().map(|s| s.receptor_power[i]).collect();
+        powers.map(|powers| crate::statistics::mean(&powers))
+    });
     let measured = over_some(&|s| s.speed_m_s.map(|v| v.mean));
     let speed_m_s = measured.or_else(|| {
         let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();

@@ -98,8 +98,9 @@ pub struct StrokeFeatures {
     pub peak: f64,
     /// Peak over rms.
     pub crest_factor: f64,
-    /// The power in the bands of the four mechanoreceptors, u², in the order of [`Receptor::ALL`].
-    pub receptor_power: [f64; 4],
+    /// The power in the bands of the four mechanoreceptors, u², in the order of [`Receptor::ALL`]; absent for a band that reaches
+    /// beyond the Nyquist frequency, which the recording does not hold.
+    pub receptor_power: [Option<f64>; 4],
     /// The mean frequency of the power in the band, Hz.
     pub centroid_hz: f64,
     /// The standard deviation of frequency around it, Hz.
@@ -172,10 +173,10 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("rms", |s| Some(s.rms)),
     StrokeColumn::of("peak", |s| Some(s.peak)),
     StrokeColumn::of("crest_factor", |s| Some(s.crest_factor)).shown("crest factor"),
-    StrokeColumn::of("merkel_power", |s| Some(s.receptor_power[0])),
-    StrokeColumn::of("meissner_power", |s| Some(s.receptor_power[1])),
-    StrokeColumn::of("pacini_power", |s| Some(s.receptor_power[2])),
-    StrokeColumn::of("ruffini_power", |s| Some(s.receptor_power[3])),
+    StrokeColumn::of("merkel_power", |s| s.receptor_power[0]),
+    StrokeColumn::of("meissner_power", |s| s.receptor_power[1]),
+    StrokeColumn::of("pacini_power", |s| s.receptor_power[2]),
+    StrokeColumn::of("ruffini_power", |s| s.receptor_power[3]),
     StrokeColumn::of("centroid_hz", |s| Some(s.centroid_hz)).shown("centroid, Hz"),
     StrokeColumn::of("spread_hz", |s| Some(s.spread_hz)),
     StrokeColumn::of("strongest_hz", |s| Some(s.strongest_hz)),

@@ -152,10 +152,11 @@ impl FeaturePlan {
             (power > 0.0).then(|| Decibels::from_power(power).0)
         };
         let [meissner_level_db, pacini_level_db] = [0, 1].map(level_db);
-        let mut receptor_power = [0.0; 4];
+        let nyquist = self.rate.nyquist();
+        let mut receptor_power = [None; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
             let band = receptor.band().map_err(FeatureError::Quantity)?;
-            *power = band_power(&psd, resolution_hz, band);
+            *power = (band.high() <= nyquist).then(|| band_power(&psd, resolution_hz, band));
         }
         let (friction_coefficient, normal_force_n) = self.forces(signals, segmentation, steady);
         let features = StrokeFeatures {

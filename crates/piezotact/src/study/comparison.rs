@@ -3,10 +3,11 @@
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{By, Group, StudyError, Take};
 use crate::compare::{
-    AcrossSamples, ActivePassive, DiscriminationConfig, DiscriminationError, Groups, LevelSpread,
-    RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture, across_participants,
-    across_roughness, active_against_passive, comparable, discriminate, friction_against_rms,
-    rms_on_speed, spatial_period,
+    AcrossSamples, ActivePassive, Contacts, DirectionContrast, DirectionDifference, DirectionTrend,
+    DiscriminationConfig, DiscriminationError, Groups, LevelSpread, LoadTrend, RoughnessTrend,
+    Sliding, SpatialPeriod, Summary, Texture, across_participants, across_roughness,
+    active_against_passive, comparable, direction_contrasts, direction_trend, discriminate,
+    friction_against_rms, load_trend, rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
@@ -15,6 +16,7 @@ use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{LogFit, RankCorrelation};
+use crate::stroke::Reason;
 
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
@@ -26,6 +28,8 @@ pub struct Across {
     pub by: By,
     /// The comparisons, in the order of participants, samples, speeds and touch.
     pub comparisons: Vec<Comparison>,
+    /// How levels differ between directions over all comparisons; empty unless directions are compared.
+    pub directions: Vec<DirectionContrast>,
 }
 
 /// Groups that differ in one thing and share all others, with what follows.
@@ -48,6 +52,10 @@ pub enum Trend {
     Speeds(SpeedTrend),
     /// How far participants differ; absent without a group above zero.
     Participants(Option<LevelSpread>),
+    /// With the load.
+    Loads(LoadTrend),
+    /// With the direction of sliding.
+    Directions(DirectionTrend),
     /// Nothing beside what [`BothWays`] says of active and passive touch.
     Touch,
 }
@@ -99,12 +107,19 @@ impl Comparison {
 
     /// What the comparison leaves open: of its groups, then of what changes.
     pub fn doubts(&self) -> impl Iterator<Item = &Doubt> {
-        let period = match &self.trend {
-            Trend::Speeds(trend) => trend.period.as_ref(),
-            _ => None,
-        };
         let groups = self.groups.iter().flat_map(|group| &group.summary.doubts);
-        groups.chain(period.into_iter().flat_map(|period| &period.doubts))
+        groups.chain(self.own_doubts())
+    }
+
+    /// What the change leaves open.
+    #[must_use]
+    pub fn own_doubts(&self) -> &[Doubt] {
+        match &self.trend {
+            Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.doubts),
+            Trend::Loads(trend) => &trend.doubts,
+            Trend::Directions(trend) => &trend.doubts,
+            Trend::Samples(_) | Trend::Participants(_) | Trend::Touch => &[],
+        }
     }
 }
 
@@ -158,6 +173,8 @@ impl Grouping<'_> {
                 By::Sample | By::File => Trend::Samples(self.samples(&summaries)),
                 By::Participant => Trend::Participants(across_participants(&summaries)),
                 By::Touch => Trend::Touch,
+                By::Load => Trend::Loads(self.loads(&groups)),
+                By::Direction => Trend::Directions(self.directions(&groups)),
             };
             Ok(Comparison {
                 setting,
@@ -166,11 +183,17 @@ impl Grouping<'_> {
             })
         };
         let settings = self.settings(by)?.into_iter();
+        let comparisons: Vec<Comparison> = settings
+            .map(comparison)
+            .collect::<Result<_, StudyError>>()?;
+        let trends = comparisons.iter().filter_map(|c| match &c.trend {
+            Trend::Directions(trend) => Some(trend),
+            _ => None,
+        });
         Ok(Across {
             by,
-            comparisons: settings
-                .map(comparison)
-                .collect::<Result<_, StudyError>>()?,
+            directions: direction_contrasts(trends),
+            comparisons,
         })
     }
 
@@ -200,6 +223,66 @@ impl Grouping<'_> {
             single_strokes: summaries.iter().filter(|s| s.strokes < 2).count(),
             samples: summaries.len(),
         }
+    }
+
+    /// How level and friction follow the load.
+    fn loads(&self, groups: &[Group]) -> LoadTrend {
+        load_trend(&summaries(groups), &self.stated_loads_n(groups))
+    }
+
+    /// How level and stick-slip differ between directions.
+    fn directions(&self, groups: &[Group]) -> DirectionTrend {
+        let contacts = groups.iter().map(|group| {
+            let takes = group.takes.iter().map(|place| &self.takes[*place]);
+            takes.fold(Contacts::default(), |sum, take| {
+                let stick_slip = stick_slips(take);
+                Contacts {
+                    all: sum.all + take.segmentation.strokes.len() + stick_slip,
+                    stick_slip: sum.stick_slip + stick_slip,
+                }
+            })
+        });
+        let mut trend = direction_trend(
+            &summaries(groups),
+            &contacts.collect::<Vec<_>>(),
+            &self.stated_loads_n(groups),
+        );
+        // A direction in which every stroke stuck and slipped has no level, but is no less said.
+        let first = groups.first().and_then(|group| group.takes.first());
+        for place in first.map_or_else(Vec::new, |first| self.without_strokes(*first)) {
+            let take = &self.takes[place];
+            let stick_slip = stick_slips(take);
+            let Some(direction) = take.condition().direction.filter(|_| stick_slip > 0) else {
+                continue;
+            };
+            let mut known = trend.directions.iter_mut();
+            match known.find(|one| one.direction == direction.word()) {
+                Some(one) => {
+                    one.contacts.all += stick_slip;
+                    one.contacts.stick_slip += stick_slip;
+                }
+                None => trend.directions.push(DirectionDifference {
+                    direction: direction.word().into(),
+                    level_difference_db: None,
+                    contacts: Contacts {
+                        all: stick_slip,
+                        stick_slip,
+                    },
+                }),
+            }
+        }
+        trend
+    }
+
+    /// The mean of the loads that the recordings of each group state, N; absent where one states none.
+    fn stated_loads_n(&self, groups: &[Group]) -> Vec<Option<f64>> {
+        let stated = |group: &Group| -> Option<f64> {
+            let takes = group.takes.iter().map(|place| &self.takes[*place]);
+            let loads: Option<Vec<f64>> =
+                takes.map(|take| Some(take.condition().load_n?.0)).collect();
+            loads.map(|loads| crate::statistics::mean(&loads))
+        };
+        groups.iter().map(stated).collect()
     }
 
     /// The spatial period on which all speeds agree.
@@ -288,6 +371,14 @@ impl Grouping<'_> {
             found,
         })
     }
+}
+
+/// How many contacts were rejected for stick-slip.
+fn stick_slips(take: &Take) -> usize {
+    let rejected = take.segmentation.rejected.iter();
+    rejected
+        .filter(|rejected| matches!(rejected.reason, Reason::StickSlip { .. }))
+        .count()
 }
 
 impl Take {

@@ -9,8 +9,9 @@ use super::{
     Trend,
 };
 use crate::compare::{
-    ActivePassive, CommonLine, DiscriminationConfig, DiscriminationError, GroupPeriod, Groups,
-    LevelSpread, PeriodCriterion, PeriodUnit, RoughnessTrend, SampleUnit, Summary,
+    ActivePassive, CommonLine, DirectionContrast, DirectionTrend, DiscriminationConfig,
+    DiscriminationError, GroupPeriod, Groups, LevelSpread, LoadTrend, PeriodCriterion, PeriodUnit,
+    RoughnessTrend, SampleUnit, Summary,
 };
 use crate::criterion::{Criterion, Outcome};
 use crate::document::{Content, FailedFile};
@@ -292,6 +293,9 @@ pub struct ComparisonDocument<'a> {
     /// Active against passive touch, where touch is compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub active_against_passive: Option<&'a ActivePassive>,
+    /// How levels differ between directions over all comparisons, where directions are compared.
+    #[serde(skip_serializing_if = "<[DirectionContrast]>::is_empty")]
+    pub direction_contrasts: &'a [DirectionContrast],
     /// Which samples are distinguishable, where samples are compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discrimination: Option<DiscriminationEntry<'a>>,
@@ -360,6 +364,10 @@ pub enum TrendEntry<'a> {
         #[serde(skip_serializing_if = "Option::is_none")]
         level_spread: Option<&'a LevelSpread>,
     },
+    /// With the load.
+    Loads(&'a LoadTrend),
+    /// With the direction of sliding.
+    Directions(&'a DirectionTrend),
     /// Nothing beside active against passive touch.
     Touch {},
 }
@@ -498,6 +506,7 @@ impl<'a> ComparisonDocument<'a> {
             by: study.by,
             common_lines: &study.common_lines,
             active_against_passive: touch.map(|BothWays { found, .. }| found),
+            direction_contrasts: study.asked.as_ref().map_or(&[], |asked| &asked.directions),
             discrimination: discrimination.map(DiscriminationEntry::of),
             compared,
             doubts: doubts.merged(),
@@ -519,6 +528,8 @@ impl<'a> ComparisonEntry<'a> {
                 Trend::Participants(spread) => TrendEntry::Participants {
                     level_spread: spread.as_ref(),
                 },
+                Trend::Loads(trend) => TrendEntry::Loads(trend),
+                Trend::Directions(trend) => TrendEntry::Directions(trend),
                 Trend::Touch => TrendEntry::Touch {},
             },
         }

@@ -10,7 +10,7 @@ use crate::compare::{
     CommonLine, CompareDoubt, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
 };
 use crate::doubt::Doubt;
-use crate::recording::Touch;
+use crate::recording::{SlidingDirection, Touch};
 use crate::surface::SampleSet;
 
 /// What recordings are grouped by.
@@ -26,6 +26,10 @@ pub enum By {
     Participant,
     /// Active or passive touch.
     Touch,
+    /// The normal force that is asked for.
+    Load,
+    /// The direction of sliding.
+    Direction,
     /// Each recording by itself.
     File,
 }
@@ -39,6 +43,8 @@ impl By {
             Self::Speed => "speed",
             Self::Participant => "participant",
             Self::Touch => "touch",
+            Self::Load => "load",
+            Self::Direction => "direction",
             Self::File => "file",
         }
     }
@@ -51,6 +57,8 @@ impl By {
             Self::Speed => "a sliding speed",
             Self::Participant => "a participant",
             Self::Touch => "active or passive touch",
+            Self::Load => "a load",
+            Self::Direction => "a direction of sliding",
             Self::File => "a name",
         }
     }
@@ -69,8 +77,20 @@ struct Key {
     speed: String,
     participant: String,
     touch: String,
+    load: String,
+    direction: String,
     file: String,
 }
+
+/// What recordings may differ in, in the order in which a person says it.
+const FACTORS: [By; 6] = [
+    By::Participant,
+    By::Sample,
+    By::Speed,
+    By::Load,
+    By::Direction,
+    By::Touch,
+];
 
 impl Key {
     fn of(take: &Take) -> Self {
@@ -91,6 +111,12 @@ impl Key {
                 Some(Touch::Resting) => "resting".into(),
                 None => String::new(),
             },
+            load: condition
+                .load_n
+                .map_or(String::new(), |load| load.to_string()),
+            direction: condition
+                .direction
+                .map_or(String::new(), |direction| direction.to_string()),
             file: take.name.clone(),
         }
     }
@@ -101,6 +127,8 @@ impl Key {
             By::Speed => &mut self.speed,
             By::Participant => &mut self.participant,
             By::Touch => &mut self.touch,
+            By::Load => &mut self.load,
+            By::Direction => &mut self.direction,
             By::File => &mut self.file,
         }
     }
@@ -111,6 +139,8 @@ impl Key {
             (&self.participant, &varying.participant),
             (&self.sample, &varying.sample),
             (&self.speed, &varying.speed),
+            (&self.load, &varying.load),
+            (&self.direction, &varying.direction),
             (&self.touch, &varying.touch),
         ];
         let known: Vec<&str> = parts
@@ -124,7 +154,7 @@ impl Key {
     /// A key whose parts say something where `keys` differ, and nothing where they all agree.
     fn varying(keys: &[Self]) -> Self {
         let mut varying = Self::default();
-        for by in [By::Sample, By::Speed, By::Participant, By::Touch] {
+        for by in FACTORS {
             let mut values = keys.iter().map(|key| key.clone().part(by).clone());
             let first = values.next();
             if values.any(|value| Some(&value) != first.as_ref()) {
@@ -242,6 +272,10 @@ impl Grouping<'_> {
             let mut key = Key::of(&self.takes[place]);
             key.part(by).clear();
             key.file.clear();
+            // What is compared with another question takes loads together, with a doubt.
+            if !splits_loads(by) {
+                key.load.clear();
+            }
             if by == By::Touch && !all_speeds {
                 key.speed.clear();
             }
@@ -255,6 +289,8 @@ impl Grouping<'_> {
             order(&a.participant, &b.participant, By::Participant, sets)
                 .then_with(|| order(&a.sample, &b.sample, By::Sample, sets))
                 .then_with(|| order(&a.speed, &b.speed, By::Speed, sets))
+                .then_with(|| order(&a.load, &b.load, By::Load, sets))
+                .then_with(|| order(&a.direction, &b.direction, By::Direction, sets))
                 .then_with(|| a.touch.cmp(&b.touch))
         });
         // A recording with nothing to be compared with is no comparison.
@@ -271,6 +307,20 @@ impl Grouping<'_> {
                 let groups = self.of(&members, by, self.settings.ridge_m)?;
                 Ok((key.text(&varying), groups))
             })
+            .collect()
+    }
+
+    /// The recordings without strokes that differ from recording number `like` in nothing but the direction.
+    pub(super) fn without_strokes(&self, like: usize) -> Vec<usize> {
+        let key = |place: usize| {
+            let mut key = Key::of(&self.takes[place]);
+            key.direction.clear();
+            key.file.clear();
+            key
+        };
+        let wanted = key(like);
+        (0..self.takes.len())
+            .filter(|place| self.takes[*place].analysis.is_none() && key(*place) == wanted)
             .collect()
     }
 
@@ -341,9 +391,23 @@ pub(super) fn differ_in(takes: &[Take], by: By) -> Vec<By> {
         .map(|place| Key::of(&takes[place]))
         .collect();
     let mut varying = Key::varying(&keys);
-    let parts = [By::Sample, By::Speed, By::Participant, By::Touch];
-    let varies = |part: &By| *part != by && !varying.part(*part).is_empty();
+    let parts = [
+        By::Sample,
+        By::Speed,
+        By::Participant,
+        By::Load,
+        By::Direction,
+        By::Touch,
+    ];
+    let varies = |part: &By| {
+        *part != by && (*part != By::Load || splits_loads(by)) && !varying.part(*part).is_empty()
+    };
     parts.into_iter().filter(varies).collect()
+}
+
+/// Whether recordings of several loads stand in comparisons of their own.
+fn splits_loads(by: By) -> bool {
+    matches!(by, By::Load | By::Direction)
 }
 
 /// Speeds that differ by no more than this share are compared.
@@ -358,7 +422,8 @@ fn counterparts(a: &Take, b: &Take) -> bool {
         (Some(a), Some(b)) => (a / b - 1.0).abs() <= SAME_SPEED,
         _ => true,
     };
-    a.sample == b.sample && people && speeds
+    let directions = a.direction.is_none() || b.direction.is_none() || a.direction == b.direction;
+    a.sample == b.sample && people && speeds && directions
 }
 
 /// Samples in the order of their set, all else as people count: S2 before S10, 5 mm/s before 10 mm/s.
@@ -373,8 +438,24 @@ fn order(a: &str, b: &str, by: By, sets: &[SampleSet]) -> Ordering {
     };
     match (place(a), place(b)) {
         (Some(a), Some(b)) if by == By::Sample => a.cmp(&b),
+        _ if by == By::Load => loads(a).total_cmp(&loads(b)),
+        _ if by == By::Direction => directions(a).cmp(&directions(b)),
         _ => chunks(a).cmp(&chunks(b)),
     }
+}
+
+/// The number of a load such as "0.25 N"; infinity for what is none.
+fn loads(name: &str) -> f64 {
+    let number = name.split_whitespace().next();
+    number
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(f64::INFINITY)
+}
+
+/// The place of a direction among all.
+fn directions(name: &str) -> usize {
+    let mut all = SlidingDirection::ALL.into_iter();
+    all.position(|one| one.word() == name).unwrap_or(usize::MAX)
 }
 
 /// A name as text and numbers in turn, so that numbers compare as numbers.

@@ -23,7 +23,7 @@ pub use table::{cuts_table, strokes_table};
 pub use take::{Naming, Recorded, Stated, Take, cut};
 pub use words::doubts_in_words;
 
-use crate::compare::CommonLine;
+use crate::compare::{CommonLine, DirectionContrast};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::doubt::{Doubt, Merged, merged_of};
@@ -80,7 +80,7 @@ pub enum Question {
 pub enum Breadth {
     /// What is asked.
     Question,
-    /// What changes with sample, speed and touch as well, wherever recordings differ in them, and an example of one stroke: all
+    /// What changes with sample, speed, load, direction and touch as well, wherever recordings differ in them, and an example of one stroke: all
     /// that a report shows.
     Report,
 }
@@ -104,7 +104,7 @@ pub struct StudyAnalysis {
     pub discrimination: Option<Discrimination>,
     /// Active against passive touch; computed where it is asked, and for a report.
     pub both_ways: Option<BothWays>,
-    /// What changes with sample and speed where that is not asked; computed for a report.
+    /// What changes with sample, speed, load and direction where that is not asked; computed for a report.
     pub beside: Vec<Across>,
     /// One stroke; computed for a report.
     pub example: Option<Example>,
@@ -174,7 +174,7 @@ pub fn analyse_watched(
     let touch = asked.is_some() && by == By::Touch;
     let both_ways = (whole || touch).then(|| grouping.both_ways()).transpose()?;
     let mut beside = Vec::new();
-    for factor in [By::Sample, By::Speed] {
+    for factor in [By::Sample, By::Speed, By::Load, By::Direction] {
         // Where a recording does not say it, or not all can be averaged by it, nothing is shown of it.
         if whole && asked.as_ref().is_none_or(|a| a.by != factor) && grouping.groups(factor).is_ok()
         {
@@ -321,6 +321,14 @@ impl StudyAnalysis {
         let mut all = self.asked.iter().chain(&self.beside);
         let across = all.find(|across| across.by == by);
         across.map_or(&[], |across| &across.comparisons)
+    }
+
+    /// How levels differ between directions, where `by` is the direction; none elsewhere.
+    #[must_use]
+    pub fn contrasts(&self, by: By) -> &[DirectionContrast] {
+        let mut all = self.asked.iter().chain(&self.beside);
+        let across = all.find(|across| across.by == by);
+        across.map_or(&[], |across| &across.directions)
     }
 
     /// The recordings of a group, in order.

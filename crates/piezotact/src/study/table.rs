@@ -8,6 +8,7 @@ use super::Take;
 use crate::criterion::Criterion;
 use crate::feature::STROKE_COLUMNS;
 use crate::page::{Cell, Column, Table};
+use crate::recording::SlidingDirection;
 use crate::stroke::StrokeCriterion;
 
 /// The labels that a condition takes from a name.
@@ -15,9 +16,13 @@ const IN_CONDITION: [&str; 6] = ["sample", "participant", "load", "speed", "angl
 
 /// The labels that recordings have beside what the columns of a condition say, in the order of their names.
 fn labels(takes: &[Take]) -> BTreeSet<&str> {
-    let names = takes.iter().flat_map(|take| take.labels.keys());
-    let own = |name: &&str| !IN_CONDITION.contains(name);
-    names.map(String::as_str).filter(own).collect()
+    let all = takes.iter().flat_map(|take| &take.labels);
+    // A direction in words is a condition; an angle is a label.
+    let own = |(name, value): &(&String, &String)| match name.as_str() {
+        "direction" => SlidingDirection::named(value).is_none(),
+        name => !IN_CONDITION.contains(&name),
+    };
+    all.filter(own).map(|(name, _)| name.as_str()).collect()
 }
 
 /// The cells of a recording's labels, empty where it has none of that name.
@@ -138,6 +143,7 @@ pub fn strokes_table(takes: &[Take]) -> Table {
                 text(condition.sample.clone()),
                 text(condition.participant.clone()),
                 text(condition.touch.map(|touch| code(&touch))),
+                text(condition.direction.map(|direction| direction.to_string())),
                 Cell::from(condition.load_n.map(|load| load.0)),
                 Cell::from(condition.speed_m_s),
                 Cell::from((i + 1) as f64),
@@ -163,6 +169,7 @@ fn stroke_names() -> Vec<String> {
         "sample",
         "participant",
         "touch",
+        "direction",
         "load_n",
         "stated_speed_m_s",
         "stroke",

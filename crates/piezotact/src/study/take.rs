@@ -140,6 +140,7 @@ fn condition_of(stated: &Condition, own: Condition, named: Condition) -> Conditi
         angle_deg: stated.angle_deg.or(own.angle_deg).or(named.angle_deg),
         speed_m_s: stated.speed_m_s.or(own.speed_m_s).or(named.speed_m_s),
         touch: stated.touch.or(own.touch).or(named.touch),
+        direction: stated.direction.or(own.direction).or(named.direction),
         twin_seed: own.twin_seed,
     }
 }

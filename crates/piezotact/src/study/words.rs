@@ -3,7 +3,7 @@
 use super::{
     BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
 };
-use crate::compare::{CommonLine, CompareDoubt, Groups};
+use crate::compare::{CommonLine, CompareDoubt, DirectionContrast, Groups};
 use crate::doubt::{Doubt, Merged, merged_of};
 use crate::number::digits;
 use crate::stroke::{Judging, Rule};
@@ -194,6 +194,24 @@ impl SpeedTrend {
     }
 }
 
+impl Trend {
+    /// What changes, line by line.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        match self {
+            Self::Samples(trend) => trend.lines(),
+            Self::Speeds(trend) => trend.lines(),
+            Self::Loads(trend) => trend.lines(),
+            Self::Directions(trend) => trend.lines(),
+            Self::Participants(spread) => {
+                let spread = spread.iter().map(crate::compare::LevelSpread::conclusion);
+                spread.collect()
+            }
+            Self::Touch => Vec::new(),
+        }
+    }
+}
+
 impl Comparison {
     /// What is said of it: its setting, a line for each group, what changes, and of samples which are distinguishable.
     #[must_use]
@@ -203,14 +221,7 @@ impl Comparison {
             lines.push(format!("{}:", self.setting));
         }
         lines.extend(self.groups.iter().map(|group| group.summary.line()));
-        match &self.trend {
-            Trend::Samples(trend) => lines.extend(trend.lines()),
-            Trend::Speeds(trend) => lines.extend(trend.lines()),
-            Trend::Participants(spread) => {
-                lines.extend(spread.iter().map(crate::compare::LevelSpread::conclusion));
-            }
-            Trend::Touch => {}
-        }
+        lines.extend(self.trend.lines());
         lines.extend(groups.into_iter().flat_map(Groups::sentences));
         lines.join("\n")
     }
@@ -253,6 +264,7 @@ impl StudyAnalysis {
             })
             .collect();
         lines.extend(discrimination.map(Discrimination::line));
+        lines.extend(asked.directions.iter().map(DirectionContrast::conclusion));
         if asked.by == super::By::Touch {
             lines.extend(self.both_ways.iter().flat_map(BothWays::lines));
         }

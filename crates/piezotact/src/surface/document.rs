@@ -73,7 +73,7 @@ pub struct RoughnessMethod {
     pub filter: &'static str,
     /// The cut-off of long waves, mm; absent without one.
     pub cutoff_mm: Option<f64>,
-    /// What the cut-off follows from: "stated", "iso4288", "iso4288_periodic" or "instrument"; absent without one.
+    /// What the cut-off follows from: "stated", "iso4288", "`iso4288_periodic`" or "instrument"; absent without one.
     pub cutoff_by: Option<&'static str>,
     /// The cut-off of short waves, µm; absent without one.
     pub lambda_s_um: Option<f64>,

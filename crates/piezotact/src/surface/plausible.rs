@@ -40,7 +40,7 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
     }
     let runs = Runs::of(z);
     let limits =
-        [(high, true), (low, false)].map(|(limit, upper)| saturated(z, &runs, limit, upper));
+        [(high, "highest"), (low, "lowest")].map(|(limit, at)| saturated(z, &runs, limit, at));
     let at_limits = z.iter().filter(|z| **z == low || **z == high).count();
     let two_heights = at_limits as f64 > TWO_HEIGHTS * z.len() as f64;
     if two_heights {
@@ -71,15 +71,14 @@ impl Runs {
     }
 }
 
-/// The limit and the doubt that heights end at it.
-fn saturated(z: &[f64], runs: &Runs, limit: f64, upper: bool) -> Option<(f64, Doubt)> {
+/// The limit and the doubt that heights end at it; `at` says whether it is the highest or the lowest.
+fn saturated(z: &[f64], runs: &Runs, limit: f64, at: &str) -> Option<(f64, Doubt)> {
     let at_limit = runs.0.iter().filter(|(first, _)| z[*first] == limit);
     let (points, longest) = at_limit.fold((0, 0), |(points, longest), (_, length)| {
         (points + length, longest.max(*length))
     });
     let share = points as f64 / z.len() as f64;
     (share >= SATURATED.0 && longest >= SATURATED.1).then(|| {
-        let at = if upper { "highest" } else { "lowest" };
         let doubt = SurfaceDoubt::SaturatedHeights {
             limit: at.into(),
             height_m: limit,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{EvaluatedSurface, Parameter, RoughnessDocument};
 use crate::document::{Content, FailedFile};
 use crate::doubt::Merged;
-use crate::figure::{Axis, Chart, Corner, Figure, Line, Mark, Scale, Tone};
+use crate::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use crate::number::counted;
 use crate::page::{Block, Cell, Column, Page, Table};
 
@@ -164,9 +164,8 @@ impl RoughnessSet {
         heights().next()?;
         let y = Axis::around("height, µm", Scale::Logarithmic, heights());
         let names = self.surfaces.iter().map(name).collect();
-        let mut chart = Chart::new(Axis::names("surface, the roughest first", names), y, lines);
-        chart.legend = Corner::Beside;
-        Some(chart.captioned(
+        let chart = Chart::new(Axis::names("surface, the roughest first", names), y, lines);
+        Some(chart.beside().captioned(
             "Arithmetic mean height, root-mean-square height and maximum height of each surface, ordered by the first.",
         ))
     }

@@ -1,5 +1,6 @@
 //! The verdict of a verification, and the criteria from which it follows.
 
+use crate::number::plus;
 use crate::recording::RehearsalDoubt;
 use std::fmt;
 
@@ -163,7 +164,7 @@ impl VerifyCriterion {
     /// A value of this aspect as text with its unit.
     fn value(self, value: f64) -> String {
         match self {
-            Self::Level => format!("{value:+.2} dB"),
+            Self::Level => format!("{} dB", plus(value, 2)),
             Self::SpectrumError | Self::PowerWeightedError | Self::FeltWeightedError => {
                 format!("{value:.2} dB rms")
             }

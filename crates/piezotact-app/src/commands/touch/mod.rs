@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::page::Table;
 use piezotact::quantity::{Measure, Newtons, Unit};
-use piezotact::recording::{Condition, Touch};
+use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, Breadth, By, Gesture, Question, Recorded, Stated, StudyAnalysis, StudyError,
@@ -26,7 +26,7 @@ use piezotact_report::{report, touch};
 
 use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
-use crate::cli::{self, Computing, Takes, TouchName};
+use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, say, write_text};
@@ -39,7 +39,20 @@ impl From<cli::By> for By {
             cli::By::Speed => Self::Speed,
             cli::By::Participant => Self::Participant,
             cli::By::Touch => Self::Touch,
+            cli::By::Load => Self::Load,
+            cli::By::Direction => Self::Direction,
             cli::By::File => Self::File,
+        }
+    }
+}
+
+impl From<DirectionName> for SlidingDirection {
+    fn from(direction: DirectionName) -> Self {
+        match direction {
+            DirectionName::Proximal => Self::Proximal,
+            DirectionName::Distal => Self::Distal,
+            DirectionName::Transversal => Self::Transversal,
+            DirectionName::Circular => Self::Circular,
         }
     }
 }
@@ -149,6 +162,7 @@ fn stated(args: &Takes) -> Outcome<Stated> {
             load_n: args.load.map(Newtons),
             speed_m_s,
             touch,
+            direction: args.direction.map(Into::into),
             ..Condition::default()
         },
         vibration: args.vibration.clone(),
@@ -245,6 +259,8 @@ fn failed(error: StudyError) -> Failure {
                 By::Speed => "{speed:mm/s}",
                 By::Participant => "{participant}",
                 By::Touch => "{touch}",
+                By::Load => "{load:N}",
+                By::Direction => "{direction}",
             };
             usage(anyhow!(
                 "{sentence}: say it in the file names with --meta and {field}, or in NAME.wav.json"

@@ -14,12 +14,12 @@ use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_twin::document::TwinRecordDocument;
 use piezotact_twin::{
-    ActTouch, ActiveProtocol, Movement, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
+    ActTouch, ActiveProtocol, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinParameters,
 };
 
 use super::twin_parameters;
-use crate::cli::twin::{MovementName, Record, TouchBench};
+use crate::cli::twin::{DirectionName, Record, TouchBench};
 use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::keeping::{Earlier, say_moved, stopped_by_interrupt};
@@ -143,11 +143,7 @@ fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>
 fn active_protocol(args: &Record, speed_m_s: f64) -> ActiveProtocol {
     ActiveProtocol {
         strokes: args.strokes.unwrap_or(ACTIVE_STROKES),
-        movement: match args.direction {
-            MovementName::Proximal => Movement::Proximal,
-            MovementName::Transversal => Movement::Transversal,
-            MovementName::Circular => Movement::Circular,
-        },
+        movement: args.direction.into(),
         pace: if args.free {
             Pace::Free
         } else {
@@ -177,7 +173,7 @@ fn only_where_they_count(args: &Record) -> Outcome {
         ("--free", args.free, active),
         (
             "--direction",
-            args.direction != MovementName::Proximal,
+            args.direction != DirectionName::Proximal,
             active,
         ),
         ("--stroke-time", args.stroke_time.is_some(), active),
