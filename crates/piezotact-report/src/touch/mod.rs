@@ -158,6 +158,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                     }
                 }
             } }
+            (felt(study))
             @if touched || moved {
                 div.wide { table.second.tight {
                     tr {
@@ -180,6 +181,30 @@ fn groups(study: &StudyAnalysis) -> Markup {
                         }
                     }
                 } }
+            }
+        }
+    }
+}
+
+/// By which sense each texture is perceived, and which receptors its vibration excites.
+fn felt(study: &StudyAnalysis) -> Markup {
+    let known = |group: &Group| group.duplex.is_some() || !group.summary.receptors.is_empty();
+    html! {
+        @if study.groups.iter().any(known) {
+            div.wide { table.second.tight {
+                tr { th { "group" } th { "texture by the duplex theory" } th { "receptors" } }
+                @for group in &study.groups {
+                    tr {
+                        td { (group.summary.name) }
+                        td { (group.duplex.map_or("–".into(), |duplex| duplex.to_string())) }
+                        td { @for level in &group.summary.receptors { div { (level.to_string()) } } }
+                    }
+                }
+            } }
+            p.soft {
+                "Coarse textures (spatial period above 200 µm) are perceived by a spatial sense, fine ones (below 100 µm) by vibration \
+                 (Hollins and Risner 2000). Thresholds after Bolanowski et al. (1988) for a large contact; published thresholds differ by \
+                 15 to 35 dB. Merkel and Ruffini are not judged."
             }
         }
     }

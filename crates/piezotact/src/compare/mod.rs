@@ -6,6 +6,7 @@ mod doubt;
 mod groups;
 mod lines;
 mod period;
+mod receptors;
 mod summary;
 mod touching;
 mod trends;
@@ -17,6 +18,7 @@ pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
     GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
 };
+pub use receptors::{ReceptorLevel, receptor_levels};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use touching::{
     Contacts, DirectionContrast, DirectionDifference, DirectionTrend, LoadTrend,

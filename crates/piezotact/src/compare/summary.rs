@@ -6,6 +6,7 @@ use crate::compare::CompareDoubt;
 use serde::{Serialize, Serializer};
 
 use super::CompareError;
+use super::{ReceptorLevel, receptor_levels};
 use crate::doubt::{Doubt, merged};
 use crate::feature::{
     Analysis, Peak, RECOMMENDED_STROKES, STROKE_COLUMNS, Statistics, StrokeFeatures, StrokeSpectra,
@@ -95,6 +96,9 @@ pub struct Summary {
     /// Detection-threshold-weighted power, multiples of threshold power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_power: Option<Statistics>,
+    /// Which mechanoreceptors the vibration excites; empty for what is no acceleration.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub receptors: Vec<ReceptorLevel>,
     /// The strongest line of the mean PSD in the band, Hz.
     pub strongest_hz: f64,
     /// Peaks of the mean PSD.
@@ -233,6 +237,7 @@ pub fn summarise(
         normal_force_n: over_some(&|s| s.normal_force_n.map(|v| v.mean)),
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
+        receptors: receptor_levels(&strokes),
         strongest_hz: strongest(&psd, band),
         machine_lines_hz: Vec::new(),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {

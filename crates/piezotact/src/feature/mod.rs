@@ -85,7 +85,7 @@ impl FeatureConfig {
 }
 
 /// The features of one stroke. What was not measured is absent. `u` is the unit of the vibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StrokeFeatures {
     /// Where it begins in the recording, s.
@@ -191,9 +191,8 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("detection_power", |s| s.detection_power),
     StrokeColumn::of("kurtosis", |s| Some(s.kurtosis)).shown("kurtosis"),
     StrokeColumn::of("level_spread_db", |s| s.level_spread_db).shown("spread of levels, dB"),
-    StrokeColumn::of("meissner_level_db", |s| s.meissner_level_db)
-        .shown("Meissner, dB re threshold"),
-    StrokeColumn::of("pacini_level_db", |s| s.pacini_level_db).shown("Pacini, dB re threshold"),
+    StrokeColumn::of("meissner_level_db", |s| s.meissner_level_db),
+    StrokeColumn::of("pacini_level_db", |s| s.pacini_level_db),
 ];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.

@@ -22,6 +22,7 @@ use crate::recording::Condition;
 use crate::roles::Roles;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
 use crate::stroke::{CutBy, Reason, Rule, StrokeCriterion};
+use crate::surface::Duplex;
 
 /// Recordings cut into strokes.
 #[derive(Clone, Debug, Serialize)]
@@ -217,6 +218,9 @@ pub struct GroupEntry<'a> {
     pub summary: &'a Summary,
     /// The names of its recordings.
     pub files: Vec<&'a str>,
+    /// The class of its sample by the duplex theory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duplex: Option<Duplex>,
     /// Its mean PSD.
     pub psd: PsdEntry<'a>,
 }
@@ -271,6 +275,7 @@ impl<'a> GroupEntry<'a> {
                 .takes_of(group)
                 .map(|take| take.name.as_str())
                 .collect(),
+            duplex: group.duplex,
             psd: PsdEntry {
                 unit: summary.unit.of_psd(),
                 resolution_hz: summary.psd.resolution_hz,

@@ -11,7 +11,7 @@ use crate::compare::{
 };
 use crate::doubt::Doubt;
 use crate::recording::{SlidingDirection, Touch};
-use crate::surface::SampleSet;
+use crate::surface::{Duplex, SampleSet, SurfaceSample};
 
 /// What recordings are grouped by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -177,6 +177,8 @@ pub struct Group {
     pub summary: Summary,
     /// Their places among the recordings of the study.
     pub takes: Vec<usize>,
+    /// The class of their sample by the duplex theory; absent where they have several samples, or one of which nothing is known.
+    pub duplex: Option<Duplex>,
 }
 
 /// The analysed recordings of a study, by their places.
@@ -250,11 +252,19 @@ impl Grouping<'_> {
                     sets.iter().find_map(|set| set.sample(sample))?.wavelength_m
                 }),
             };
+            let known = |sample: &str| sets.iter().find_map(|set| set.sample(sample));
+            let mut of_one = takes.iter().map(|take| take.condition().sample.as_deref());
+            let one = of_one.all(|other| other == sample);
+            let duplex = sample
+                .filter(|_| one)
+                .and_then(known)
+                .and_then(SurfaceSample::duplex);
             let mut summary = summarise(&key, &members, periods)?;
             set_apart(&mut summary, self.lines);
             Ok(Group {
                 summary,
                 takes: places,
+                duplex,
             })
         };
         groups.into_iter().map(group).collect()

@@ -1,7 +1,8 @@
 //! A study in words: lines of text and the sentences of its doubts.
 
 use super::{
-    BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
+    BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take,
+    Trend,
 };
 use crate::compare::{CommonLine, CompareDoubt, DirectionContrast, Groups};
 use crate::doubt::{Doubt, Merged, merged_of};
@@ -249,12 +250,24 @@ fn sentences(takes: &[Take], doubts: &[Merged], words: &dyn Fn(&Doubt) -> String
     sentences.collect()
 }
 
+impl Group {
+    /// What its strokes say, and how it is felt, line by line.
+    fn lines(&self) -> Vec<String> {
+        let duplex = self.duplex.map(|duplex| format!("  texture: {duplex}"));
+        let receptors = &self.summary.receptors;
+        let levels: Vec<String> = receptors.iter().map(ToString::to_string).collect();
+        let receptors = (!levels.is_empty()).then(|| format!("  receptors: {}", levels.join("; ")));
+        let line = Some(self.summary.line());
+        [line, duplex, receptors].into_iter().flatten().collect()
+    }
+}
+
 impl StudyAnalysis {
     /// What is asked, line by line.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let Some(asked) = &self.asked else {
-            return self.groups.iter().map(|g| g.summary.line()).collect();
+            return self.groups.iter().flat_map(Group::lines).collect();
         };
         let discrimination = self.discrimination.as_ref();
         let numbered = asked.comparisons.iter().enumerate();

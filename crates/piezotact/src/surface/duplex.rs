@@ -29,9 +29,11 @@ impl TextureClass {
     /// Source: M. Hollins and S. R. Risner (2000), Percept. Psychophys. 62(4); L. Felicetti's thesis (2024), section 1.2.4.
     #[must_use]
     pub fn of_period(period_m: f64) -> Self {
-        if period_m > COARSE_M {
+        // What is read in µm is not exact in m.
+        let rounding = 1e-9;
+        if period_m > COARSE_M * (1.0 + rounding) {
             Self::Coarse
-        } else if period_m < FINE_M {
+        } else if period_m < FINE_M * (1.0 - rounding) {
             Self::Fine
         } else {
             Self::Between
