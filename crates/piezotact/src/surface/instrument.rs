@@ -193,7 +193,8 @@ fn filtered_twice(
     }
     let unfiltered = ProfileConfig {
         filter: ProfileFilter::None,
-        cutoff: Cutoff::Stated(cutoff_m),
+        // without a cut-off the whole profile is one section
+        cutoff: Cutoff::Iso4288,
         form: Form::Mean,
         ..roughness.config.clone()
     };
