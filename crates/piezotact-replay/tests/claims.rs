@@ -91,7 +91,6 @@ claims! {
     claim_29_m8_shows_harmonics_for_everybody => 29,
     claim_30_m3_is_fainter_and_higher => 30,
     claim_31_forces_of_free_touch => 31,
-    claim_35_transversal_touch_is_softer => 35,
 }
 
 /// Level and shape come out otherwise; on S8, whose spectrum is broad, the waveforms correlate a little too much.
@@ -111,6 +110,19 @@ fn claim_20_sent_straight_comes_out_otherwise_but_for_a_correlation() {
 #[test]
 fn claim_22_averaged_transfer_function_is_slightly_worse_for_most() {
     not_met(22, "above 3 dB rms");
+}
+
+/// Levels are lower and strokes stick and slip, but all strokes over S1–S3 do: no peak is left whose width could be compared.
+#[test]
+fn claim_35_transversal_touch_is_softer_and_sticks_but_leaves_no_peak() {
+    not_met(35, "no wider peak");
+    let Verdict::DoesNot { reason } = &finding(35).verdict else {
+        unreachable!("just tested")
+    };
+    assert!(
+        !reason.contains("lower level") && !reason.contains("more strokes"),
+        "{reason}"
+    );
 }
 
 /// The smooth sample has none, and most people show one on the others: a comb whose peaks lie below and above the band has none in it.
@@ -169,7 +181,7 @@ fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
 fn soak_forty_panels() {
-    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 36]);
+    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 35, 36]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.

@@ -506,10 +506,13 @@ pub(super) fn transversal_touch(samples: &[Touched], ridge_m: f64) -> Finding {
         (transversal - proximal) / ACTIVE_STROKES as f64
     };
     let told = across.iter().map(|one| {
-        let [transversal, proximal] = one.width.map(|share| format!("{:.0} %", share * 100.0));
+        let [transversal, proximal] = one.width.map(|share| match share.is_finite() {
+            true => format!("{:.0} % wide", share * 100.0),
+            false => "none".to_owned(),
+        });
         format!(
-            "{}: level {} dB re proximal, stick-slip in {} of {ACTIVE_STROKES} strokes ({} proximal), peak {transversal} wide \
-                ({proximal} proximal)",
+            "{}: level {} dB re proximal, stick-slip in {} of {ACTIVE_STROKES} strokes ({} proximal), peak of the fingerprint: \
+                {transversal} ({proximal} proximal)",
             one.name,
             plus(one.level_db, 1),
             one.slipped[0],
@@ -535,7 +538,7 @@ pub(super) fn transversal_touch(samples: &[Touched], ridge_m: f64) -> Finding {
                 least(across.iter().map(|one| one.width[0] / one.width[1])),
                 1.0,
                 "",
-                "a coarse sample has no wider peak in transversal touch",
+                "a coarse sample has no wider peak in transversal touch: where all strokes stick and slip no peak is left",
             ),
         ]),
         told.collect::<Vec<String>>().join("; "),
