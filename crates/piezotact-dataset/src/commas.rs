@@ -61,17 +61,23 @@ impl CommaEvidence {
         }
     }
 
-    /// What the commas stand for, with two numbers that show it where they separate thousands: the decimal sign, unless every
-    /// number with a comma can have separators, and one must, or stands beside smaller whole numbers without a comma.
-    pub(crate) fn commas(&self) -> (Commas, Option<(String, String)>) {
-        let beside = match (&self.either, &self.small) {
+    /// A number that can have a separator, and a smaller whole number without one.
+    fn beside(&self) -> Option<(String, String)> {
+        match (&self.either, &self.small) {
             (Some(either), Some(small)) if !self.large => Some((either.clone(), small.clone())),
             _ => None,
-        };
-        match (self.decimal, self.thousands) {
-            (false, true) => (Commas::Thousands, beside),
-            (false, false) if beside.is_some() => (Commas::Thousands, beside),
-            _ => (Commas::Decimal, None),
+        }
+    }
+
+    /// What the commas of a table stand for, from the evidence of its columns, with two numbers of one column that show it where
+    /// they separate thousands: the decimal sign, unless every number with a comma can have separators, and one must, or stands
+    /// beside smaller whole numbers of its column without a comma.
+    pub(crate) fn commas(columns: &[Self]) -> (Commas, Option<(String, String)>) {
+        let beside = columns.iter().find_map(Self::beside);
+        let thousands = beside.is_some() || columns.iter().any(|column| column.thousands);
+        match thousands && !columns.iter().any(|column| column.decimal) {
+            true => (Commas::Thousands, beside),
+            false => (Commas::Decimal, None),
         }
     }
 }
@@ -99,7 +105,7 @@ mod tests {
     fn check(cells: &[&str], expected: Commas) {
         let mut evidence = CommaEvidence::default();
         cells.iter().for_each(|cell| evidence.add(cell));
-        assert_eq!(evidence.commas().0, expected, "{cells:?}");
+        assert_eq!(CommaEvidence::commas(&[evidence]).0, expected, "{cells:?}");
     }
 
     #[test]

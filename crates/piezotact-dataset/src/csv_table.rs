@@ -191,11 +191,16 @@ fn commas_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
     if !possible {
         return None;
     }
-    let mut evidence = CommaEvidence::default();
+    let mut evidence: Vec<CommaEvidence> = Vec::new();
     for row in records().skip(1).flatten() {
-        row.iter().for_each(|cell| evidence.add(cell));
+        for (at, cell) in row.iter().enumerate().take(MOST_COLUMNS) {
+            if at == evidence.len() {
+                evidence.push(CommaEvidence::default());
+            }
+            evidence[at].add(cell);
+        }
     }
-    let (commas, shown) = evidence.commas();
+    let (commas, shown) = CommaEvidence::commas(&evidence);
     if commas == Commas::Thousands {
         let shown = match shown {
             Some((large, small)) => format!(" (`{large}` beside `{small}`)"),

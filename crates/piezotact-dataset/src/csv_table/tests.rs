@@ -123,6 +123,9 @@ fn separators_of_thousands_are_no_decimals() {
     // in quotes between commas too
     let r = read("time (ms),acc (m/s2)\n0,988\n1,\"-7,382\"\n2,12\n").unwrap();
     assert_eq!(r.channels()[0].samples[1], -7382.0);
+    // whole numbers of another column show nothing
+    let r = read("time (ms);acc (m/s2)\n0;7,382\n1;8,100\n2;9,250\n").unwrap();
+    assert_eq!(r.channels()[0].samples, [7.382, 8.1, 9.25]);
     // decimals stay decimals
     let r = read("time (ms);acc (m/s2)\n0;7,382\n1;0,5\n2;12\n").unwrap();
     assert_eq!(r.channels()[0].samples, [7.382, 0.5, 12.0]);

@@ -408,7 +408,7 @@ mod tests {
             assert_eq!(found.cutoff_m, Some(2.5e-3), "{labels:?}");
             assert_eq!(found.evaluation_length_m, Some(5.5e-3), "{labels:?}");
             assert_eq!(found.measured_length_m, Some(10e-3), "{labels:?}");
-            assert_eq!(found.lambda_s_m, Some(25e-6), "{labels:?}");
+            assert_eq!(found.lambda_s_m, Some(25.0 * 1e-6), "{labels:?}");
             let values: Vec<(&str, f64)> = (found.values.iter())
                 .map(|v| (v.symbol.as_str(), (v.value * 1e6).round() / 1e6))
                 .collect();
@@ -464,7 +464,7 @@ mod tests {
         assert!(by_place);
         assert_eq!(
             (found.cutoff_m, found.lambda_s_m),
-            (Some(0.8e-3), Some(25e-6))
+            (Some(0.8e-3), Some(25.0 * 1e-6))
         );
         assert_eq!(found.evaluation_length_m, Some(4e-3));
         // a length that is longer than the one set shows that the places are others

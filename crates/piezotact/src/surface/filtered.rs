@@ -28,10 +28,10 @@ const CONVINCING: f64 = 8.0;
 /// them; no when it holds fewer than four cut-offs.
 ///
 /// Formula: the power of shorter waves, 1.5 to 8 to a cut-off, is continued to longer ones along a power law that does not fall
-/// towards them; the powers found there are more likely, by a factor of e⁸, under that law times (1 − e^(−π(αλc/λ)²))² than
-/// under the law alone (both with exponentially distributed powers, under a Hann window). On simulated surfaces with power laws
-/// of exponent 0 to 3 it finds 60 to 99 % of filtered profiles, and takes at most 7 % of unfiltered ones of four or five cut-offs
-/// for filtered, 1 % of ten.
+/// towards them, or stays as it is; the powers found there are more likely, by a factor of e⁸, under the better of the two
+/// times (1 − e^(−π(αλc/λ)²))² than under the better of them alone (both with exponentially distributed powers, under a Hann
+/// window). Of 60 simulated profiles of correlated noise of ten cut-offs it finds 59 when they are filtered and takes none for
+/// filtered that is not; of five cut-offs 50 and 2.
 ///
 /// Source: ISO 16610-21 for the filter; P. Whittle, J. R. Stat. Soc. B 15, 125 (1953) for the likelihood.
 #[must_use]
@@ -53,12 +53,24 @@ pub fn looks_filtered(profile: &HeightProfile, cutoff_m: f64) -> bool {
     let Some(law) = Law::of(upper.start.ceil() as usize, upper.end as usize, power) else {
         return false;
     };
-    let gained = (1..=(cutoffs + ROUNDING) as usize).map(|wave| {
-        let kept = kept(wave, cutoffs);
-        let (found, expected) = (power(wave), law.at(wave));
-        -kept.ln() + found / expected - found / (expected * kept)
+    let flat = Law {
+        at_one: law.at(upper.start.ceil() as usize).ln(),
+        slope: 0.0,
+    };
+    // The logarithm of the likelihood under a law, as it is and after the filter; the better law counts for each.
+    let likelihoods = [law, flat].map(|law| {
+        (1..=(cutoffs + ROUNDING) as usize).fold([0.0, 0.0], |[plain, filtered], wave| {
+            let (found, expected) = (power(wave), law.at(wave));
+            let left = expected * kept(wave, cutoffs);
+            [
+                plain - expected.ln() - found / expected,
+                filtered - left.ln() - found / left,
+            ]
+        })
     });
-    gained.sum::<f64>() > CONVINCING
+    let [one, other] = likelihoods;
+    let (plain, filtered) = (one[0].max(other[0]), one[1].max(other[1]));
+    filtered - plain > CONVINCING
 }
 
 /// The means of `count` blocks of equal length.
