@@ -191,13 +191,13 @@ fn felt(study: &StudyAnalysis) -> Markup {
     let known = |group: &Group| group.duplex.is_some() || !group.summary.receptors.is_empty();
     html! {
         @if study.groups.iter().any(known) {
-            div.wide { table.second.tight {
+            div.wide { table.second {
                 tr { th { "group" } th { "texture by the duplex theory" } th { "receptors" } }
                 @for group in &study.groups {
                     tr {
                         td { (group.summary.name) }
-                        td { (group.duplex.map_or("–".into(), |duplex| duplex.to_string())) }
-                        td { @for level in &group.summary.receptors { div { (level.to_string()) } } }
+                        td.text { (group.duplex.map_or("–".into(), |duplex| duplex.to_string())) }
+                        td.text { @for level in &group.summary.receptors { div { (level.to_string()) } } }
                     }
                 }
             } }
