@@ -186,7 +186,8 @@ fn a_figure_over_time_stays_small() {
             "width=\"900\"",
             ">texture.wav, ",
             ">hann window, ",
-            " averaged per ",
+            // Long lines are broken between words.
+            "averaged",
             ">time, s<",
             ">frequency, Hz<",
             ">PSD, dB re 1 (m/s²)²/Hz<",

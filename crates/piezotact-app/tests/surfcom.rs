@@ -9,22 +9,30 @@ use serde_json::Value;
 
 const POINTS: usize = 2000;
 
-/// A rough line with waviness, in µm: 2000 points.
-fn primary() -> Vec<f64> {
+/// A rough line, in µm: 2000 points.
+fn rough() -> Vec<f64> {
     let mut z = 0.0;
-    noise(POINTS)
-        .enumerate()
-        .map(|(i, w)| {
-            z = 0.9 * z + w;
-            let wave = (i as f64 / 1400.0 * std::f64::consts::TAU).sin();
-            z + 6.0 * wave
-        })
-        .collect()
+    let next = |w: f64| {
+        z = 0.9 * z + w;
+        z
+    };
+    noise(POINTS).map(next).collect()
 }
 
-/// The roughness profile that an instrument with a Gaussian filter makes of it.
+/// A rough line with waviness, in µm.
+fn primary() -> Vec<f64> {
+    let wave = |i: usize| (i as f64 / 1400.0 * std::f64::consts::TAU).sin();
+    let points = rough().into_iter().enumerate();
+    points.map(|(i, z)| z + 6.0 * wave(i)).collect()
+}
+
+/// The roughness profile that an instrument with a Gaussian filter makes of [`primary`].
 fn roughness(cutoff_steps: usize) -> Vec<f64> {
-    let z = primary();
+    filtered(&primary(), cutoff_steps)
+}
+
+/// `z` after a Gaussian filter.
+fn filtered(z: &[f64], cutoff_steps: usize) -> Vec<f64> {
     let weight =
         |d: f64| (-std::f64::consts::PI * (d / (0.4697 * cutoff_steps as f64)).powi(2)).exp();
     let at = |i: isize| {
@@ -210,7 +218,8 @@ fn a_profile_that_looks_filtered_is_a_doubt() {
         let rows = rows.map(|(i, z)| format!("{:.3},{z:.5}\n", i as f64 * 5e-3));
         format!("x (mm),z (um)\n{}", rows.collect::<String>())
     };
-    folder.write("filtered.csv", table(&roughness(200)));
+    folder.write("filtered.csv", table(&filtered(&rough(), 200)));
+    folder.write("rough.csv", table(&rough()));
     folder.write("primary.csv", table(&primary()));
     let of = |file: &str| {
         let value = folder
@@ -219,6 +228,7 @@ fn a_profile_that_looks_filtered_is_a_doubt() {
         codes(&value).contains(&"looks_filtered".to_owned())
     };
     assert!(of("filtered.csv"));
+    assert!(!of("rough.csv"));
     assert!(!of("primary.csv"));
 }
 

@@ -182,7 +182,7 @@ fn an_analysis_holds_levels_friction_and_spectra() {
     let rows = std::fs::read_to_string(folder.path("strokes.csv")).unwrap();
     assert_eq!(rows.lines().count(), 23);
     assert!(
-        rows.starts_with("file,sample,participant,touch,load_n"),
+        rows.starts_with("file,sample,participant,touch,direction,load_n"),
         "{rows}"
     );
     let report = std::fs::read_to_string(folder.path("report.html")).unwrap();

@@ -42,7 +42,12 @@ fn condition(sample: &str, load_n: f64, direction: Option<SlidingDirection>) -> 
 }
 
 fn taken(made: &Made) -> Take {
-    let seed = made.name.bytes().map(u64::from).sum();
+    // One surface for each sample; its level differs by up to 2 % from recording to recording.
+    let sum = |text: &str| text.bytes().map(u64::from).sum::<u64>();
+    let plain = made.kinds.iter().all(|kind| matches!(kind, Kind::Plain));
+    let surface = made.condition.sample.as_deref().filter(|_| plain);
+    let seed = sum(surface.unwrap_or(&made.name));
+    let gain = made.gain * (0.98 + 0.01 * (sum(&made.name) % 5) as f64);
     let one = recorded(&mut Random::new(seed), &made.kinds);
     let channel = |name: &str, unit: Unit, samples: &[f64], gain: f64| Channel {
         name: name.into(),
@@ -50,12 +55,7 @@ fn taken(made: &Made) -> Take {
         samples: samples.iter().map(|v| v * gain).collect(),
     };
     let channels = vec![
-        channel(
-            "nail",
-            Unit::MetrePerSecondSquared,
-            &one.acceleration,
-            made.gain,
-        ),
+        channel("nail", Unit::MetrePerSecondSquared, &one.acceleration, gain),
         channel("fx", Unit::Newton, &one.fx_n, made.force),
         channel("fy", Unit::Newton, &one.fy_n, made.force),
         channel("fz", Unit::Newton, &one.fz_n, made.force),
@@ -130,8 +130,7 @@ fn directions_differ_where_several_settings_show_it() {
         ("transversal", "proximal")
     );
     let level = found.level.as_ref().unwrap();
-    // The strokes are drawn anew for every recording.
-    assert!((level.mean + 6.02).abs() < 1.5, "{level:?}");
+    assert!((level.mean + 6.02).abs() < 0.3, "{level:?}");
     let said = found.conclusion();
     assert!(
         said.starts_with("transversal has a lower level than proximal")
@@ -302,7 +301,7 @@ fn the_level_follows_the_load_where_several_loads_show_it() {
     // As numbers count, not as text does.
     assert_eq!(names, ["0.2 N", "0.25 N", "0.4 N", "0.6 N", "1.2 N"]);
     let fit = rising.rms_on_load.unwrap();
-    assert!((fit.slope - 0.8).abs() < 0.15, "{fit:?}");
+    assert!((fit.slope - 0.8).abs() < 0.05, "{fit:?}");
     assert!(fit.slope_interval.unwrap()[0] > 0.0, "{fit:?}");
     assert!(rising.lines()[0].contains("rises"), "{:?}", rising.lines());
 
@@ -340,7 +339,7 @@ fn what_was_not_measured_is_not_shown_as_if_it_were() {
     let study = compared(&loads(&[0.2, 0.4], 0.5), By::Load).unwrap();
     let line = study.comparisons()[0].groups[0].summary.line();
     assert!(
-        line.contains("speed 30.0 mm/s") && !line.contains("± 0.0"),
+        line.contains("speed 30.0 mm/s") && !line.contains("30.0 ±"),
         "{line}"
     );
     let mut slow = loads(&[0.2, 0.4], 0.5);

@@ -28,7 +28,8 @@ pub(crate) fn twin_parameters(file: Option<&Path>) -> Outcome<TwinParameters> {
     };
     let text = read_input_text(file).map_err(|error| {
         Failure::Data(anyhow!(
-            "expected a parameter file, see `piezotact twin parameters`: {error}"
+            "{}: expected a parameter file, see `piezotact twin parameters`: {error}",
+            file.display()
         ))
     })?;
     TwinParameters::changed_by(&text).map_err(|error| {
