@@ -326,19 +326,15 @@ impl<'c> Plot<'c> {
             _ if self.format.is_narrow() => 5,
             _ => 9,
         };
-        let along = if self.above.is_empty() {
-            self.y.label.as_str()
-        } else {
-            ""
-        };
         let text = |place: &f64| match self.upright {
             true => String::new(),
             false => self.x.text(*place),
         };
-        chart
-            .configure_mesh()
-            .x_desc(&self.x.label)
-            .y_desc(along)
+        let mut mesh = chart.configure_mesh();
+        if self.above.is_empty() {
+            mesh.y_desc(&self.y.label);
+        }
+        mesh.x_desc(&self.x.label)
             .x_labels(x_labels)
             .y_labels(Y_MARKS)
             .set_all_tick_mark_size(TICK * FINE)

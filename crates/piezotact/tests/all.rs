@@ -18,6 +18,7 @@ mod noise;
 mod reference;
 mod related;
 mod roughness;
+mod roughness_of_anything;
 mod score;
 mod shared_data;
 mod strokes;

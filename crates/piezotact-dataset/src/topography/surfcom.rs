@@ -200,7 +200,7 @@ fn settings_of(path: &Path, doubts: &mut Vec<Doubt>) -> Option<InstrumentSetting
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let is_small = std::fs::metadata(file).is_ok_and(|found| found.len() <= LARGEST_SETTINGS);
     let bytes = if is_small {
-        std::fs::read(file).ok()
+        crate::reads::read(file).ok()
     } else {
         None
     };
