@@ -14,6 +14,21 @@ use crate::lock::{Lock, LockError, LockFile};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
+/// Removes the journal of the completed `recording` in `file` that a kill between its end and the journal's removal left: nothing is
+/// in it that is not in the recording. Another journal stays.
+fn remove_journal_of(file: &Path, recording: &Recording) {
+    let journal = super::journal_path(file);
+    let left = journal
+        .is_file()
+        .then(|| super::read::read_run_journal(&journal));
+    if left.is_some_and(|left| {
+        left.is_ok_and(|left| left.recording.channels() == recording.channels())
+    }) {
+        // One that stays is removed by the next command.
+        let _stays = std::fs::remove_file(&journal);
+    }
+}
+
 /// Stores one run as the recording at a path: a journal while it runs, a Parquet file at its end, whether completed or not; no
 /// file if an interrupted run has no samples.
 #[derive(Debug)]
@@ -210,7 +225,11 @@ impl RunFolder {
             // The steps that describe the bench and its settings; the calibration at rest follows them.
             && stored.about.provenance.steps.starts_with(&start.about.provenance.steps);
         let completed = end.is_some_and(|end| end.ended == Some(Ended::Completed));
-        Ok((same && completed).then_some(recording))
+        if !(same && completed) {
+            return Ok(None);
+        }
+        remove_journal_of(&file, &recording);
+        Ok(Some(recording))
     }
 
     /// What keeps the run that begins with `start`.
@@ -364,6 +383,33 @@ mod tests {
         keep(Ended::Completed);
         let found = runs.completed(&start()).unwrap().unwrap();
         assert_eq!(found.channels()[0].samples, [1.0, 2.0]);
+        // A kill before its removal leaves the journal of what is complete; that of something else is not ours to remove.
+        let journal = super::super::journal_path(&runs.file(&start()));
+        for (samples, stays) in [(vec![1.0, 2.0], false), (vec![1.0, 3.0], true)] {
+            let aside = folder.path().join("aside.parquet");
+            let mut sink = JournalSink::new(&aside, None);
+            let chunk = RunChunk {
+                channels: vec![samples],
+                ..RunChunk::default()
+            };
+            for document in [
+                RunDocument::Start(Box::new(start())),
+                RunDocument::Chunk(chunk),
+            ] {
+                sink.take(&document).unwrap();
+            }
+            std::fs::copy(super::super::journal_path(&aside), &journal).unwrap();
+            drop(sink);
+            assert!(runs.completed(&start()).unwrap().is_some());
+            assert_eq!(journal.exists(), stays);
+        }
+        std::fs::remove_file(&journal).unwrap();
+        for left in std::fs::read_dir(folder.path()).unwrap() {
+            let left = left.unwrap().path();
+            if left.to_string_lossy().contains("aside") {
+                std::fs::remove_file(left).unwrap();
+            }
+        }
         let mut others = [start(), start(), start(), start()];
         others[0].label = "iteration 1, second".into();
         others[1].about.provenance = Provenance::default().then("a resonance at 200 Hz");
