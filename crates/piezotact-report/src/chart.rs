@@ -563,7 +563,7 @@ mod tests {
         let lines = (0..lines).map(|i| line(i).marked(Mark::Dots)).collect();
         Chart::new(
             Axis::names("sample", names),
-            Axis::new("a quantity, in a unit", 0.0, 2.0),
+            Axis::new("quantity, in u", 0.0, 2.0),
             lines,
         )
     }
