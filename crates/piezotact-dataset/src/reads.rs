@@ -23,7 +23,7 @@ struct Noted {
 /// All bytes of the file at `path`, which is noted.
 ///
 /// # Errors
-/// As [`open`], and when it cannot be read.
+/// Where it is no regular file, and those of the operating system.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
