@@ -24,7 +24,7 @@ use crate::commands::bench_failure;
 use crate::failure::{Failure, Outcome};
 use crate::output::{progress, say};
 
-/// A measurement at a name that is written anew. It is kept, unless the new one has the same bytes.
+/// An earlier measurement under the name of a new one. It is kept as `.before-N`, unless both have the same bytes.
 pub(crate) struct Earlier {
     place: PathBuf,
     /// Where it is kept.

@@ -56,18 +56,15 @@ impl fmt::Display for ReceptorLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, level_db) = (self.receptor.name(), self.level_db);
         match self.excited {
-            Outcome::Met => write!(f, "{name} excited")?,
-            Outcome::NotMet => write!(f, "{name} not excited")?,
+            Outcome::Met => write!(f, "{name} above its threshold")?,
+            Outcome::NotMet => write!(f, "{name} below its threshold")?,
             Outcome::NotDecided => write!(f, "{name} not decided")?,
         }
         match self.interval_db {
             Some([low, high]) => {
-                write!(
-                    f,
-                    " ({level_db:+.1} dB re threshold, 95 % {low:+.1} to {high:+.1})"
-                )
+                write!(f, " ({level_db:+.1} dB, 95 % {low:+.1} to {high:+.1})")
             }
-            None => write!(f, " ({level_db:+.1} dB re threshold, one stroke)"),
+            None => write!(f, " ({level_db:+.1} dB, one stroke)"),
         }
     }
 }
